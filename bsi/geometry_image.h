@@ -1,0 +1,122 @@
+// Geometry images: surfaces stored as rectangular images of vertices, and the triangles they stand
+// for.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace weft::bsi {
+
+using Vec3 = Eigen::Vector3d;
+
+// One rectangular image of `rows` x `cols` vertices, row-major; u runs along the columns, v along
+// the rows. A wrapped axis is closed: its last vertex is joined to its first, which is not
+// repeated.
+struct Patch {
+  int rows = 0;
+  int cols = 0;
+  bool wrap_u = false;
+  bool wrap_v = false;
+
+  int texel_count() const { return rows * cols; }
+  int quad_rows() const { return wrap_v ? rows : rows - 1; }
+  int quad_cols() const { return wrap_u ? cols : cols - 1; }
+  int quad_count() const { return quad_rows() * quad_cols(); }
+};
+
+// Where a texel is: for messages, which name the place a user can find.
+struct TexelAddress {
+  int patch = 0;
+  int row = 0;
+  int col = 0;
+};
+
+// One or more patches sewn into a surface. Texels are numbered patch by patch, row by row; texels
+// that replicate one point along a seam share one particle, so that a sewn body cannot come apart.
+// Quads are numbered the same way: patch by patch, row by row. Immutable.
+class Atlas {
+ public:
+  Atlas() = default;
+  // `texel_to_particle` has one particle index a texel, every index of 0..max used; empty: one
+  // particle a texel, in order. Throws std::invalid_argument, with the reason, on sizes that do not
+  // fit or a patch without a quad (fewer than 2 vertices along an open axis, fewer than 3 along a
+  // wrapped one).
+  explicit Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle = {});
+
+  const std::vector<Patch>& patches() const { return patches_; }
+  int texel_count() const { return first_texel_.back(); }
+  int particle_count() const { return particle_count_; }
+  int quad_count() const { return first_quad_.back(); }
+  int first_texel(int patch) const { return first_texel_[patch]; }
+  int first_quad(int patch) const { return first_quad_[patch]; }
+  // True where particle == texel, so that an image of particles is the image of texels itself.
+  bool is_identity() const { return texel_to_particle_.empty(); }
+
+  int particle_of_texel(int texel) const {
+    return texel_to_particle_.empty() ? texel : texel_to_particle_[texel];
+  }
+  // Particle at (row, col) of a patch; row == rows or col == cols is allowed on a wrapped axis.
+  int particle(int patch, int row, int col) const {
+    const Patch& p = patches_[patch];
+    if (row >= p.rows) row -= p.rows;
+    if (col >= p.cols) col -= p.cols;
+    return particle_of_texel(first_texel_[patch] + row * p.cols + col);
+  }
+  // Corners of a quad: (r,c), (r,c+1), (r+1,c), (r+1,c+1).
+  std::array<int, 4> quad_particles(int quad) const;
+  TexelAddress quad_address(int quad) const;
+  // The first texel that holds a particle.
+  TexelAddress particle_address(int particle) const;
+
+ private:
+  std::vector<Patch> patches_;
+  std::vector<int> texel_to_particle_;
+  std::vector<int> first_texel_{0};
+  std::vector<int> first_quad_{0};
+  int particle_count_ = 0;
+};
+
+// The diagonal rule, for physics, collision and pictures alike. Corners as quad_particles gives
+// them: the diagonal runs from (r,c+1) to (r+1,c), in every quad the same way (a uniform diagonal
+// is what makes the bending model free of bias), and both triangles are counter-clockwise seen
+// against u x v (u along columns, v along rows).
+inline std::array<std::array<int, 3>, 2> quad_triangles(const std::array<int, 4>& corner) {
+  return {{{corner[0], corner[1], corner[2]}, {corner[1], corner[3], corner[2]}}};
+}
+
+// An interior edge with the two triangles that share it.
+struct Edge {
+  std::array<int, 2> vertex{};          // particle indices
+  std::array<int, 2> triangle{-1, -1};  // triangle indices; second is -1 on the border
+  std::array<int, 2> opposite{-1, -1};  // the particle across the edge in each of them
+};
+
+// Triangles, edges and their owners, in particle indices. Triangle t belongs to quad t / 2.
+// Every particle and every edge is owned by exactly one of the quads that contain it, so that pairs
+// made from the owned features of two quads never repeat. Edge e of triangle t
+// (triangle_edges[t][e]) is the one opposite its corner e.
+struct Mesh {
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<std::array<int, 3>> triangle_edges;
+  std::vector<Edge> edges;
+  std::vector<int> owned_vertex_start, owned_vertices;  // CSR by quad
+  std::vector<int> owned_edge_start, owned_edges;       // CSR by quad
+
+  std::span<const int> vertices_of_quad(int quad) const {
+    return std::span(owned_vertices)
+        .subspan(owned_vertex_start[quad], owned_vertex_start[quad + 1] - owned_vertex_start[quad]);
+  }
+  std::span<const int> edges_of_quad(int quad) const {
+    return std::span(owned_edges)
+        .subspan(owned_edge_start[quad], owned_edge_start[quad + 1] - owned_edge_start[quad]);
+  }
+};
+
+// O(texels). Throws std::invalid_argument on an edge shared by more than two triangles or by two
+// that run along it the same way (an image that is not an orientable surface), naming the place.
+Mesh build_mesh(const Atlas& atlas);
+
+}  // namespace weft::bsi

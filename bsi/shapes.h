@@ -1,0 +1,34 @@
+// The shapes a case file can ask for, as geometry images.
+#pragma once
+
+#include <vector>
+
+#include "bsi/geometry_image.h"
+
+namespace weft::bsi {
+
+// An atlas with the position of every particle, in metres.
+struct Surface {
+  Atlas atlas;
+  std::vector<Vec3> positions;  // atlas.particle_count()
+};
+
+// All throw std::invalid_argument on a non-positive size or too few vertices.
+
+// In the x-y plane, centred on the origin: u along x, v along y; normal +z.
+Surface make_rectangle(double size_x, double size_y, int rows, int cols);
+// Around the z axis, centred on the origin, open at both ends: u around (wrapped), v along z;
+// normal outwards.
+Surface make_cylinder(double radius, double length, int rows, int cols);
+// Around the z axis: u around the tube (wrapped), v around the axis (wrapped); normal outwards.
+Surface make_torus(double major_radius, double minor_radius, int rows, int cols);
+// Six sewn patches of n x n vertices, the faces of a cube with equal angles between the vertices;
+// normal outwards.
+Surface make_sphere(double radius, int n);
+// Patches of `rows` x `cols` positions given texel by texel, as read from a file. Texels of
+// different patch borders at exactly the same position are sewn. Throws on a non-finite position,
+// naming the texel.
+Surface make_from_texels(int patches, int rows, int cols, const std::vector<Vec3>& texels,
+                         bool wrap_u, bool wrap_v);
+
+}  // namespace weft::bsi

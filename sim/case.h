@@ -1,0 +1,161 @@
+// A case file as data: one struct a table. Each struct's fields are described once, in
+// case_schema.cpp (key, unit, limits, meaning); the parser, the JSON schema and the reference page
+// all read that description.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace weft::sim {
+
+using Vec3 = Eigen::Vector3d;
+
+// Where a value came from, for messages; line 0 means it was not in a file (a default or --set).
+struct SourceLocation {
+  std::string file;
+  int line = 0;
+  int column = 0;
+};
+
+struct TimeCase {
+  double duration = 1.0;                     // s, > 0
+  double frames_per_second = 60.0;           // 1/s, > 0
+  double position_tolerance = 1e-5;          // m, local error a step
+  std::optional<double> velocity_tolerance;  // m/s; default 100 /s * position_tolerance
+  double relative_tolerance = 1e-4;          // of the speed
+  int maximum_order = 2;                     // BDF order, 1..5
+  double minimum_step = 1e-7;                // s
+  std::optional<double> maximum_step;        // s
+};
+
+struct WorldCase {
+  Vec3 gravity{0, 0, -9.81};  // m/s^2
+  Vec3 wind{0, 0, 0};         // m/s
+  double air_density = 1.2;   // kg/m^3
+};
+
+struct ContactCase {
+  bool enabled = true;
+  double range = 2e-3;                 // d-hat, m: gap at which the barrier starts
+  double stiffness = 1e6;              // kappa per area, N/m^3
+  double damping_time = 1e-3;          // beta, s
+  double friction = 0.0;               // Coulomb coefficient
+  double friction_speed = 1e-2;        // m/s, regularisation
+  std::optional<double> search_slack;  // m; default a quarter of the mean edge
+};
+
+enum class MembraneModel { triangles, springs };
+
+struct MaterialCase {
+  std::string name;      // of [material.NAME]
+  double density = 0.2;  // kg/m^2, > 0
+  MembraneModel membrane = MembraneModel::triangles;
+  double membrane_stiffness = 1000.0;          // E h, N/m
+  double poisson_ratio = 0.3;                  // of the triangles and of bending
+  std::optional<double> structural_stiffness;  // N/m; springs only; default 3/4 E h
+  std::optional<double> shear_stiffness;       // N/m; springs only; default half the structural
+  std::optional<double> bend_stiffness;        // N/m; springs only; default 0
+  double bending_stiffness = 0.0;              // D, N m
+  double mass_damping = 0.0;                   // 1/s
+  double stiffness_damping = 0.0;              // s, of the membrane and its springs
+  double bending_damping = 0.0;                // s, of bending
+  double normal_drag = 0.0;                    // coefficient
+  double tangential_drag = 0.0;                // coefficient
+};
+
+enum class ShapeType { rectangle, cylinder, torus, sphere, file };
+
+struct ShapeCase {
+  ShapeType type = ShapeType::rectangle;
+  std::vector<double> size;            // rectangle: [x, y], m
+  std::vector<int> resolution;         // [rows, cols] vertices; sphere: [n]
+  std::optional<double> radius;        // cylinder, sphere: m
+  std::optional<double> length;        // cylinder: m
+  std::optional<double> major_radius;  // torus: m
+  std::optional<double> minor_radius;  // torus: m
+  std::string path;                    // file: HDF5, relative to the case file
+  std::string dataset;                 // file: [rows, cols, 3] or [patches, rows, cols, 3], m
+  bool wrap_u = false;                 // file
+  bool wrap_v = false;                 // file
+  SourceLocation location;
+};
+
+// Rigid motion prescribed for pins and obstacles: x(t) = R(t) (x0 - centre) + centre + d(t).
+struct KeyframeCase {
+  double time = 0;             // s, increasing
+  Vec3 translation{0, 0, 0};   // m
+  Vec3 rotation_deg{0, 0, 0};  // rotation vector (axis times angle), degrees
+};
+struct MotionCase {
+  Vec3 velocity{0, 0, 0};               // m/s
+  Vec3 angular_velocity_deg{0, 0, 0};   // degrees/s about `centre`
+  std::optional<Vec3> centre;           // m; default the mean of the moved points at t = 0
+  double start_time = 0.0;              // s: at rest before
+  std::optional<double> stop_time;      // s: at rest after
+  std::vector<KeyframeCase> keyframes;  // instead of the velocities
+  SourceLocation location;
+};
+
+struct PinCase {
+  std::vector<std::string>
+      corners;  // "first_first", "first_last", "last_first", "last_last" (row_col), or "all"
+  std::vector<std::string> edges;  // "first_row", "last_row", "first_col", "last_col"
+  std::vector<int> rows;           // [first, last], counted from 0, negative from the end
+  std::vector<int> cols;           // [first, last]
+  int patch = 0;
+  std::optional<Vec3> region_min, region_max;  // m, box in world space at t = 0
+  std::optional<MotionCase> motion;
+  SourceLocation location;
+};
+
+struct BodyCase {
+  std::string name;
+  ShapeCase shape;
+  std::string material;                // name of a [material.NAME]
+  Vec3 position{0, 0, 0};              // m
+  Vec3 rotation_deg{0, 0, 0};          // rotation vector, degrees, before the translation
+  Vec3 velocity{0, 0, 0};              // m/s
+  Vec3 angular_velocity_deg{0, 0, 0};  // degrees/s about the body's centre
+  double thickness = 1e-3;             // m
+  bool self_contact = true;
+  std::vector<PinCase> pin;
+  SourceLocation location;
+};
+
+struct ObstacleCase {
+  std::string name;
+  ShapeCase shape;
+  Vec3 position{0, 0, 0};
+  Vec3 rotation_deg{0, 0, 0};
+  double thickness = 1e-3;
+  std::optional<MotionCase> motion;
+  SourceLocation location;
+};
+
+struct OutputCase {
+  bool velocity = false;  // record velocities too
+};
+
+struct ComputeCase {
+  int threads = 1;
+};
+
+struct Case {
+  std::string title;
+  TimeCase time;
+  WorldCase world;
+  ContactCase contact;
+  OutputCase output;
+  ComputeCase compute;
+  std::vector<MaterialCase> material;  // [material.NAME]
+  std::vector<BodyCase> body;          // [[body]]
+  std::vector<ObstacleCase> obstacle;  // [[obstacle]]
+
+  std::string path;  // of the file, for relative paths and messages
+  std::string
+      resolved_text;  // the case as TOML with every default and override, for the trajectory
+};
+
+}  // namespace weft::sim
