@@ -27,6 +27,9 @@ std::string ContactFault::describe(const Scene& scene) const {
     case Kind::touching:
       return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " (gap " + std::to_string(gap) + " m)";
+    case Kind::in_reach:
+      return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) + " are within reach of each other (gap " +
+             std::to_string(gap) + " m)";
     case Kind::crossing:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " would pass through each other";
@@ -328,6 +331,20 @@ std::optional<ContactFault> Contact::check_state(std::span<const Vec3> position,
     if (!(gap > 0) && !fault) fault = ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
   });
   return fault;
+}
+
+std::optional<ContactFault> Contact::self_pair_in_reach(std::span<const Vec3> position) {
+  if (const auto bad = search_.update(position)) return ContactFault{ContactFault::Kind::not_finite, {*bad}};
+  std::optional<ContactFault> found;
+  visit_candidates(range_, [&](const Pair& pair) {
+    if (found) return;
+    const int body = scene_.body_index_of_particle(pair.nodes[0]);
+    if (body != scene_.body_index_of_particle(pair.nodes[3])) return;
+    const double gap =
+        std::sqrt(closest_of(pair.edges, pair.nodes, position).squared_distance) - pair.thickness;
+    if (gap < range_) found = ContactFault{ContactFault::Kind::in_reach, pair.nodes, gap};
+  });
+  return found;
 }
 
 }  // namespace weft::sim

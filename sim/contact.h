@@ -18,7 +18,7 @@ namespace weft::sim {
 
 // Why a state or a step cannot be taken.
 struct ContactFault {
-  enum class Kind { not_finite, touching, crossing };
+  enum class Kind { not_finite, touching, crossing, in_reach };
   Kind kind = Kind::touching;
   std::array<int, 4> nodes{-1, -1, -1,
                            -1};  // the pair (global particles); not_finite: the first only
@@ -58,10 +58,11 @@ class Contact {
   // end with a positive gap?
   [[nodiscard]] std::optional<ContactFault> check_path(std::span<const Vec3> start,
                                                        std::span<const Vec3> end);
-  // Smallest gap within the range at `position`; a fault where one is not positive, and for
-  // self pairs of the rest shape already in reach.
+  // Smallest gap within the range at `position` (infinite where none is); a fault where one is not positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
+  // A pair of features of one body closer than thickness + range at `position`, if any.
+  [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
   struct Active {

@@ -216,8 +216,9 @@ CvodeIntegrator::~CvodeIntegrator() = default;
 std::optional<std::string> CvodeIntegrator::step() {
   Implementation& self = *implementation_;
   self.last_fault.reset();
-  const int flag =
-      CVode(self.cvode, std::numeric_limits<double>::max(), self.y, &self.time, CV_ONE_STEP);
+  // The end only scales CVODE's guess of the first step; steps go past it where they fall.
+  const double end = self.scene.source.time.duration;
+  const int flag = CVode(self.cvode, end, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);
   return std::nullopt;

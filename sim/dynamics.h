@@ -62,8 +62,11 @@ class Dynamics {
   // Positions and velocities of all particles, prescribed ones put where they belong.
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
+  std::vector<std::string> force_names() const;
   // Evaluates contact anew where it is on.
   Energies energies(double time, std::span<const double> y);
+  // The same with the contact energy of the last rate(), which a step leaves within its tolerance of y.
+  Energies energies_at_last_rate(double time, std::span<const double> y);
   // Largest l / L - 1 over the edges of all bodies.
   double largest_stretch(std::span<const Vec3> position) const;
 
