@@ -19,13 +19,27 @@ struct Picture {
   std::vector<std::uint8_t> rgb;  // 3 bytes a pixel, top row first
 };
 
+// Red, green and blue, linear (not sRGB), 0..1.
+using Colour = std::array<float, 3>;
+
+// All positions finite, all indices within `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
   std::span<const std::array<int, 3>> triangles;  // particle indices
-  std::array<float, 3>
-      front_colour{};  // linear 0..1; side the triangles are counter-clockwise from
-  std::array<float, 3> back_colour{};
+  Colour front_colour{};                          // of the side they are counter-clockwise from
+  Colour back_colour{};
+  // Thin darker lines on the surface, as pairs of particles: for rows and columns of the image.
+  std::span<const std::array<int, 2>> lines = {};
 };
+
+// Colours that go together, a lighter one for the back; they repeat after 8.
+struct SurfaceColours {
+  Colour front{};
+  Colour back{};
+};
+SurfaceColours palette(int index);
+// The grey of obstacles.
+SurfaceColours obstacle_colours();
 
 struct Camera {
   Vec3 eye{3, -3, 2};
@@ -34,19 +48,26 @@ struct Camera {
   double field_of_view_deg = 35;  // vertical
 };
 
-// A camera that sees the whole box from a three-quarter view, a little above.
+// A camera that sees the whole box from a three-quarter view, a little above, with a small margin;
+// `aspect` is width / height. A box without extent is seen as one of 1 mm. Precondition: finite,
+// lowest <= highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
 
-// Owns an OSMesa context with an OpenGL 4.5 core profile. One backend a process. Throws
-// std::runtime_error with the reason when no context can be had.
+// Owns an OpenGL 4.5 core context (gpu/gl_context.h). Throws std::runtime_error with the reason
+// when no context can be had, or the size is beyond what it can draw. The first one of a process
+// takes 0.1 s or more (shaders are compiled; Mesa caches them on disk).
 class Renderer {
  public:
+  // Pixels; 1..8192 each.
   Renderer(int width, int height);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
-  // Shaded with smooth normals, two-sided, anti-aliased, on a light background with a soft ground
-  // shade.
+  // Shaded with smooth normals (area-weighted), two-sided, anti-aliased, on a light background. A
+  // key light with soft shadows stands to the left of the camera; the rest is light of the sky
+  // (`camera.up`), shadowed too, so that folds and contacts darken. Shadows are for what the camera
+  // looks at: they reach twice as far from `camera.target` as the picture does. The same input
+  // gives the same bytes. Throws std::runtime_error when OpenGL fails (memory).
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:
@@ -54,7 +75,7 @@ class Renderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// Throws std::runtime_error when the file cannot be written.
+// 8-bit sRGB. Throws std::runtime_error, which names the file, when it cannot be written.
 void write_png(const std::string& path, const Picture& picture);
 
 }  // namespace weft::gpu
