@@ -48,10 +48,17 @@ struct Camera {
   double field_of_view_deg = 35;  // vertical
 };
 
-// A camera that sees the whole box from a three-quarter view, a little above, with a small margin;
-// `aspect` is width / height. A box without extent is seen as one of 1 mm. Precondition: finite,
-// lowest <= highest.
+// A camera that sees all the points from a three-quarter view, a little above, as near as a margin
+// of a twentieth on each side allows, with what it sees in the middle; `aspect` is width / height.
+// Points less than 1 mm apart are seen as a box of 1 mm. O(points). Precondition: at least one
+// point, all finite.
+Camera camera_for_points(std::span<const Vec3> points, double aspect);
+// The same for a box, which is seen whole: lowest <= highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
+
+// Lines for DrawnSurface: the borders of each patch, and rows and columns in steps of the smallest
+// power of two that makes at most 12 of them along an axis.
+std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas);
 
 // Owns an OpenGL 4.5 core context (gpu/gl_context.h). Throws std::runtime_error with the reason
 // when no context can be had, or the size is beyond what it can draw. The first one of a process
