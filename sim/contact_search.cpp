@@ -196,13 +196,12 @@ void ContactSearch::build_pyramid(int body, std::span<const Vec3> start,
   PhaseTimer timer(statistics_.phases.rebuild);
   const SceneBody& scene_body = scene_.bodies[body];
   // A static body is built once and asked many times: the tighter radii pay.
-  if (tracked.pyramid.empty()) {
-    tracked.pyramid = bsi::Pyramid(
-        scene_body.atlas, scene_body.moves ? bsi::RadiusPolicy::fast : bsi::RadiusPolicy::exact);
+  if (!tracked.pyramid) {
+    tracked.pyramid.emplace(scene_body.atlas, scene_body.moves ? bsi::RadiusPolicy::fast : bsi::RadiusPolicy::exact);
   }
   const bool swept = start.data() != end.data() && scene_body.moves;
-  const auto bad = swept ? tracked.pyramid.rebuild_swept(of_body(start, body), of_body(end, body))
-                         : tracked.pyramid.rebuild(of_body(end, body));
+  const auto bad = swept ? tracked.pyramid->rebuild_swept(of_body(start, body), of_body(end, body))
+                         : tracked.pyramid->rebuild(of_body(end, body));
   assert(!bad && "track() has refused what is not finite");
   static_cast<void>(bad);
   tracked.pyramid_built = true;
@@ -239,10 +238,10 @@ void ContactSearch::build_list(std::size_t l, std::span<const Vec3> start,
   {
     PhaseTimer timer(statistics_.phases.traverse);
     if (list.is_self()) {
-      bsi::self_traversal(a.pyramid, reach(list), quad_pairs_, tests);
+      bsi::self_traversal(*a.pyramid, reach(list), quad_pairs_, tests);
       ++statistics_.counters.self_traversals;
     } else {
-      bsi::dual_traversal(a.pyramid, b.pyramid, reach(list), quad_pairs_, tests);
+      bsi::dual_traversal(*a.pyramid, *b.pyramid, reach(list), quad_pairs_, tests);
       ++statistics_.counters.pair_traversals;
     }
   }

@@ -68,7 +68,7 @@ class ContactSearch {
     std::vector<Vec3> snapshot;  // empty for a body that does not move
     double path_length = 0;      // displacements summed over the snapshots left behind, m
     Displacement now;
-    bsi::Pyramid pyramid;
+    std::optional<bsi::Pyramid> pyramid;  // made when first needed
     bool pyramid_built = false;
     bsi::Sphere
         bounds;  // of the body at its snapshot (of its path, after update_path); unset: radius < 0

@@ -59,6 +59,7 @@ class TrajectoryWriter {
     std::string case_text = {};
     bool velocity = false;
     bool force = false;  // overwrite
+    std::vector<Series> step_series = {};
   };
   // Creates `path` (under a temporary name, renamed once complete and flushed) and its sidecar;
   // throws TrajectoryError when one of them exists without `force`, or cannot be written.
@@ -73,11 +74,12 @@ class TrajectoryWriter {
   // Appends a frame and flushes it: afterwards it can be read whatever becomes of this process,
   // and the sidecar PATH with .xdmf lists it. A process killed within this call leaves the frame
   // out or in, never half of it. Lists are by body (velocities empty unless asked for; entries of
-  // bodies that do not move are not read) and by series. Throws TrajectoryError, after which the
+  // bodies that do not move are not read) and by series;
+  // `step_rows` holds the steps since the last frame, each as one value a step series. Throws TrajectoryError, after which the
   // frames before stand and no other can be written. O(texels), no fsync.
   void write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
                    const std::vector<std::span<const Vec3>>& velocities,
-                   std::span<const double> series);
+                   std::span<const double> series, std::span<const double> step_rows = {});
   int frames() const;
 
  private:

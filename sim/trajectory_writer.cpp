@@ -127,7 +127,8 @@ struct TrajectoryWriter::Implementation {
   void close_objects();
 
   void append_frame(hid_t dataset, const bsi::Atlas& atlas, std::span<const Vec3> values);
-  void append_value(hid_t dataset, double value);
+  void append_values(hid_t dataset, hsize_t start, std::span<const double> values);
+  void append_steps(std::span<const double> rows);
   void link_views(std::vector<XdmfSurface>& surfaces);
   std::string link_view(hid_t group, const std::string& group_name, const std::string& name,
                         const TrajectoryBody& body, const std::string& source);
@@ -138,12 +139,13 @@ struct TrajectoryWriter::Implementation {
   Options options;
   std::string temporary;  // empty once renamed
   std::string sidecar_path;
-  Handle file, body_group, series_group, frame_group, shelf_group, block_group, time;
+  Handle file, body_group, series_group, step_group, frame_group, shelf_group, block_group, time;
   std::vector<BodyDatasets> body_datasets;
-  std::vector<Handle> series_datasets;
+  std::vector<Handle> series_datasets, step_datasets;
   XdmfFile sidecar;
   std::vector<float> texels;  // scratch
   int frames = 0;
+  hsize_t steps = 0;
   bool failed = false;
 };
 
@@ -196,6 +198,7 @@ void TrajectoryWriter::Implementation::create_root() {
   const Handle growing = growing_group_properties(links_per_group, frame_name_length);
   body_group = make_group(file.get(), "body", ordered);
   series_group = make_group(file.get(), "series", ordered);
+  step_group = make_group(file.get(), "steps", ordered);
   frame_group = make_group(file.get(), "frame", growing);
 }
 
@@ -320,8 +323,9 @@ void TrajectoryWriter::Implementation::flush(const std::string& action) const {
 void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();
+  step_datasets.clear();
   for (Handle* handle :
-       {&time, &block_group, &shelf_group, &frame_group, &series_group, &body_group}) {
+       {&time, &block_group, &shelf_group, &frame_group, &step_group, &series_group, &body_group}) {
     handle->close();
   }
 }
@@ -345,18 +349,30 @@ void TrajectoryWriter::Implementation::append_frame(hid_t dataset, const bsi::At
                action);
 }
 
-void TrajectoryWriter::Implementation::append_value(hid_t dataset, double value) {
+void TrajectoryWriter::Implementation::append_values(hid_t dataset, hsize_t start,
+                                                     std::span<const double> values) {
   const std::string action = "write frame " + std::to_string(frames);
-  const hsize_t start = static_cast<hsize_t>(frames);
-  const hsize_t size = start + 1;
-  const hsize_t one = 1;
+  const hsize_t count = values.size();
+  const hsize_t size = start + count;
   access.check(H5Dset_extent(dataset, &size), action);
   const Handle target(H5Dget_space(dataset));
-  access.check(H5Sselect_hyperslab(target.get(), H5S_SELECT_SET, &start, nullptr, &one, nullptr),
+  access.check(H5Sselect_hyperslab(target.get(), H5S_SELECT_SET, &start, nullptr, &count, nullptr),
                action);
-  access.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, make_space({1}).get(), target.get(),
-                        H5P_DEFAULT, &value),
+  access.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, make_space({count}).get(), target.get(),
+                        H5P_DEFAULT, values.data()),
                action);
+}
+
+void TrajectoryWriter::Implementation::append_steps(std::span<const double> rows) {
+  const std::size_t columns = options.step_series.size();
+  if (rows.empty()) return;
+  assert(columns > 0 && rows.size() % columns == 0);
+  std::vector<double> column(rows.size() / columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    for (std::size_t row = 0; row < column.size(); ++row) column[row] = rows[row * columns + c];
+    append_values(step_datasets[c].get(), steps, column);
+  }
+  steps += column.size();
 }
 
 // A dataset [texels, 3] that shows one frame of `source`: what ParaView's readers understand (they
@@ -440,11 +456,15 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   for (std::size_t b = 0; b < self.bodies.size(); ++b) {
     self.create_body(self.bodies[b], initial_positions[b]);
   }
-  for (const Series& entry : self.series) {
-    Handle dataset = self.create_list(self.series_group.get(), entry.name);
-    self.access.write_attribute(dataset.get(), "units", entry.units);
-    self.series_datasets.push_back(std::move(dataset));
-  }
+  const auto create_lists = [&](const Handle& group, const std::vector<Series>& list,
+                                std::vector<Handle>& datasets) {
+    for (const Series& entry : list) {
+      datasets.push_back(self.create_list(group.get(), entry.name));
+      self.access.write_attribute(datasets.back().get(), "units", entry.units);
+    }
+  };
+  create_lists(self.series_group, self.series, self.series_datasets);
+  create_lists(self.step_group, self.options.step_series, self.step_datasets);
   // Last, and without attributes of its own: its header is one piece, the commit mark.
   self.time = self.create_list(self.file.get(), "time");
   self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
@@ -458,7 +478,8 @@ int TrajectoryWriter::frames() const { return implementation_->frames; }
 
 void TrajectoryWriter::write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
                                    const std::vector<std::span<const Vec3>>& velocities,
-                                   std::span<const double> series) {
+                                   std::span<const double> series,
+                                   std::span<const double> step_rows) {
   Implementation& self = *implementation_;
   assert(positions.size() == self.bodies.size());
   assert(!self.options.velocity || velocities.size() == self.bodies.size());
@@ -474,11 +495,12 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
     }
   }
   for (std::size_t s = 0; s < series.size(); ++s) {
-    self.append_value(self.series_datasets[s].get(), series[s]);
+    self.append_values(self.series_datasets[s].get(), static_cast<hsize_t>(self.frames), series.subspan(s, 1));
   }
+  self.append_steps(step_rows);
   std::vector<XdmfSurface> surfaces;
   self.link_views(surfaces);
-  self.append_value(self.time.get(), time);
+  self.append_values(self.time.get(), static_cast<hsize_t>(self.frames), {&time, 1});
   self.flush("write frame " + std::to_string(self.frames));
   ++self.frames;
   self.sidecar.append(time, surfaces);
