@@ -21,7 +21,8 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
   const double depth = gap - range;         // negative
   const double relative = depth * inverse;  // 1 - range / g
   const double ratio = range * inverse;
-  // log1p would keep more digits near the range, where the force itself vanishes; it costs twice.
+  // log1p would keep more digits near the range, where the force vanishes, and lose them near
+  // contact.
   const double logarithm = std::log(gap / range);
   return {-stiffness * depth * depth * logarithm, -stiffness * depth * (2 * logarithm + relative),
           -stiffness * (2 * logarithm + (4 - relative) * relative),

@@ -22,7 +22,7 @@ Flow flow_past(const Nodes3& x, const Nodes3& v, const Vec3& wind) {
 // B w, kg/(m^2 s).
 Vec3 weighted_wind(const Drag& drag, const Flow& flow) {
   return drag.tangential * flow.relative_wind +
-         ((drag.normal - drag.tangential) * flow.relative_wind.dot(flow.normal)) * flow.normal;
+         ((drag.normal - drag.tangential) * dot(flow.relative_wind, flow.normal)) * flow.normal;
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ Mat3 drag_damping(const Drag& drag, const Nodes3& x, const Nodes3& v, const Vec3
   const Vec3 weighted = weighted_wind(drag, flow);
   Mat3 result = (drag.normal - drag.tangential) * flow.normal * flow.normal.transpose();
   result.diagonal().array() += drag.tangential;
-  const double power = weighted.dot(flow.relative_wind);
+  const double power = dot(weighted, flow.relative_wind);
   if (power > 0) result += weighted * (weighted / power).transpose();
   return (0.5 * flow.area * flow.relative_wind.norm()) * result;
 }

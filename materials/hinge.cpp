@@ -6,12 +6,14 @@ namespace weft::materials {
 
 namespace {
 
-using Vec9 = Eigen::Matrix<double, 9, 1>;
+// Columns of outer products over the nodes of a hinge, four pairs of them: the Hessian is minus the
+// sum of left_k right_k^T + right_k left_k^T. One product of tall matrices is faster than its
+// blocks.
+using Factors = Eigen::Matrix<double, 12, 8>;
 
-Vec9 per_node(const Vec3& weights, const Vec3& vector) {
-  Vec9 result;
-  result << weights[0] * vector, weights[1] * vector, weights[2] * vector;
-  return result;
+void add_to_factor(Factors& factors, int column, const std::array<int, 3>& nodes,
+                   const Vec3& weights, const Vec3& vector) {
+  for (int i = 0; i < 3; ++i) factors.block<3, 1>(3 * nodes[i], column) += weights[i] * vector;
 }
 
 // The part of the Hessian that triangle (p, q, r) with the hinge edge p -> q gives. With the unit
@@ -23,47 +25,38 @@ Vec9 per_node(const Vec3& weights, const Vec3& vector) {
 // so block (i, j) is -w_i w_j/h^2 (m N^T + N m^T) - (s_i w_j N e^T + w_i s_j e N^T)/(h l)
 // - s_i s_j/l^2 N m^T. The last term alone is not symmetric, but its sum over both triangles is, so
 // each may give its symmetric part.
-Mat9 triangle_part(const Vec3& edge, const Vec3& arm, const Vec3& normal) {
-  const double squared_edge = edge.squaredNorm();
-  const double length = std::sqrt(squared_edge);
-  const double double_area = normal.norm();
-  const double height = double_area / length;
-  const double foot = edge.dot(arm) / squared_edge;
+void add_triangle(const std::array<int, 3>& nodes, const Vec3& edge, const Vec3& arm,
+                  const Vec3& normal, int column, Factors& left, Factors& right) {
+  const double length = std::sqrt(squared_norm(edge));
+  const double double_area = std::sqrt(squared_norm(normal));
+  const double inverse_height = length / double_area;
+  const double inverse_length = 1 / length;
   const Vec3 unit_normal = normal / double_area;
-  const Vec3 unit_edge = edge / length;
+  const Vec3 unit_edge = edge * inverse_length;
   const Vec3 inward = unit_normal.cross(unit_edge);
+  const double foot = dot(edge, arm) * inverse_length * inverse_length;
   const Vec3 lever(foot - 1, -foot, 1);
   const Vec3 along(-1, 1, 0);
-  const Vec9 lever_normal = per_node(lever, unit_normal);
-  const Vec9 along_normal = per_node(along, unit_normal);
-  const Vec9 lever_inward = per_node(lever, inward / (height * height));
-  const Vec9 mixed =
-      per_node(lever, unit_edge / (height * length)) + per_node(along, inward / (2 * squared_edge));
-  Mat9 result;
-  for (int column = 0; column < 9; ++column) {
-    result.col(column) = -lever_inward[column] * lever_normal -
-                         lever_normal[column] * lever_inward - mixed[column] * along_normal -
-                         along_normal[column] * mixed;
-  }
-  return result;
+  add_to_factor(left, column, nodes, lever, unit_normal);
+  add_to_factor(right, column, nodes, lever, inward * (inverse_height * inverse_height));
+  add_to_factor(left, column + 1, nodes, along, unit_normal);
+  add_to_factor(right, column + 1, nodes, lever, unit_edge * (inverse_height * inverse_length));
+  add_to_factor(right, column + 1, nodes, along, inward * (0.5 * inverse_length * inverse_length));
 }
 
 }  // namespace
 
 Mat12 hinge_hessian(const Nodes4& x) {
   const HingeVectors h = hinge_vectors(x);
-  Mat12 hessian = Mat12::Zero();
-  if (h.flat_triangle) return hessian;
-  hessian.topLeftCorner<9, 9>() = triangle_part(h.edge, h.arm2, h.normal2);
+  if (h.flat_triangle) return Mat12::Zero();
+  Factors left = Factors::Zero();   // and the right ones again in its second half
+  Factors right = Factors::Zero();  // and the left ones
+  add_triangle({0, 1, 2}, h.edge, h.arm2, h.normal2, 0, left, right);
   // The second triangle runs x1 -> x0 -> x3.
-  const Mat9 part = triangle_part(-h.edge, x.col(3) - x.col(1), h.normal3);
-  constexpr std::array<int, 3> nodes = {1, 0, 3};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      hessian.block<3, 3>(3 * nodes[i], 3 * nodes[j]) += part.block<3, 3>(3 * i, 3 * j);
-    }
-  }
-  return hessian;
+  add_triangle({1, 0, 3}, -h.edge, x.col(3) - x.col(1), h.normal3, 2, left, right);
+  left.rightCols<4>() = right.leftCols<4>();
+  right.rightCols<4>() = left.leftCols<4>();
+  return -left.lazyProduct(right.transpose());
 }
 
 }  // namespace weft::materials

@@ -7,32 +7,24 @@ namespace weft::materials {
 
 namespace {
 
-// sum_ij D_ia M_ij D_jb for M_ij = 4 C_ij e_i e_j^T + 2 s_i delta_ij I: a Hessian in the edges
-// carried to the nodes. D is the signed incidence: node a ends edge a + 1 and starts edge a + 2.
-Mat9 from_edges_to_nodes(const Mat3& modulus, const Nodes3& edges, const Vec3& tensions) {
-  std::array<std::array<Mat3, 3>, 3> blocks;
+// d q_i / d x as columns, m: edge i starts at node i + 1 and ends at node i + 2.
+using Gradients = Eigen::Matrix<double, 9, 3>;
+Gradients squared_length_gradients(const Nodes3& edges) {
+  Gradients gradients;
   for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      blocks[i][j] = (4 * modulus(i, j) * edges.col(i)) * edges.col(j).transpose();
-      if (i == j) {
-        blocks[i][i].diagonal().array() += 2 * tensions[i];
-      } else {
-        blocks[j][i] = blocks[i][j].transpose();
-      }
-    }
+    const Vec3 twice = 2 * edges.col(i);
+    gradients.block<3, 1>(3 * i, i).setZero();
+    gradients.block<3, 1>(3 * ((i + 1) % 3), i) = -twice;
+    gradients.block<3, 1>(3 * ((i + 2) % 3), i) = twice;
   }
-  Mat9 result;
-  for (int a = 0; a < 3; ++a) {
-    const int a_end = (a + 1) % 3;
-    const int a_start = (a + 2) % 3;
-    for (int b = 0; b < 3; ++b) {
-      const int b_end = (b + 1) % 3;
-      const int b_start = (b + 2) % 3;
-      result.block<3, 3>(3 * a, 3 * b) = blocks[a_end][b_end] - blocks[a_end][b_start] -
-                                         blocks[a_start][b_end] + blocks[a_start][b_start];
-    }
-  }
-  return result;
+  return gradients;
+}
+
+// G C G^T.
+Mat9 material_stiffness(const Mat3& modulus, const Nodes3& edges) {
+  const Gradients gradients = squared_length_gradients(edges);
+  const Gradients stresses = gradients.lazyProduct(modulus);
+  return stresses.lazyProduct(gradients.transpose());
 }
 
 }  // namespace
@@ -52,7 +44,7 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
   Vec3 cotangents;
   for (int i = 0; i < 3; ++i) {
     membrane.rest_squared_length[i] = edges.col(i).squaredNorm();
-    cotangents[i] = -edges.col((i + 1) % 3).dot(edges.col((i + 2) % 3)) / double_area;
+    cotangents[i] = -dot(edges.col((i + 1) % 3), edges.col((i + 2) % 3)) / double_area;
   }
   // k_i / 2 on the diagonal, c_ij / 2 beside it.
   for (int i = 0; i < 3; ++i) {
@@ -67,12 +59,24 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
 
 Mat9 membrane_stiffness(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v) {
   const Nodes3 edges = opposite_edges(x);
-  return from_edges_to_nodes(membrane.modulus, edges, edge_tensions(membrane, edges, v));
+  const Vec3 tensions = edge_tensions(membrane, edges, v);
+  Mat9 result = material_stiffness(membrane.modulus, edges);
+  // d^2 q_i / dx dx is 2 I on the diagonal of either end of edge i and -2 I between them.
+  for (int i = 0; i < 3; ++i) {
+    const int start = 3 * ((i + 1) % 3);
+    const int end = 3 * ((i + 2) % 3);
+    for (int axis = 0; axis < 3; ++axis) {
+      result(start + axis, start + axis) += 2 * tensions[i];
+      result(end + axis, end + axis) += 2 * tensions[i];
+      result(start + axis, end + axis) -= 2 * tensions[i];
+      result(end + axis, start + axis) -= 2 * tensions[i];
+    }
+  }
+  return result;
 }
 
 Mat9 membrane_damping(const TriangleMembrane& membrane, const Nodes3& x) {
-  return from_edges_to_nodes(membrane.damping_time * membrane.modulus, opposite_edges(x),
-                             Vec3::Zero());
+  return material_stiffness(membrane.damping_time * membrane.modulus, opposite_edges(x));
 }
 
 }  // namespace weft::materials

@@ -32,14 +32,14 @@ inline Nodes3 opposite_edges(const Nodes3& x) {
 // q, m^2.
 inline Vec3 squared_length_changes(const TriangleMembrane& membrane, const Nodes3& edges) {
   const auto& rest = membrane.rest_squared_length;
-  return {edges.col(0).squaredNorm() - rest[0], edges.col(1).squaredNorm() - rest[1],
-          edges.col(2).squaredNorm() - rest[2]};
+  return {squared_norm(edges.col(0)) - rest[0], squared_norm(edges.col(1)) - rest[1],
+          squared_norm(edges.col(2)) - rest[2]};
 }
 
 // J
 inline double membrane_energy(const TriangleMembrane& membrane, const Nodes3& x) {
   const Vec3 change = squared_length_changes(membrane, opposite_edges(x));
-  return 0.5 * change.dot(membrane.modulus * change);
+  return 0.5 * dot(change, membrane.modulus * change);
 }
 
 // C (q + beta q'), one tension per edge, N/m: the edge i pulls its ends together with 2 s_i e_i.
@@ -47,9 +47,9 @@ inline Vec3 edge_tensions(const TriangleMembrane& membrane, const Nodes3& edges,
   Vec3 change = squared_length_changes(membrane, edges);
   if (membrane.damping_time != 0) {
     const double factor = 2 * membrane.damping_time;
-    change[0] += factor * edges.col(0).dot(v.col(2) - v.col(1));
-    change[1] += factor * edges.col(1).dot(v.col(0) - v.col(2));
-    change[2] += factor * edges.col(2).dot(v.col(1) - v.col(0));
+    change[0] += factor * dot(edges.col(0), v.col(2) - v.col(1));
+    change[1] += factor * dot(edges.col(1), v.col(0) - v.col(2));
+    change[2] += factor * dot(edges.col(2), v.col(1) - v.col(0));
   }
   return membrane.modulus * change;
 }

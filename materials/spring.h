@@ -24,11 +24,11 @@ inline double spring_energy(const Spring& spring, const Vec3& x0, const Vec3& x1
 inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
                          const Vec3& v1) {
   const Vec3 difference = x1 - x0;
-  const double squared_length = difference.squaredNorm();
+  const double squared_length = squared_norm(difference);
   if (squared_length == 0) return Vec3::Zero();
   const double length = std::sqrt(squared_length);
   // l'/l = d . d' / l^2, so one division serves the direction and the speed.
-  const double rate_over_length = difference.dot(v1 - v0) / squared_length;
+  const double rate_over_length = dot(difference, v1 - v0) / squared_length;
   return (spring.stiffness *
           (1 - spring.rest_length / length + spring.damping_time * rate_over_length)) *
          difference;
@@ -40,10 +40,10 @@ inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, c
 inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
                              const Vec3& v1) {
   const Vec3 difference = x1 - x0;
-  const double squared_length = difference.squaredNorm();
+  const double squared_length = squared_norm(difference);
   if (squared_length == 0) return spring.stiffness * Mat3::Identity();
   const double length = std::sqrt(squared_length);
-  const double rate_over_length = difference.dot(v1 - v0) / squared_length;
+  const double rate_over_length = dot(difference, v1 - v0) / squared_length;
   const double tension_over_length =
       spring.stiffness * (1 - spring.rest_length / length + spring.damping_time * rate_over_length);
   Mat3 result = ((spring.stiffness - tension_over_length) / squared_length * difference) *
@@ -55,7 +55,7 @@ inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x
 // -d force0 / d v0, N s/m; exact, positive semi-definite. Zero for coincident nodes.
 inline Mat3 spring_damping(const Spring& spring, const Vec3& x0, const Vec3& x1) {
   const Vec3 difference = x1 - x0;
-  const double squared_length = difference.squaredNorm();
+  const double squared_length = squared_norm(difference);
   if (squared_length == 0) return Mat3::Zero();
   return (spring.stiffness * spring.damping_time / squared_length * difference) *
          difference.transpose();

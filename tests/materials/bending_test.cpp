@@ -263,7 +263,7 @@ TEST(Bending, MatchesTheReferenceWhereTheHingeModelIsBiased) {
 
 Nodes3 random_triangle(std::mt19937& generator) {
   for (;;) {
-    const auto x = random_matrix<Nodes3>(generator);
+    auto x = random_matrix<Nodes3>(generator);
     if (Vec3(x.col(1) - x.col(0)).cross(Vec3(x.col(2) - x.col(0))).norm() > 0.3) return x;
   }
 }

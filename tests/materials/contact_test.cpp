@@ -44,7 +44,8 @@ TEST(Barrier, DerivativesAgreeWithDifferences) {
 }
 
 TEST(Barrier, PushesApartAndIsConvex) {
-  for (double gap = 1e-3 * kRange; gap < kRange; gap += 1e-3 * kRange) {
+  for (int step = 1; step < 1000; ++step) {
+    const double gap = 1e-3 * step * kRange;
     EXPECT_GT(at(gap).value, 0);
     EXPECT_LT(at(gap).first, 0);
     EXPECT_GT(at(gap).second, 0);

@@ -16,7 +16,7 @@ constexpr int kTrials = 100;
 // A random triangle whose angles are not too small for finite differences.
 Nodes3 random_triangle(std::mt19937& generator) {
   for (;;) {
-    const auto x = random_matrix<Nodes3>(generator);
+    auto x = random_matrix<Nodes3>(generator);
     const Nodes3 edges = opposite_edges(x);
     const double double_area = edges.col(0).cross(edges.col(1)).norm();
     if (double_area > 0.2 * edges.colwise().squaredNorm().maxCoeff() && double_area > 0.1) return x;
