@@ -127,8 +127,7 @@ struct ExpectedText {
   }
   std::string operator()(const TableMember&) const { return "a table"; }
   std::string operator()(const TableList& list) const {
-    return list.named ? "tables [" + field.key + ".NAME]"
-                      : "an array of tables, [[" + field.key + "]]";
+    return list.named ? "tables by name" : "an array of tables";
   }
 };
 

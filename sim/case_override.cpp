@@ -71,7 +71,10 @@ class Override {
   }
   toml::array& child_array() const {
     toml::node* child = table_->get(key());
-    if (child == nullptr) fail("the case has no " + in_quotes(key()) + " here", "");
+    if (child == nullptr) {
+      fail("the case has no " + in_quotes(join_path(path_, key())),
+           "expected it in the case file, or all of it in one override");
+    }
     if (!child->is_array()) {
       fail(in_quotes(key()) + " is " + kind_of(*child) + " in the case", "expected an array");
     }
@@ -151,7 +154,8 @@ class Override {
     }
     if (at_last_key()) fail("an entry cannot be replaced as a whole", "expected a key of it");
     table_ = list[index].as_table();
-    if (table_ == nullptr) fail(in_quotes(list_key + '.' + key()) + " is not a table", "");
+    if (table_ == nullptr)
+      fail(in_quotes(list_key + '.' + key()) + " is not a table", "expected a table");
     path_ = join_path(join_path(path_, list_key), index);
     ++position_;
   }
@@ -165,6 +169,11 @@ class Override {
                           std::holds_alternative<std::vector<std::string>*>(field.member);
     if (!is_array) {
       fail(in_quotes(key()) + " has no keys of its own", "expected " + expected_text(field));
+    }
+    // The entries beside it stay as they are by default.
+    const std::string by_default = value_text(field);
+    if (table_->get(key()) == nullptr && !by_default.empty()) {
+      set(*table_, key(), parsed("value = " + by_default));
     }
     toml::array& list = child_array();
     ++position_;

@@ -19,8 +19,17 @@ namespace weft::sim {
 
 namespace {
 
-void read_table(const toml::table& source, Table target, const std::string& path,
+void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations);
+
+// What a field takes, with the header of its tables.
+std::string wanted(const Field& field, const std::string& path) {
+  if (const auto* list = std::get_if<TableList>(&field.member)) {
+    return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));
+  }
+  if (std::holds_alternative<TableMember>(field.member)) return "a table, " + heading(path);
+  return expected_text(field);
+}
 
 // Reads one value into one member. Errors stand at the value, or at the entry of an array.
 class ValueReader {
@@ -83,7 +92,7 @@ class ValueReader {
 
  private:
   [[noreturn]] void fail(const toml::node& at, const std::string& message) const {
-    throw CaseError(location_of(at.source()), message, "expected " + expected_text(field_));
+    throw CaseError(location_of(at.source()), message, "expected " + wanted(field_, path_));
   }
   [[noreturn]] void fail_kind() const { fail_kind(node_, in_quotes(field_.key)); }
   [[noreturn]] void fail_kind(const toml::node& at, const std::string& what) const {
@@ -110,7 +119,9 @@ class ValueReader {
   // A whole number serves as a number too.
   double number(const toml::node& at, const std::string& what) const {
     if (!at.is_number()) fail_kind(at, what);
-    const double value = *at.value<double>();
+    const auto* whole = at.as_integer();
+    const double value =
+        whole != nullptr ? static_cast<double>(whole->get()) : at.as_floating_point()->get();
     if (!field_.limits.allow(value)) fail(at, what + " is " + number_text(value));
     return value;
   }
@@ -159,9 +170,9 @@ class ValueReader {
       if (!node.is_table()) fail_kind(node, in_quotes(join_path(field_.key, name)));
       const std::string path = join_path(path_, name);
       locations_.add(path, key_location, location_of(node.source()));
-      Table entry = target.append();
+      const Table entry = target.append();
       *entry.name = name;
-      read_table(*node.as_table(), std::move(entry), path, locations_);
+      read_table(*node.as_table(), entry, path, locations_);
     }
   }
 
@@ -220,12 +231,13 @@ void refuse_misplaced_keys(const Table& target, const std::string& path,
 void require_keys(const toml::table& source, const Table& target, const std::string& path) {
   for (const Field& field : target.fields) {
     if (!field.required || !applies(field, target) || source.contains(field.key)) continue;
-    throw CaseError(location_of(source.source()), heading(path) + " has no " + in_quotes(field.key),
-                    "expected " + in_quotes(field.key) + ", " + expected_text(field));
+    throw CaseError(
+        location_of(source.source()), heading(path) + " has no " + in_quotes(field.key),
+        "expected " + in_quotes(field.key) + ", " + wanted(field, join_path(path, field.key)));
   }
 }
 
-void read_table(const toml::table& source, Table target, const std::string& path,
+void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations) {
   if (target.location != nullptr) *target.location = location_of(source.source());
   refuse_unknown_keys(source, target, path);

@@ -34,7 +34,7 @@ std::string kind_of(const toml::node& node) {
     case toml::node_type::floating_point:
       return "a number with a point or exponent";
     case toml::node_type::boolean:
-      return "true or false";
+      return "a boolean";
     default:
       return "a date or time";
   }
@@ -49,7 +49,9 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
     const std::size_t hint = description.find(": expected");
     const SourceLocation where{path, static_cast<int>(error.source().begin.line),
                                static_cast<int>(error.source().begin.column)};
-    if (hint == std::string::npos) throw CaseError(where, "not TOML: " + description);
+    if (hint == std::string::npos) {
+      throw CaseError(where, "not TOML: " + description, "expected TOML as in https://toml.io");
+    }
     throw CaseError(where, "not TOML: " + description.substr(0, hint),
                     description.substr(hint + 2));
   }
