@@ -99,6 +99,7 @@ class TrajectoryReader {
   int frames() const;
   double time(int frame) const;
   std::string title() const;
+  std::string weft_version() const;  // that wrote it
   std::string case_text() const;
   const std::vector<TrajectoryBody>& bodies() const;
   // By particle, m.

@@ -277,6 +277,7 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
               triangles.data(), "");
   if (!atlas.is_identity()) {
     std::vector<int> particles;
+    particles.reserve(static_cast<std::size_t>(atlas.texel_count()));
     for (int t = 0; t < atlas.texel_count(); ++t) particles.push_back(atlas.particle_of_texel(t));
     const auto rows = static_cast<hsize_t>(atlas.patches().front().rows);
     const auto cols = static_cast<hsize_t>(atlas.patches().front().cols);

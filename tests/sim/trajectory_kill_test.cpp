@@ -69,8 +69,8 @@ class TrajectoryKill : public TrajectoryFolder {
                                                        const std::vector<TrajectoryBody>& bodies,
                                                        int series_count) {
     const auto initial = scene_values(bodies, 0);
-    std::vector<TrajectoryWriter::Series> series;
-    for (int s = 0; s < series_count; ++s) series.push_back({"series" + std::to_string(s), "J"});
+    std::vector<TrajectoryWriter::Series> series(static_cast<std::size_t>(series_count));
+    for (int s = 0; s < series_count; ++s) series[s] = {"series" + std::to_string(s), "J"};
     return std::make_unique<TrajectoryWriter>(
         file, bodies, series, TrajectoryWriter::Options{.title = "kill", .force = true},
         views(initial));

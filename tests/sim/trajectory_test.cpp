@@ -33,7 +33,7 @@ class Trajectory : public TrajectoryFolder {
   static std::vector<TrajectoryWriter::Series> make_series() {
     return {{"time", "s"}, {"energy", "J"}};
   }
-  static void write(const std::string& path, int frames, TrajectoryWriter::Options options) {
+  static void write(const std::string& path, int frames, const TrajectoryWriter::Options& options) {
     const std::vector<TrajectoryBody> bodies = make_scene();
     const auto initial = scene_values(bodies, 0);
     TrajectoryWriter writer(path, bodies, make_series(), options, views(initial));
@@ -210,7 +210,7 @@ TEST_F(Trajectory, SaysWhatIsWrongWithAFile) {
   };
   EXPECT_EQ(error_of("none.h5"), path("none.h5") + ": no such file");
   EXPECT_NE(error_of("").find("is a directory"), std::string::npos);
-  std::ofstream(path("empty.h5"));
+  { const std::ofstream empty(path("empty.h5")); }
   std::ofstream(path("text.h5")) << std::string(5000, 'a');
   for (const char* name : {"empty.h5", "text.h5"}) {
     EXPECT_NE(error_of(name).find("cannot open as an HDF5 file"), std::string::npos)
