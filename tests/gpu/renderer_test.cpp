@@ -45,7 +45,7 @@ Coverage coverage(const std::array<Eigen::Vector2d, 3>& triangle, int col, int r
   bool inside = true;
   bool outside = false;
   for (int edge = 0; edge < 3; ++edge) {
-    const Eigen::Vector2d from = triangle[edge];
+    const Eigen::Vector2d& from = triangle[edge];
     const Eigen::Vector2d along = (triangle[(edge + 1) % 3] - from).normalized();
     const Eigen::Vector2d centre((col + 0.5) * 2 / size - 1, 1 - (row + 0.5) * 2 / size);
     const double distance = along.x() * (centre - from).y() - along.y() * (centre - from).x();
