@@ -11,6 +11,7 @@
 #include <cstring>
 #include <map>
 #include <new>
+#include <string>
 #include <unordered_set>
 #include <vector>
 
@@ -24,8 +25,7 @@ struct CommitFile : H5FD_t {
   haddr_t end_of_allocation = 0;
   haddr_t size = 0;  // of the file on disk
   haddr_t commit_mark = HADDR_UNDEF;
-  // After an error nothing more is written: the last committed state stays, and HDF5 can close.
-  bool failed = false;
+  std::string failure;  // of the disk; nothing more is written then
   std::map<haddr_t, std::vector<unsigned char>> pending;  // metadata by address, not overlapping
   std::unordered_set<haddr_t> written;                    // addresses of metadata on disk
 };
@@ -35,36 +35,39 @@ const CommitFile& as_commit_file(const H5FD_t* file) {
   return *static_cast<const CommitFile*>(file);
 }
 
-herr_t report(const char* what, int error) {
-  H5Epush2(H5E_DEFAULT, __FILE__, what, 0, H5E_ERR_CLS, H5E_VFL, H5E_WRITEERROR, "%s: %s", what,
+herr_t report(const char* function, int error) {
+  H5Epush2(H5E_DEFAULT, __FILE__, function, 0, H5E_ERR_CLS, H5E_VFL, H5E_WRITEERROR, "%s",
            std::strerror(error));
   return -1;
 }
 
-herr_t write_to_disk(CommitFile& file, haddr_t address, const unsigned char* bytes,
-                     std::size_t count) {
+// HDF5 is not told of a full disk: it would leave objects open that it can never close.
+void remember_failure(CommitFile& file, int error) { file.failure = std::strerror(error); }
+
+void write_to_disk(CommitFile& file, haddr_t address, const unsigned char* bytes,
+                   std::size_t count) {
+  if (!file.failure.empty()) return;
   while (count > 0) {
     const ssize_t done = pwrite(file.descriptor, bytes, count, static_cast<off_t>(address));
     if (done < 0 && errno == EINTR) continue;
     if (done <= 0) {
-      file.failed = true;
-      return report("write", done < 0 ? errno : ENOSPC);
+      remember_failure(file, done < 0 ? errno : ENOSPC);
+      return;
     }
     address += static_cast<haddr_t>(done);
     bytes += done;
     count -= static_cast<std::size_t>(done);
     file.size = std::max(file.size, address);
   }
-  return 0;
 }
 
-herr_t resize_on_disk(CommitFile& file, haddr_t size) {
+void resize_on_disk(CommitFile& file, haddr_t size) {
+  if (!file.failure.empty()) return;
   if (ftruncate(file.descriptor, static_cast<off_t>(size)) != 0) {
-    file.failed = true;
-    return report("resize", errno);
+    remember_failure(file, errno);
+    return;
   }
   file.size = size;
-  return 0;
 }
 
 // Drops what is pending in [address, address + size): newer bytes replace it.
@@ -87,53 +90,44 @@ void forget_pending(CommitFile& file, haddr_t address, std::size_t size) {
   }
 }
 
-// Writes what is pending, in the order the header promises.
-herr_t commit(CommitFile& file) {
-  if (file.failed) {
-    file.pending.clear();
-    return 0;
-  }
-  const auto write_where = [&](auto&& condition) -> herr_t {
+// Writes what is pending, in the order the header promises. After a failure each write is skipped,
+// so that no later one can overtake the one that failed.
+void commit(CommitFile& file) {
+  const auto write_where = [&](auto&& condition) {
     for (const auto& [address, bytes] : file.pending) {
-      if (condition(address) && write_to_disk(file, address, bytes.data(), bytes.size()) < 0) {
-        return -1;
-      }
+      if (condition(address)) write_to_disk(file, address, bytes.data(), bytes.size());
     }
-    return 0;
   };
   const auto is_special = [&](haddr_t address) {
     return address == superblock_address || address == file.commit_mark;
   };
   const auto is_new = [&](haddr_t address) { return !file.written.contains(address); };
 
-  if (write_where([&](haddr_t a) { return !is_special(a) && is_new(a); }) < 0) return -1;
+  write_where([&](haddr_t address) { return !is_special(address) && is_new(address); });
   // Readers refuse a file shorter than its superblock says.
-  if (file.size < file.end_of_allocation && resize_on_disk(file, file.end_of_allocation) < 0) {
-    return -1;
-  }
-  if (write_where([](haddr_t a) { return a == superblock_address; }) < 0) return -1;
-  if (write_where([&](haddr_t a) { return !is_special(a) && !is_new(a); }) < 0) return -1;
-  if (write_where([&](haddr_t a) { return a == file.commit_mark; }) < 0) return -1;
+  if (file.size < file.end_of_allocation) resize_on_disk(file, file.end_of_allocation);
+  write_where([](haddr_t address) { return address == superblock_address; });
+  write_where([&](haddr_t address) { return !is_special(address) && !is_new(address); });
+  write_where([&](haddr_t address) { return address == file.commit_mark; });
   for (const auto& [address, bytes] : file.pending) file.written.insert(address);
   file.pending.clear();
-  return 0;
 }
 
 H5FD_t* open_file(const char* name, unsigned flags, hid_t, haddr_t) {
   // Only ever used to make files; readers use HDF5's own driver.
   if ((flags & H5F_ACC_CREAT) == 0) {
-    report("open", ENOTSUP);
+    report(__func__, ENOTSUP);
     return nullptr;
   }
   const int descriptor = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) {
-    report("create", errno);
+    report(__func__, errno);
     return nullptr;
   }
   auto* file = new (std::nothrow) CommitFile();
   if (file == nullptr) {
     ::close(descriptor);
-    report("create", ENOMEM);
+    report(__func__, ENOMEM);
     return nullptr;
   }
   file->descriptor = descriptor;
@@ -142,13 +136,11 @@ H5FD_t* open_file(const char* name, unsigned flags, hid_t, haddr_t) {
 
 herr_t close_file(H5FD_t* base) {
   CommitFile& file = as_commit_file(base);
-  herr_t result = commit(file);
-  if (result == 0 && !file.failed && file.size > file.end_of_allocation) {
-    result = resize_on_disk(file, file.end_of_allocation);
-  }
-  if (::close(file.descriptor) != 0 && result == 0) result = report("close", errno);
+  commit(file);
+  if (file.size > file.end_of_allocation) resize_on_disk(file, file.end_of_allocation);
+  ::close(file.descriptor);
   delete &file;
-  return result;
+  return 0;
 }
 
 herr_t query_features(const H5FD_t*, unsigned long* flags) {
@@ -182,7 +174,7 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
     const ssize_t count =
         pread(file.descriptor, bytes + done, size - done, static_cast<off_t>(address + done));
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return report("read", errno);
+    if (count < 0) return report(__func__, errno);
     if (count == 0) break;  // beyond the end: zeros, as in a sparse file
     done += static_cast<std::size_t>(count);
   }
@@ -199,23 +191,24 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
   return 0;
 }
 
+// noexcept: an exception (no memory) must not unwind through HDF5.
 herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, std::size_t size,
-                   const void* buffer) {
+                   const void* buffer) noexcept {
   CommitFile& file = as_commit_file(base);
-  if (file.failed) return 0;
   const auto* bytes = static_cast<const unsigned char*>(buffer);
-  if (type == H5FD_MEM_DRAW) return write_to_disk(file, address, bytes, size);
-  try {
+  if (type == H5FD_MEM_DRAW) {
+    write_to_disk(file, address, bytes, size);
+  } else {
     forget_pending(file, address, size);
     file.pending[address].assign(bytes, bytes + size);
-  } catch (const std::bad_alloc&) {
-    file.failed = true;
-    return report("write", ENOMEM);
   }
   return 0;
 }
 
-herr_t flush_file(H5FD_t* base, hid_t, hbool_t) { return commit(as_commit_file(base)); }
+herr_t flush_file(H5FD_t* base, hid_t, hbool_t) {
+  commit(as_commit_file(base));
+  return 0;
+}
 
 // Growing is done by commit, shrinking by close_file, after the superblock has been written.
 herr_t truncate_file(H5FD_t*, hid_t, hbool_t) { return 0; }
@@ -269,6 +262,12 @@ herr_t set_commit_mark(hid_t file, hid_t object) {
   if (H5Oget_info(object, &information) < 0 || information.hdr.nchunks != 1) return -1;
   static_cast<CommitFile*>(handle)->commit_mark = information.addr;
   return 0;
+}
+
+std::string commit_failure(hid_t file) {
+  void* handle = nullptr;
+  if (H5Fget_vfd_handle(file, H5P_DEFAULT, &handle) < 0) return "the file is closed";
+  return static_cast<const CommitFile*>(handle)->failure;
 }
 
 }  // namespace weft::sim

@@ -20,9 +20,11 @@
 
 #include <hdf5.h>
 
+#include <string>
+
 namespace weft::sim {
 
-// Size of a page of a file made with prepare_creation, bytes.
+// Size of a page of a file made with set_commit_allocation, bytes.
 inline constexpr hsize_t commit_page_size = 4096;
 
 // Sets the driver in a file access property list, with the newest file format that HDF5 1.10 reads.
@@ -33,5 +35,9 @@ herr_t set_commit_allocation(hid_t file_creation);
 // Makes `object` (a dataset whose header is one piece) the commit mark of `file`, both open. The
 // header must not be split over several pieces: negative then.
 herr_t set_commit_mark(hid_t file, hid_t object);
+// Why the disk refused to take something, or empty. After a failure nothing more is written, so the
+// file stays as it was last committed; HDF5's functions go on to succeed, and whoever calls them
+// must ask here after each flush.
+std::string commit_failure(hid_t file);
 
 }  // namespace weft::sim

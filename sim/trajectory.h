@@ -46,7 +46,8 @@ class TrajectoryError : public std::runtime_error {
 //   /body/NAME/particle      int32 [patches, rows, cols]: particle of each texel (sewn bodies only)
 //   /body/NAME/triangles     int32 [triangles, 3]: texels, by the rule of bsi::quad_triangles
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
-//   /frame/BLOCK/FRAME/...   virtual datasets [texels, 3], one a frame and body, for the sidecar
+//   /frame/F÷16384/F÷128/F/position/NAME   virtual dataset [texels, 3]: frame F for the sidecar
+//                            (and velocity/NAME)
 class TrajectoryWriter {
  public:
   struct Series {
@@ -54,8 +55,8 @@ class TrajectoryWriter {
     std::string units;
   };
   struct Options {
-    std::string title;
-    std::string case_text;
+    std::string title = {};
+    std::string case_text = {};
     bool velocity = false;
     bool force = false;  // overwrite
   };
@@ -96,6 +97,7 @@ class TrajectoryReader {
   int frames() const;
   double time(int frame) const;
   std::string title() const;
+  std::string weft_version() const;  // that wrote it
   std::string case_text() const;
   const std::vector<TrajectoryBody>& bodies() const;
   // By particle, m.

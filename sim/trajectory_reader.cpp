@@ -69,7 +69,7 @@ struct TrajectoryReader::Implementation {
   Access access;
   Handle file;
   std::vector<double> times;
-  std::string title, case_text;
+  std::string title, weft_version, case_text;
   std::vector<TrajectoryBody> bodies;
   std::vector<TrajectoryWriter::Series> series;
 };
@@ -83,6 +83,7 @@ void TrajectoryReader::Implementation::read_header() {
   const std::vector<int> version = access.read_integers(file.get(), "version");
   if (version != std::vector<int>{1}) access.reject("is of a newer format than this Weft reads");
   title = access.read_string(file.get(), "title");
+  weft_version = access.read_string(file.get(), "weft_version");
 
   const Handle text = access.open_dataset(file.get(), "case");
   const Handle type(H5Dget_type(text.get()));
@@ -201,7 +202,7 @@ std::vector<Vec3> TrajectoryReader::Implementation::read_image(int body_index, i
   access.check(H5Dread(dataset.get(), H5T_NATIVE_DOUBLE, make_space({numbers}).get(), source.get(),
                        H5P_DEFAULT, values.data()),
                action);
-  const std::vector<Vec3> texels = to_vectors(values);
+  std::vector<Vec3> texels = to_vectors(values);
   if (body.atlas.is_identity()) return texels;
   std::vector<Vec3> particles(static_cast<std::size_t>(body.atlas.particle_count()));
   for (int t = 0; t < body.atlas.texel_count(); ++t) {
@@ -226,6 +227,8 @@ double TrajectoryReader::time(int frame) const {
 }
 
 std::string TrajectoryReader::title() const { return implementation_->title; }
+
+std::string TrajectoryReader::weft_version() const { return implementation_->weft_version; }
 
 std::string TrajectoryReader::case_text() const { return implementation_->case_text; }
 

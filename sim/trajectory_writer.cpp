@@ -19,8 +19,10 @@ using hdf5::Handle;
 using hdf5::make_space;
 
 constexpr hsize_t series_chunk = 128;  // values: 1 KiB rewritten a frame
-// Frames whose virtual datasets share a group: as many links as fit into one page of metadata.
-constexpr int frames_per_block = 64;
+// Members of a group below /frame: as many links as fit into one page of metadata, with their
+// names.
+constexpr int links_per_group = 128;
+constexpr int frame_name_length = 8;
 
 std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   std::vector<int> result;
@@ -114,12 +116,14 @@ struct TrajectoryWriter::Implementation {
   void create_file();
   void create_root();
   void create_body(const TrajectoryBody& body, std::span<const Vec3> initial_positions);
+  Handle make_group(hid_t parent, const std::string& name, const Handle& properties) const;
   Handle create_list(hid_t group, const std::string& name);
   Handle create_frames(hid_t group, const std::string& name, const bsi::Atlas& atlas,
                        const std::string& units);
   void write_whole(hid_t group, const std::string& name, hid_t file_type, hid_t memory_type,
                    const std::vector<hsize_t>& shape, const void* data, const std::string& units);
   void publish();
+  void flush(const std::string& action) const;
   void close_objects();
 
   void append_frame(hid_t dataset, const bsi::Atlas& atlas, std::span<const Vec3> values);
@@ -134,7 +138,7 @@ struct TrajectoryWriter::Implementation {
   Options options;
   std::string temporary;  // empty once renamed
   std::string sidecar_path;
-  Handle file, body_group, series_group, frame_group, block_group, time;
+  Handle file, body_group, series_group, frame_group, shelf_group, block_group, time;
   std::vector<BodyDatasets> body_datasets;
   std::vector<Handle> series_datasets;
   XdmfFile sidecar;
@@ -189,15 +193,16 @@ void TrajectoryWriter::Implementation::create_root() {
   const Handle ordered(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   H5Pset_obj_track_times(ordered.get(), false);
-  const Handle growing = growing_group_properties(frames_per_block, 6);
-  const auto make_group = [&](const char* name, const Handle& group_properties) {
-    return access.handle(
-        H5Gcreate2(file.get(), name, H5P_DEFAULT, group_properties.get(), H5P_DEFAULT),
-        std::string("create group ") + name);
-  };
-  body_group = make_group("body", ordered);
-  series_group = make_group("series", ordered);
-  frame_group = make_group("frame", growing);
+  const Handle growing = growing_group_properties(links_per_group, frame_name_length);
+  body_group = make_group(file.get(), "body", ordered);
+  series_group = make_group(file.get(), "series", ordered);
+  frame_group = make_group(file.get(), "frame", growing);
+}
+
+Handle TrajectoryWriter::Implementation::make_group(hid_t parent, const std::string& name,
+                                                    const Handle& properties) const {
+  return access.handle(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                       "create group " + name);
 }
 
 void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::string& name,
@@ -269,6 +274,7 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
               triangles.data(), "");
   if (!atlas.is_identity()) {
     std::vector<int> particles;
+    particles.reserve(static_cast<std::size_t>(atlas.texel_count()));
     for (int t = 0; t < atlas.texel_count(); ++t) particles.push_back(atlas.particle_of_texel(t));
     const auto rows = static_cast<hsize_t>(atlas.patches().front().rows);
     const auto cols = static_cast<hsize_t>(atlas.patches().front().cols);
@@ -290,7 +296,7 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
 }
 
 void TrajectoryWriter::Implementation::publish() {
-  access.check(H5Fflush(file.get(), H5F_SCOPE_GLOBAL), "write");
+  flush("create");
   // RENAME_NOREPLACE closes the gap between the look and the rename; not every file system has it.
   const unsigned flags = options.force ? 0 : RENAME_NOREPLACE;
   int result = renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, access.path().c_str(), flags);
@@ -305,11 +311,18 @@ void TrajectoryWriter::Implementation::publish() {
   sidecar.create(sidecar_path, std::filesystem::path(access.path()).filename().string());
 }
 
+void TrajectoryWriter::Implementation::flush(const std::string& action) const {
+  access.check(H5Fflush(file.get(), H5F_SCOPE_GLOBAL), action);
+  const std::string failure = commit_failure(file.get());
+  if (!failure.empty()) access.reject("cannot " + action + ": " + failure);
+}
+
 // Everything open in the file, so that closing the file closes it on disk too.
 void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();
-  for (Handle* handle : {&time, &block_group, &frame_group, &series_group, &body_group}) {
+  for (Handle* handle :
+       {&time, &block_group, &shelf_group, &frame_group, &series_group, &body_group}) {
     handle->close();
   }
 }
@@ -375,24 +388,22 @@ std::string TrajectoryWriter::Implementation::link_view(hid_t group, const std::
 }
 
 void TrajectoryWriter::Implementation::link_views(std::vector<XdmfSurface>& surfaces) {
-  const std::string action = "write frame " + std::to_string(frames);
-  const std::string block = std::to_string(frames / frames_per_block);
-  if (frames % frames_per_block == 0) {
-    const Handle properties = growing_group_properties(frames_per_block, 8);
-    block_group = access.handle(
-        H5Gcreate2(frame_group.get(), block.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
-        action);
+  const Handle growing = growing_group_properties(links_per_group, frame_name_length);
+  // Three levels, so that no group outgrows its page before the two-millionth frame.
+  constexpr int frames_per_shelf = links_per_group * links_per_group;
+  const std::string shelf = std::to_string(frames / frames_per_shelf);
+  const std::string block = std::to_string(frames / links_per_group);
+  if (frames % frames_per_shelf == 0) {
+    shelf_group = make_group(frame_group.get(), shelf, growing);
   }
+  if (frames % links_per_group == 0) block_group = make_group(shelf_group.get(), block, growing);
   const std::string frame = std::to_string(frames);
-  const std::string frame_name = "/frame/" + block + "/" + frame;
+  const std::string frame_name = "/frame/" + shelf + "/" + block + "/" + frame;
   const Handle properties = growing_group_properties(static_cast<int>(bodies.size()) + 1, 16);
-  const auto make_group = [&](hid_t parent, const std::string& name) {
-    return access.handle(
-        H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), action);
-  };
-  const Handle group = make_group(block_group.get(), frame);
-  const Handle positions = make_group(group.get(), "position");
-  const Handle velocities = options.velocity ? make_group(group.get(), "velocity") : Handle();
+  const Handle group = make_group(block_group.get(), frame, properties);
+  const Handle positions = make_group(group.get(), "position", properties);
+  const Handle velocities =
+      options.velocity ? make_group(group.get(), "velocity", properties) : Handle();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const TrajectoryBody& body = bodies[b];
     const std::string home = "/body/" + body.name;
@@ -469,8 +480,7 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
   std::vector<XdmfSurface> surfaces;
   self.link_views(surfaces);
   self.append_value(self.time.get(), time);
-  self.access.check(H5Fflush(self.file.get(), H5F_SCOPE_GLOBAL),
-                    "write frame " + std::to_string(self.frames));
+  self.flush("write frame " + std::to_string(self.frames));
   ++self.frames;
   self.sidecar.append(time, surfaces);
   self.failed = false;
