@@ -52,6 +52,7 @@ struct Axis {
 
 std::vector<Vec3> corners_of_box(const Vec3& lowest, const Vec3& highest) {
   std::vector<Vec3> corners;
+  corners.reserve(8);
   for (int corner = 0; corner < 8; ++corner) {
     corners.emplace_back((corner & 1) != 0 ? highest.x() : lowest.x(),
                          (corner & 2) != 0 ? highest.y() : lowest.y(),
@@ -80,7 +81,7 @@ Camera camera_for_points(std::span<const Vec3> points, double aspect) {
 
   Camera camera;
   const double azimuth = -58 * std::numbers::pi / 180;
-  const double elevation = 24 * std::numbers::pi / 180;
+  const double elevation = 30 * std::numbers::pi / 180;
   const Vec3 backward(std::cos(azimuth) * std::cos(elevation),
                       std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
   const Vec3 right = camera.up.cross(backward).normalized();

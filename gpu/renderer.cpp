@@ -19,7 +19,7 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 
 constexpr int sample_count = 4;  // OpenGL 4.5 guarantees as many
-constexpr int key_shadow_size = 1536;
+constexpr int key_shadow_size = 1024;
 constexpr int sky_shadow_size = 384;
 constexpr int sky_lights = shaders::sky_light_count;
 
@@ -142,6 +142,12 @@ std::array<Vec3, sky_lights> sky_directions(const Vec3& up) {
                                             std::sin(golden_angle * i) * along);
   }
   return directions;
+}
+
+// Where an index is in the buffer of indices, in the form OpenGL asks for.
+const void* byte_offset(int index) {
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): an offset that OpenGL wants as a pointer
+  return reinterpret_cast<const void*>(sizeof(std::uint32_t) * index);
 }
 
 // A stack of depth images that compares on look-up; outside, nothing is in the shadow.
@@ -344,7 +350,8 @@ void Renderer::Implementation::draw_surfaces(std::span<const DrawnSurface> surfa
     const BatchRange& range = batch.range(i);
     gl.Uniform3fv(front_colour, 1, surfaces[i].front_colour.data());
     gl.Uniform3fv(back_colour, 1, surfaces[i].back_colour.data());
-    gl.DrawElements(GL_TRIANGLES, range.triangle_indices, GL_UNSIGNED_INT, range.triangle_offset());
+    gl.DrawElements(GL_TRIANGLES, range.triangle_indices, GL_UNSIGNED_INT,
+                    byte_offset(range.first_triangle_index));
   }
   gl.Disable(GL_POLYGON_OFFSET_FILL);
 }
@@ -355,7 +362,8 @@ void Renderer::Implementation::draw_lines() const {
   gl.UseProgram(line_program);
   gl.Enable(GL_BLEND);
   gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  gl.DrawElements(GL_LINES, batch.line_index_count(), GL_UNSIGNED_INT, batch.line_offset());
+  gl.DrawElements(GL_LINES, batch.line_index_count(), GL_UNSIGNED_INT,
+                  byte_offset(batch.triangle_index_count()));
   gl.Disable(GL_BLEND);
 }
 

@@ -45,7 +45,7 @@ const char* const surface_vertex = R"(#version 450 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 camera_matrix;
-out vec3 surface_position, surface_normal;
+centroid out vec3 surface_position, surface_normal;
 invariant gl_Position;
 void main() {
   surface_position = position;
@@ -67,24 +67,31 @@ uniform float key_texel, sky_texel;    // size of a shadow texel, m
 uniform vec3 front_colour, back_colour;
 layout(binding = 0) uniform sampler2DArrayShadow key_shadow;
 layout(binding = 1) uniform sampler2DArrayShadow sky_shadow;
-in vec3 surface_position, surface_normal;
+centroid in vec3 surface_position, surface_normal;
 out vec4 colour;
 
 vec3 to_srgb(vec3 c) {
   return mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c, lessThan(c, vec3(0.0031308)));
 }
 
-// Sixteen samples on a sunflower's spiral: the rim of the key light's shadow is soft.
+// The share of a square of 3 x 3 texels that is lit: the rim of the key light's shadow is soft.
+// Four gathers of 2 x 2 texels cost a quarter of what as many filtered look-ups do.
 float key_visibility(vec3 position) {
   vec3 place = (key_matrix * vec4(position, 1.0)).xyz;
-  vec2 texel = 3.0 / vec2(textureSize(key_shadow, 0).xy);
+  float depth = min(place.z, 1.0);
+  vec2 size = vec2(textureSize(key_shadow, 0).xy);
+  vec2 texel = place.xy * size - 0.5;
+  vec2 low = floor(texel), weight = texel - low;
   float sum = 0.0;
-  for (int i = 0; i < 16; ++i) {
-    float angle = 2.3999632 * float(i);
-    vec2 offset = sqrt((float(i) + 0.5) / 16.0) * vec2(cos(angle), sin(angle));
-    sum += texture(key_shadow, vec4(place.xy + offset * texel, 0.0, min(place.z, 1.0)));
+  for (int i = 0; i < 4; ++i) {
+    vec2 block = vec2(i & 1, i >> 1);
+    vec4 lit = textureGather(key_shadow, vec3((low + 2.0 * block) / size, 0.0), depth);
+    // Of the four texels along an axis, the outer two count by how far the square reaches in.
+    vec2 first = mix(1.0 - weight, vec2(1.0), block), second = mix(vec2(1.0), weight, block);
+    sum += dot(lit, vec4(first.x * second.y, second.x * second.y, second.x * first.y,
+                         first.x * first.y));
   }
-  return sum / 16.0;
+  return sum / 9.0;
 }
 
 // Light of the sky on a surface with this normal, as a share of what a free level one receives.
@@ -113,8 +120,8 @@ void main() {
   float ground = 0.5 - 0.5 * dot(normal, up);
   float fill = max(dot(normal, view), 0.0);
 
-  vec3 light = key * vec3(0.84, 0.80, 0.74) + sky * vec3(0.50, 0.54, 0.60) +
-               ground * vec3(0.17, 0.16, 0.15) + fill * vec3(0.10);
+  vec3 light = key * vec3(0.93, 0.88, 0.80) + sky * vec3(0.42, 0.46, 0.52) +
+               ground * vec3(0.22, 0.21, 0.20) + fill * vec3(0.10);
   float sheen = pow(max(dot(normal, normalize(view + key_direction)), 0.0), 24.0) * key;
   float rim = pow(1.0 - fill, 4.0) * (0.25 + 0.75 * sky);
   vec3 result = albedo * light + vec3(0.05) * sheen + vec3(0.05) * rim;
@@ -126,7 +133,7 @@ void main() {
 // through.
 const char* const line_fragment = R"(#version 450 core
 uniform vec3 eye;
-in vec3 surface_position, surface_normal;
+centroid in vec3 surface_position, surface_normal;
 out vec4 colour;
 void main() {
   float facing = abs(dot(normalize(eye - surface_position), normalize(surface_normal)));

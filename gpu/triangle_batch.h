@@ -19,11 +19,6 @@ struct BatchVertex {
 // The indices of one surface.
 struct BatchRange {
   int first_triangle_index = 0, triangle_indices = 0;
-
-  // In bytes, in the form OpenGL asks for.
-  const void* triangle_offset() const {
-    return reinterpret_cast<const void*>(sizeof(std::uint32_t) * first_triangle_index);
-  }
 };
 
 class TriangleBatch {
@@ -41,9 +36,6 @@ class TriangleBatch {
   }
   int triangle_index_count() const { return triangle_index_count_; }
   int line_index_count() const { return static_cast<int>(indices_.size()) - triangle_index_count_; }
-  const void* line_offset() const {
-    return reinterpret_cast<const void*>(sizeof(std::uint32_t) * triangle_index_count_);
-  }
   const BatchRange& range(std::size_t surface) const { return ranges_[surface]; }
 
  private:

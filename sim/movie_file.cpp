@@ -28,6 +28,7 @@ std::vector<std::string> ffmpeg_arguments(int pictures, double frames_per_second
 int start_ffmpeg(const std::string& directory, const std::vector<std::string>& arguments,
                  int message_pipe, pid_t& process) {
   std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) {
     pointers.push_back(const_cast<char*>(argument.c_str()));  // posix_spawn does not write to them
   }

@@ -45,6 +45,7 @@ TEST(Camera, SeesAllPointsAsLargeAsTheMarginAllows) {
                        std::exp(4 * coordinate(random)));
       const Vec3 offset = 100 * Vec3(coordinate(random), coordinate(random), coordinate(random));
       std::vector<Vec3> points;
+      points.reserve(30);
       for (int i = 0; i < 30; ++i) {
         points.push_back(offset + scale.cwiseProduct(Vec3(coordinate(random), coordinate(random),
                                                           coordinate(random))));

@@ -47,7 +47,7 @@ class RenderTrajectory : public testing::Test {
     std::vector<TrajectoryBody> bodies(2);
     bodies[0] = {"floor", floor.atlas, false, true, 0};
     bodies[1] = {"sheet", sheet.atlas, true, false, 1e-3};
-    const std::string path = (folder_ / "run.h5").string();
+    std::string path = (folder_ / "run.h5").string();
     TrajectoryWriter writer(path, bodies, {}, {}, {floor.positions, sheet.positions});
     for (int frame = 0; frame < frames; ++frame) {
       std::vector<Vec3> positions = sheet.positions;
