@@ -2,13 +2,9 @@
 // close?
 #pragma once
 
-#include <array>
-
-#include "bsi/geometry_image.h"
+#include "bsi/proximity.h"
 
 namespace weft::bsi {
-
-using FourPoints = std::array<Vec3, 4>;
 
 // Largest fraction t in [0, 1] of the straight paths start -> end up to which the distance is
 // certain to stay above `minimum_separation` (metres, >= 0); 1 when it does on the whole path.

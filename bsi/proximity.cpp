@@ -1,0 +1,247 @@
+#include "bsi/proximity.h"
+
+#include <Eigen/Geometry>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace weft::bsi {
+
+namespace {
+
+// Below this squared sine (of a triangle's corner, of the angle between two edges) rounding may
+// misjudge which feature is closest, so that every one of them is tried.
+constexpr double thin_squared_sine = 1e-12;
+// Below this squared sine two directions count as one: a second one would make E^T E singular.
+constexpr double parallel_squared_sine = 1e-20;
+
+struct OnEdge {
+  double parameter = 0;
+  Vec3 separation = Vec3::Zero();
+};
+
+// The point of an edge closest to a point given relative to the start of that edge.
+inline OnEdge closest_on_edge(const Vec3& from_start, const Vec3& edge) {
+  const double along = from_start.dot(edge);
+  const double squared_length = edge.squaredNorm();
+  if (along <= 0) return {0, from_start};
+  if (along >= squared_length) return {1, from_start - edge};
+  const double parameter = along / squared_length;
+  return {parameter, from_start - parameter * edge};
+}
+
+inline bool inside(double parameter) { return parameter > 0 && parameter < 1; }
+
+// The best point found so far on the border of a triangle, on the edge start -> end.
+struct BorderPoint {
+  double squared_distance = std::numeric_limits<double>::infinity();
+  OnEdge on_edge;
+  int start = 1, end = 2;
+
+  void offer(const Vec3& from_start, const Vec3& edge, int edge_start, int edge_end) {
+    const OnEdge candidate = closest_on_edge(from_start, edge);
+    const double candidate_distance = candidate.separation.squaredNorm();
+    if (candidate_distance >= squared_distance) return;
+    squared_distance = candidate_distance;
+    on_edge = candidate;
+    start = edge_start;
+    end = edge_end;
+  }
+};
+
+Closest at_border(const BorderPoint& best) {
+  Closest result;
+  result.squared_distance = best.squared_distance;
+  result.separation = best.on_edge.separation;
+  result.weight[0] = 1;
+  result.weight[best.start] = best.on_edge.parameter - 1;
+  result.weight[best.end] = -best.on_edge.parameter;
+  if (inside(best.on_edge.parameter)) {
+    result.free_directions = 1;
+    result.free_weights[0][best.start] = 1;
+    result.free_weights[0][best.end] = -1;
+  }
+  return result;
+}
+
+inline Closest at_interior(const Vec3& separation, double weight2, double weight3) {
+  Closest result;
+  result.squared_distance = separation.squaredNorm();
+  result.separation = separation;
+  result.weight = {1, weight2 + weight3 - 1, -weight2, -weight3};
+  result.free_directions = 2;
+  result.free_weights = {{{0, 1, -1, 0}, {0, 1, 0, -1}}};
+  return result;
+}
+
+// The best pair of points found so far on two edges, at parameters s and t.
+struct EdgePair {
+  double squared_distance = std::numeric_limits<double>::infinity();
+  Vec3 separation = Vec3::Zero();
+  double s = 0, t = 0;
+
+  void offer(const Vec3& candidate, double candidate_s, double candidate_t) {
+    const double candidate_distance = candidate.squaredNorm();
+    if (candidate_distance >= squared_distance) return;
+    squared_distance = candidate_distance;
+    separation = candidate;
+    s = candidate_s;
+    t = candidate_t;
+  }
+};
+
+inline Closest at_edge_pair(const EdgePair& best) {
+  Closest result;
+  result.squared_distance = best.squared_distance;
+  result.separation = best.separation;
+  result.weight = {1 - best.s, best.s, best.t - 1, -best.t};
+  if (inside(best.s)) result.free_weights[result.free_directions++] = {-1, 1, 0, 0};
+  if (inside(best.t)) result.free_weights[result.free_directions++] = {0, 0, 1, -1};
+  return result;
+}
+
+}  // namespace
+
+Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3) {
+  const Vec3 edge2 = x2 - x1, edge3 = x3 - x1, from1 = x0 - x1;
+  const Vec3 normal = edge2.cross(edge3);
+  const double scale = normal.squaredNorm();
+  const double squared_lengths = edge2.squaredNorm() * edge3.squaredNorm();
+  // Barycentric coordinates of the foot of the perpendicular, times `scale`.
+  const double area2 = from1.cross(edge3).dot(normal);
+  const double area3 = edge2.cross(from1).dot(normal);
+  const double area1 = scale - area2 - area3;
+  const bool interior = area1 > 0 && area2 > 0 && area3 > 0;
+  const bool thin = !(scale > thin_squared_sine * squared_lengths);
+  // Along the normal the separation keeps its direction even where it is nearly zero.
+  if (interior && !thin)
+    return at_interior((from1.dot(normal) / scale) * normal, area2 / scale, area3 / scale);
+
+  // Outside, the closest point lies on an edge that the foot is beyond: a point's nearest point of
+  // a convex polygon is on an edge that faces it.
+  BorderPoint best;
+  if (thin || area3 <= 0) best.offer(from1, edge2, 1, 2);
+  if (thin || area2 <= 0) best.offer(from1, edge3, 1, 3);
+  if (thin || area1 <= 0) best.offer(x0 - x2, x3 - x2, 2, 3);
+  if (thin && interior && scale > parallel_squared_sine * squared_lengths) {
+    const Vec3 separation = from1 - (area2 / scale) * edge2 - (area3 / scale) * edge3;
+    if (separation.squaredNorm() < best.squared_distance)
+      return at_interior(separation, area2 / scale, area3 / scale);
+  }
+  return at_border(best);
+}
+
+Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3) {
+  // Minimise |from2 + s first - t second|.
+  const Vec3 first = x1 - x0, second = x3 - x2, from2 = x0 - x2;
+  const Vec3 normal = first.cross(second);
+  const double scale = normal.squaredNorm();
+  const double squared_lengths = first.squaredNorm() * second.squaredNorm();
+  // The parameters where the lines are closest, times `scale`.
+  const double scaled_s = second.cross(from2).dot(normal);
+  const double scaled_t = first.cross(from2).dot(normal);
+  const bool interior = scaled_s > 0 && scaled_s < scale && scaled_t > 0 && scaled_t < scale;
+  const bool thin = !(scale > thin_squared_sine * squared_lengths);
+  EdgePair best;
+  if (interior && !thin) {
+    best.offer((from2.dot(normal) / scale) * normal, scaled_s / scale, scaled_t / scale);
+    return at_edge_pair(best);
+  }
+
+  // Otherwise an end is one of the closest points: an end that the lines' pair is beyond (the
+  // square of parameters is convex, and the squared distance a metric on it).
+  const auto offer_end = [&](const Vec3& from_start, const Vec3& edge, bool end_of_first,
+                             double end_parameter) {
+    const OnEdge found = closest_on_edge(from_start, edge);
+    if (end_of_first)
+      best.offer(found.separation, end_parameter, found.parameter);
+    else
+      best.offer(-found.separation, found.parameter, end_parameter);
+  };
+  if (thin || scaled_s <= 0) offer_end(from2, second, true, 0);
+  if (thin || scaled_s >= scale) offer_end(x1 - x2, second, true, 1);
+  if (thin || scaled_t <= 0) offer_end(-from2, first, false, 0);
+  if (thin || scaled_t >= scale) offer_end(x3 - x0, first, false, 1);
+  if (thin && interior && scale > parallel_squared_sine * squared_lengths) {
+    // s is poor here, but with t the best one for it the distance is not.
+    const double s = scaled_s / scale;
+    const OnEdge found = closest_on_edge(from2 + s * first, second);
+    if (inside(found.parameter)) best.offer(found.separation, s, found.parameter);
+  }
+  return at_edge_pair(best);
+}
+
+namespace {
+
+// The frame of the formula in the header: u_k, G and P of at most two sliding directions.
+struct SlidingFrame {
+  std::array<Vec3, 2> dual{Vec3::Zero(), Vec3::Zero()};
+  double inverse00 = 0, inverse01 = 0, inverse11 = 0;
+  Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();
+};
+
+Vec3 weighted_sum(const std::array<double, 4>& weight, const FourPoints& points) {
+  return weight[0] * points[0] + weight[1] * points[1] + weight[2] * points[2] +
+         weight[3] * points[3];
+}
+
+SlidingFrame sliding_frame(const Closest& closest, const FourPoints& points, const Vec3& normal) {
+  SlidingFrame frame;
+  if (closest.free_directions == 0) {
+    frame.projector = Eigen::Matrix3d::Identity() - normal * normal.transpose();
+    return frame;
+  }
+  const Vec3 first = weighted_sum(closest.free_weights[0], points);
+  const double squared_first = first.squaredNorm();
+  if (closest.free_directions == 1) {
+    frame.inverse00 = 1 / squared_first;
+    frame.dual[0] = frame.inverse00 * first;
+    const Vec3 across = normal.cross(first);
+    frame.projector = frame.inverse00 * across * across.transpose();
+    return frame;
+  }
+  const Vec3 second = weighted_sum(closest.free_weights[1], points);
+  const double squared_second = second.squaredNorm();
+  // The determinant of E^T E from the cross product: the difference of products would cancel.
+  const double determinant = first.cross(second).squaredNorm();
+  frame.inverse00 = squared_second / determinant;
+  frame.inverse01 = -first.dot(second) / determinant;
+  frame.inverse11 = squared_first / determinant;
+  frame.dual[0] = frame.inverse00 * first + frame.inverse01 * second;
+  frame.dual[1] = frame.inverse01 * first + frame.inverse11 * second;
+  return frame;
+}
+
+}  // namespace
+
+Hessian12 distance_hessian(const Closest& closest, const FourPoints& points) {
+  assert(closest.squared_distance > 0);
+  const double distance = std::sqrt(closest.squared_distance);
+  const Vec3 normal = closest.separation / distance;
+  const SlidingFrame frame = sliding_frame(closest, points, normal);
+  const Eigen::Matrix3d along = distance * normal * normal.transpose();
+  const Eigen::Matrix3d across = frame.projector / distance;
+  const Eigen::Matrix3d slide0 = frame.dual[0] * normal.transpose();
+  const Eigen::Matrix3d slide1 = frame.dual[1] * normal.transpose();
+  const auto& weight = closest.weight;
+  const auto& free0 = closest.free_weights[0];
+  const auto& free1 = closest.free_weights[1];  // zero where there is no second direction
+
+  Hessian12 hessian;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const double metric = frame.inverse00 * free0[i] * free0[j] +
+                            frame.inverse01 * (free0[i] * free1[j] + free1[i] * free0[j]) +
+                            frame.inverse11 * free1[i] * free1[j];
+      const Eigen::Matrix3d block =
+          (weight[i] * weight[j]) * across - metric * along - (weight[i] * free0[j]) * slide0 -
+          (free0[i] * weight[j]) * slide0.transpose() - (weight[i] * free1[j]) * slide1 -
+          (free1[i] * weight[j]) * slide1.transpose();
+      hessian.block<3, 3>(3 * i, 3 * j) = block;
+      if (i != j) hessian.block<3, 3>(3 * j, 3 * i) = block.transpose();
+    }
+  }
+  return hessian;
+}
+
+}  // namespace weft::bsi
