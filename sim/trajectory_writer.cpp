@@ -376,8 +376,8 @@ void TrajectoryWriter::Implementation::append_steps(std::span<const double> rows
   steps += column.size();
 }
 
-// A dataset [texels, 3] that shows one frame of `source`: what ParaView's readers understand (they
-// silently read nothing through XDMF hyperslabs).
+// A dataset [texels, 3] that shows one frame of `source`: what ParaView's readers understand (not
+// all of them take XDMF hyperslabs).
 std::string TrajectoryWriter::Implementation::link_view(hid_t group, const std::string& group_name,
                                                         const std::string& name,
                                                         const TrajectoryBody& body,
