@@ -1,0 +1,114 @@
+#include "bsi/continuous_collision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace weft::bsi {
+
+namespace {
+
+constexpr int most_queries = 512;
+// The parts of the starting gap where a path is to be left if it must be, and where the search for
+// a proof that all of it is safe is given up.
+constexpr double left_part = 0.1;
+constexpr double hopeless_part = 0.01;
+// The part of the present gap that each advance aims at. The rest is gained at least, so that the
+// loop must end.
+constexpr double aimed_part = 0.05;
+// Each projected gap sums a dozen rounded terms, none larger than the size of the pair.
+constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
+
+// The pair in the moving frame of its first point, which then rests at the origin: a motion common
+// to all points costs no accuracy and no advance.
+struct Motion {
+  std::array<Vec3, 4> position;
+  std::array<Vec3, 4> displacement;
+  double rounding = 0;
+};
+
+Motion relative_motion(const FourPoints& start, const FourPoints& end) {
+  Motion motion;
+  const Vec3 first_displacement = end[0] - start[0];
+  double size = first_displacement.lpNorm<1>();
+  motion.position[0] = motion.displacement[0] = Vec3::Zero();
+  for (int i = 1; i < 4; ++i) {
+    const Vec3 displacement = end[i] - start[i];
+    motion.position[i] = start[i] - start[0];
+    motion.displacement[i] = displacement - first_displacement;
+    // A sum, not a maximum, which would lose what is not a number.
+    size += displacement.lpNorm<1>() + motion.position[i].lpNorm<1>();
+  }
+  motion.rounding = rounding_part * size;
+  return motion;
+}
+
+// How the shadows of both sides on the line along `direction` (a unit vector) approach.
+struct ShadowGap {
+  double at_end = 0;   // the gap at the end of the path
+  double advance = 0;  // the fraction of the path after which it is down to the aim
+};
+
+// `first_count` points (1 or 2) make the first side. Each pair of points, one of either side, is a
+// linear function of time; the gap is the least of them.
+template <int first_count>
+ShadowGap shadow_gap(const std::array<Vec3, 4>& position, const Motion& motion,
+                     const Vec3& direction, double rest_of_path, double aim) {
+  std::array<double, 4> place, speed;
+  for (int i = 0; i < 4; ++i) {
+    place[i] = direction.dot(position[i]);
+    speed[i] = direction.dot(motion.displacement[i]);
+  }
+  ShadowGap result{std::numeric_limits<double>::infinity(),
+                   std::numeric_limits<double>::infinity()};
+  for (int i = 0; i < first_count; ++i) {
+    for (int j = first_count; j < 4; ++j) {
+      const double gap = place[i] - place[j];
+      const double rate = speed[i] - speed[j];
+      result.at_end = std::min(result.at_end, gap + rest_of_path * rate);
+      if (rate < 0) result.advance = std::min(result.advance, (aim - gap) / rate);
+    }
+  }
+  return result;
+}
+
+template <int first_count>
+double safe_fraction(const FourPoints& start, const FourPoints& end, double minimum_separation) {
+  constexpr auto closest = first_count == 1 ? closest_vertex_triangle : closest_edge_edge;
+  const Motion motion = relative_motion(start, end);
+  const double least = minimum_separation + motion.rounding;
+  std::array<Vec3, 4> position = motion.position;
+  double fraction = 0, starting_gap = 0, left_at = -1;
+  for (int query = 0; query < most_queries; ++query) {
+    const Vec3 separation = closest(position[0], position[1], position[2], position[3]).separation;
+    const double distance = separation.norm();
+    const double gap = distance - least;
+    if (query == 0) starting_gap = gap;
+    if (!(starting_gap > 0)) return 0;  // also where the input is not a number
+
+    const ShadowGap shadow = shadow_gap<first_count>(position, motion, separation / distance,
+                                                     1 - fraction, least + aimed_part * gap);
+    if (shadow.at_end > least) return 1;
+    if (left_at < 0 && gap <= left_part * starting_gap) left_at = fraction;
+    if (gap <= hopeless_part * starting_gap || !(shadow.advance > 0)) break;
+    fraction += shadow.advance;
+    if (fraction >= 1) return 1;
+    for (int i = 1; i < 4; ++i)
+      position[i] = motion.position[i] + fraction * motion.displacement[i];
+  }
+  return left_at < 0 ? fraction : left_at;
+}
+
+}  // namespace
+
+double safe_fraction_vertex_triangle(const FourPoints& start, const FourPoints& end,
+                                     double minimum_separation) {
+  return safe_fraction<1>(start, end, minimum_separation);
+}
+
+double safe_fraction_edge_edge(const FourPoints& start, const FourPoints& end,
+                               double minimum_separation) {
+  return safe_fraction<2>(start, end, minimum_separation);
+}
+
+}  // namespace weft::bsi

@@ -1,0 +1,222 @@
+#include "bsi/continuous_collision.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <random>
+#include <sstream>
+#include <vector>
+
+namespace weft::bsi {
+namespace {
+
+enum class Kind { vertex_triangle, edge_edge };
+
+double safe_fraction(Kind kind, const FourPoints& start, const FourPoints& end,
+                     double minimum_separation) {
+  return kind == Kind::vertex_triangle
+             ? safe_fraction_vertex_triangle(start, end, minimum_separation)
+             : safe_fraction_edge_edge(start, end, minimum_separation);
+}
+
+double distance(Kind kind, const FourPoints& x) {
+  const Closest found = kind == Kind::vertex_triangle
+                            ? closest_vertex_triangle(x[0], x[1], x[2], x[3])
+                            : closest_edge_edge(x[0], x[1], x[2], x[3]);
+  return std::sqrt(found.squared_distance);
+}
+
+FourPoints along(const FourPoints& start, const FourPoints& end, double fraction) {
+  FourPoints result;
+  for (int i = 0; i < 4; ++i) result[i] = start[i] + fraction * (end[i] - start[i]);
+  return result;
+}
+
+FourPoints random_points(std::mt19937& random, double size) {
+  std::uniform_real_distribution<double> uniform(-size, size);
+  FourPoints x;
+  for (Vec3& point : x) point = Vec3(uniform(random), uniform(random), uniform(random));
+  return x;
+}
+
+void compare_with_sampling(Kind kind) {
+  std::mt19937 random(3);
+  int stopped = 0, whole = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    SCOPED_TRACE(trial);
+    const FourPoints start = random_points(random, 1);
+    FourPoints end = random_points(random, trial % 3 == 0 ? 3 : 1);
+    if (trial % 2 == 0) end = along(start, end, 0.2);
+    const double minimum = trial % 5 == 0 ? 0.05 : 0;
+    const double gap = distance(kind, start) - minimum;
+    const double fraction = safe_fraction(kind, start, end, minimum);
+    if (gap <= 0) {
+      ASSERT_EQ(fraction, 0);
+      continue;
+    }
+    ASSERT_GT(fraction, 0);
+    ASSERT_LE(fraction, 1);
+    for (int sample = 0; sample <= 200; ++sample)
+      ASSERT_GT(distance(kind, along(start, end, fraction * sample / 200)), minimum);
+    // Stopped means close: what is safe is not held back.
+    const double left = distance(kind, along(start, end, fraction)) - minimum;
+    ASSERT_TRUE(fraction == 1 || left <= 0.101 * gap) << left << " of " << gap;
+    ++(fraction < 1 ? stopped : whole);
+  }
+  EXPECT_GT(stopped, 150);
+  EXPECT_GT(whole, 300);
+}
+
+TEST(ContinuousCollision, VertexTriangleAgainstSampling) {
+  compare_with_sampling(Kind::vertex_triangle);
+}
+TEST(ContinuousCollision, EdgeEdgeAgainstSampling) { compare_with_sampling(Kind::edge_edge); }
+
+// Pairs that touch exactly half way, at every scale and far from the origin: the coordinates are
+// small multiples of a power of two, so that every number below is exact.
+TEST(ContinuousCollision, ExactTouchIsNeverMissed) {
+  std::mt19937 random(19);
+  std::uniform_int_distribution<int> small(-8, 8), scale_exponent(-20, 10);
+  const auto lattice = [&] { return Vec3(small(random), small(random), small(random)); };
+  int tested = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    FourPoints middle = {lattice(), 4 * lattice(), 4 * lattice(), 4 * lattice()};
+    const Kind kind = trial % 2 == 0 ? Kind::vertex_triangle : Kind::edge_edge;
+    if (kind == Kind::vertex_triangle)
+      middle[0] = 0.25 * (middle[1] + middle[2] + 2 * middle[3]);
+    else
+      middle[1] = 0.5 * (middle[2] + middle[3]) * 2 - middle[0];
+    const double unit = std::ldexp(1.0, scale_exponent(random));
+    const Vec3 origin = trial % 3 == 0 ? Vec3(1024, -512, 2048) : Vec3(0, 0, 0);
+    const Vec3 common = trial % 5 == 0 ? Vec3(100, 200, -50) : Vec3(0, 0, 0);
+    FourPoints start, end;
+    for (int i = 0; i < 4; ++i) {
+      const Vec3 step = trial % 7 == 0 ? Vec3(lattice() / 64) : lattice();
+      start[i] = origin + unit * (middle[i] - step - common);
+      end[i] = origin + unit * (middle[i] + step + common);
+    }
+    const double fraction = safe_fraction(kind, start, end, 0);
+    ASSERT_LE(fraction, 0.5) << trial;
+    if (fraction > 0) ++tested;
+    // Touching only at the very end counts as well.
+    ASSERT_LT(safe_fraction(kind, start, along(start, end, 0.5), 0), 1) << trial;
+  }
+  EXPECT_GT(tested, 15000);
+}
+
+TEST(ContinuousCollision, KnownPaths) {
+  const FourPoints start = {Vec3(0.2, 0.3, 1), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
+  FourPoints end = start;
+  end[0].z() = -1;
+  const double fraction = safe_fraction_vertex_triangle(start, end, 0);
+  EXPECT_LT(fraction, 0.5);
+  EXPECT_GT(fraction, 0.45);
+  EXPECT_EQ(safe_fraction_vertex_triangle(start, start, 0.5), 1);
+  EXPECT_EQ(safe_fraction_vertex_triangle(start, end, 1), 0);
+  EXPECT_EQ(safe_fraction_vertex_triangle(start, end, 2), 0);
+  end[0].z() = 0.01;  // stays apart, however near it gets
+  EXPECT_EQ(safe_fraction_vertex_triangle(start, end, 0), 1);
+  end[0].z() = 0;  // touches at the end
+  EXPECT_LT(safe_fraction_vertex_triangle(start, end, 0), 1);
+  end[0].z() = std::nan("");
+  EXPECT_EQ(safe_fraction_vertex_triangle(end, start, 0), 0);
+  EXPECT_LT(safe_fraction_vertex_triangle(start, end, 0), 1);
+}
+
+// What stalls a bound on the plain speed: a long way, very near.
+TEST(ContinuousCollision, SlidingAtATinyGapIsFree) {
+  FourPoints start = {Vec3(0.2, 0.3, 1e-9), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
+  FourPoints end = start;
+  end[0].x() = 100;
+  EXPECT_EQ(safe_fraction_vertex_triangle(start, end, 0), 1);
+  EXPECT_EQ(safe_fraction_vertex_triangle(start, end, 0.9e-9), 1);
+  start = {Vec3(-0.9, 0, 1e-9), Vec3(-0.9, 1, 1e-9), Vec3(-1, 0.5, 0), Vec3(1, 0.4, 0)};
+  end = start;
+  end[0].x() = end[1].x() = 100;
+  EXPECT_EQ(safe_fraction_edge_edge(start, end, 0), 1);
+}
+
+// Spinning past each other closely: the direction of the gap turns all the way.
+TEST(ContinuousCollision, NearMissesStaySafeAndEnd) {
+  std::mt19937 random(23);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int whole = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const double gap = std::pow(10.0, -1 - 8 * std::abs(uniform(random)));
+    FourPoints start = {Vec3(-1, 0, gap), Vec3(1, 0, gap), Vec3(0.1, -1, 0), Vec3(-0.1, 1, 0)};
+    FourPoints end = start;
+    for (Vec3& point : end)
+      point += 5 * Vec3(uniform(random), uniform(random), 0.3 * uniform(random));
+    const double fraction = safe_fraction_edge_edge(start, end, 0);
+    if (fraction == 1) ++whole;
+    ASSERT_GT(fraction, 0);
+    for (int sample = 0; sample <= 100; ++sample) {
+      const FourPoints x = along(start, end, fraction * sample / 100);
+      ASSERT_GT(distance(Kind::edge_edge, x), 0) << trial;
+    }
+  }
+  EXPECT_GT(whole, 200);
+}
+
+struct TruthQuery {
+  FourPoints start, end;
+  bool collides = false;
+};
+
+// One file of 8 rows a query, each x, y, z as numerator and denominator, then the truth. The
+// numbers are doubles written as rationals, so that they come back exactly.
+std::vector<TruthQuery> read_truth(const std::filesystem::path& path) {
+  std::vector<TruthQuery> queries;
+  std::ifstream file(path);
+  std::string line;
+  for (int row = 0; std::getline(file, line); ++row) {
+    if (line.empty()) continue;
+    if (row % 8 == 0) queries.emplace_back();
+    std::array<std::string, 7> cell;
+    std::istringstream cells(line);
+    for (std::string& text : cell) std::getline(cells, text, ',');
+    TruthQuery& query = queries.back();
+    Vec3& point = (row % 8 < 4 ? query.start : query.end)[row % 4];
+    for (int axis = 0; axis < 3; ++axis) {
+      const long double value = std::strtold(cell[2 * axis].c_str(), nullptr) /
+                                std::strtold(cell[2 * axis + 1].c_str(), nullptr);
+      point[axis] = static_cast<double>(value);
+      EXPECT_EQ(static_cast<long double>(point[axis]), value) << path << ":" << row + 1;
+    }
+    query.collides = cell[6][0] == '1';
+  }
+  return queries;
+}
+
+// The sample queries of Wang et al. 2021, "A Large-Scale Benchmark and an Inclusion-Based Algorithm
+// for Continuous Collision Detection", with their exact truth.
+TEST(ContinuousCollision, AgreesWithTheExactTruthOfTheBenchmark) {
+  const char* folder = std::getenv("WEFT_CCD_DATA");
+  if (folder == nullptr)
+    GTEST_SKIP() << "set WEFT_CCD_DATA to the folder of the CCD benchmark's sample queries";
+  int count = 0, colliding = 0, missed = 0, false_alarms = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".csv") continue;
+    const Kind kind = entry.path().parent_path().filename() == "edge-edge" ? Kind::edge_edge
+                                                                           : Kind::vertex_triangle;
+    for (const TruthQuery& query : read_truth(entry.path())) {
+      const bool found = safe_fraction(kind, query.start, query.end, 0) < 1;
+      ++count;
+      colliding += query.collides;
+      missed += query.collides && !found;
+      false_alarms += found && !query.collides;
+    }
+  }
+  std::cout << count << " queries, " << colliding << " collide; missed " << missed
+            << ", false alarms " << false_alarms << "\n";
+  RecordProperty("false_alarms", false_alarms);
+  EXPECT_GT(colliding, 0);
+  EXPECT_EQ(missed, 0);
+}
+
+}  // namespace
+}  // namespace weft::bsi
