@@ -6,6 +6,7 @@
 
 #include "bsi/continuous_collision.h"
 #include "materials/contact.h"
+#include "sim/case_text.h"
 #include "sim/parallel.h"
 
 namespace weft::sim {
@@ -26,10 +27,10 @@ std::string ContactFault::describe(const Scene& scene) const {
       return "the position of " + name(nodes[0]) + " is not finite";
     case Kind::touching:
       return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " (gap " + std::to_string(gap) + " m)";
+             " (gap " + number_text(gap) + " m)";
     case Kind::in_reach:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) + " are within reach of each other (gap " +
-             std::to_string(gap) + " m)";
+             number_text(gap) + " m)";
     case Kind::crossing:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " would pass through each other";
@@ -109,6 +110,8 @@ std::vector<Contact::Pair> Contact::pairs_within(double reach) const {
 
 std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
                                               std::span<const Vec3> velocity, int threads) {
+  active_.clear();
+  mollified_.clear();
   if (const auto bad = search_.update(position))
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
@@ -136,10 +139,12 @@ std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
       if (reach == Reach::in && has_mollified) mine.mollified.push_back(mollified);
     }
   });
-  active_.clear();
-  mollified_.clear();
   for (const Found& part : found) {
-    if (part.fault) return part.fault;
+    if (part.fault) {
+      active_.clear();
+      mollified_.clear();
+      return part.fault;
+    }
     active_.insert(active_.end(), part.active.begin(), part.active.end());
     mollified_.insert(mollified_.end(), part.mollified.begin(), part.mollified.end());
   }
