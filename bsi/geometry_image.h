@@ -68,7 +68,8 @@ class Atlas {
   // Corners of a quad: (r,c), (r,c+1), (r+1,c), (r+1,c+1).
   std::array<int, 4> quad_particles(int quad) const;
   TexelAddress quad_address(int quad) const;
-  // The first texel that holds a particle.
+  TexelAddress texel_address(int texel) const;
+  // The first texel that holds a particle. O(texels) on a sewn atlas: for messages.
   TexelAddress particle_address(int particle) const;
 
  private:
@@ -87,9 +88,9 @@ inline std::array<std::array<int, 3>, 2> quad_triangles(const std::array<int, 4>
   return {{{corner[0], corner[1], corner[2]}, {corner[1], corner[3], corner[2]}}};
 }
 
-// An interior edge with the two triangles that share it.
+// An edge with the one or two triangles that share it.
 struct Edge {
-  std::array<int, 2> vertex{};          // particle indices
+  std::array<int, 2> vertex{};          // particle indices, in the direction of the first triangle
   std::array<int, 2> triangle{-1, -1};  // triangle indices; second is -1 on the border
   std::array<int, 2> opposite{-1, -1};  // the particle across the edge in each of them
 };
@@ -97,7 +98,8 @@ struct Edge {
 // Triangles, edges and their owners, in particle indices. Triangle t belongs to quad t / 2.
 // Every particle and every edge is owned by exactly one of the quads that contain it, so that pairs
 // made from the owned features of two quads never repeat. Edge e of triangle t
-// (triangle_edges[t][e]) is the one opposite its corner e.
+// (triangle_edges[t][e]) is the one opposite its corner e. The owner is the first quad in order;
+// edges are numbered in the order of their owners.
 struct Mesh {
   std::vector<std::array<int, 3>> triangles;
   std::vector<std::array<int, 3>> triangle_edges;
@@ -116,7 +118,8 @@ struct Mesh {
 };
 
 // O(texels). Throws std::invalid_argument on an edge shared by more than two triangles or by two
-// that run along it the same way (an image that is not an orientable surface), naming the place.
+// that run along it the same way (an image that is not an orientable surface), and on a quad that
+// uses one particle twice, naming the place.
 Mesh build_mesh(const Atlas& atlas);
 
 }  // namespace weft::bsi

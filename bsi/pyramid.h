@@ -2,11 +2,13 @@
 // deformed image in one O(n) pass.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "bsi/block_row.h"
 #include "bsi/geometry_image.h"
 
 namespace weft::bsi {
@@ -17,28 +19,149 @@ struct Sphere {
   float radius = -1;
 };
 
+// A distance that no point of one sphere to a point of the other falls short of, whatever the
+// rounding; 0 where they meet, infinity when one of them is empty. Metres.
+double bounding_sphere_gap(const Sphere& first, const Sphere& second);
+
 enum class RadiusPolicy {
-  exact,  // largest distance from the centre to any contained vertex (rounded up)
-  fast,   // carried up from the children: max |c - c_i| + r_i, never more than the half diagonal
+  // Largest distance from the centre to any contained vertex, rounded up. (Blocks of one quad round
+  // their vertices to float32 first, and are larger by up to 2^-22 of the largest coordinate.)
+  exact,
+  // Carried up from the children: max |c - c_i| + r_i, never more than the half diagonal.
+  fast,
+};
+
+// The number of a node of the hierarchy: block (u, v) of a level of a patch, or, with patch ==
+// group, the u-th group of patches at a level above the patch tops (v = 0).
+struct Block {
+  static constexpr int group = -1;
+  int patch = 0;
+  int level = 0;
+  int u = 0;
+  int v = 0;
+  bool operator==(const Block&) const = default;
+};
+
+// Quads [row_begin, row_end) x [col_begin, col_end) of a patch.
+struct QuadRange {
+  int row_begin = 0, row_end = 0;
+  int col_begin = 0, col_end = 0;
+  bool empty() const { return row_begin == row_end || col_begin == col_end; }
 };
 
 // Level l splits the quads of a patch into up to 2^l x 2^l nested blocks, each axis stopping at
 // ceil(log2 of its quads); block boundaries are floor(k * quads / 2^l). The last level bounds one
-// quad. A body of several patches has one more set of levels above the patch tops: see top().
+// quad. A body of several patches has one more set of levels above the patch tops: see top(). Its
+// level k joins patches floor(i * patches / 2^k) up to the next boundary, in the atlas' order.
 //
 // Conservative: every float64 vertex lies inside the float32 spheres of all the blocks that contain
-// it, whatever the rounding.
+// it, whatever the rounding. Spheres of children may stick out of their parent's.
+//
+// All const members may be called from many threads at once.
 class Pyramid {
  public:
+  // Coordinates of this size (metres) and beyond cannot be bounded in float32, whose squares would
+  // overflow; a rebuild treats them like those that are not finite.
+  static constexpr float coordinate_limit = 1e18F;
+
   Pyramid() = default;
   explicit Pyramid(const Atlas& atlas, RadiusPolicy policy = RadiusPolicy::fast);
 
-  // Rebuilds every level from the positions of the atlas' particles. O(quads). Returns the first
-  // texel whose position is not finite (the pyramid is then not usable until the next rebuild).
+  // Rebuilds every level from the positions (metres) of the atlas' particles. O(quads). Returns the
+  // first texel whose position is not finite (the pyramid is then not usable until the next
+  // rebuild). Allocates nothing.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions);
   // Bounds every vertex at both ends of its path, and so all along a straight one.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
                                                           std::span<const Vec3> end);
+  // True after a rebuild that found every position finite.
+  bool is_built() const { return built_; }
+
+  const Atlas& atlas() const { return atlas_; }
+  int patch_count() const { return static_cast<int>(first_level_.size()) - 1; }
+  int levels(int patch) const { return first_level_[patch + 1] - first_level_[patch]; }
+  int blocks_u(int patch, int level) const { return 1 << level_of(patch, level).log_u; }
+  int blocks_v(int patch, int level) const { return 1 << level_of(patch, level).log_v; }
+  QuadRange quads(int patch, int level, int u, int v) const;
+  const Sphere& sphere(int patch, int level, int u, int v) const {
+    const Level& place = level_of(patch, level);
+    return spheres_[place.first + (static_cast<std::size_t>(v) << place.log_u) + u];
+  }
+  // All spheres of a level, row by row (v), blocks_u(patch, level) a row.
+  std::span<const Sphere> level_spheres(int patch, int level) const;
+  // Levels above the patch tops: 0 for a single patch, else ceil(log2(patches)).
+  int group_levels() const { return group_levels_; }
+  // The 2^level spheres of a level above the patch tops.
+  std::span<const Sphere> group_spheres(int level) const;
+  // Bounds the whole body.
+  const Sphere& top() const { return sphere(root()); }
+
+  // The tree, for traversals. Its leaves are blocks of one quad.
+  Block root() const { return {group_levels_ > 0 ? Block::group : 0, 0, 0, 0}; }
+  const Sphere& sphere(const Block& block) const {
+    if (block.patch != Block::group) {
+      return sphere(block.patch, block.level, block.u, block.v);
+    }
+    return spheres_[first_group_ + (std::size_t{1} << block.level) - 1 + block.u];
+  }
+  bool is_leaf(const Block& block) const {
+    return block.patch != Block::group && block.level + 1 == levels(block.patch);
+  }
+  // The quad that a leaf bounds, in the atlas' numbers.
+  int quad_of_leaf(const Block& leaf) const;
+  // The 1 to 4 children that are not empty, u before v; returns their number. Not for leaves.
+  int children(const Block& block, std::array<Block, 4>& child) const;
+
+ private:
+  // 2^log_u x 2^log_v blocks, row by row from spheres_[first] on.
+  struct Level {
+    std::size_t first = 0;
+    int log_u = 0;
+    int log_v = 0;
+  };
+  struct Box {
+    std::array<float, 3> low{}, high{};
+  };
+
+  const Level& level_of(int patch, int level) const {
+    return level_table_[first_level_[patch] + level];
+  }
+  void add_levels(const Patch& patch);
+  std::optional<TexelAddress> rebuild_all();
+  std::optional<TexelAddress> rebuild_patch(int patch);
+  template <int ends>
+  bool load_row(int patch, int row, VertexRow& vertices) const;
+  TexelAddress first_unbounded(int patch, int row) const;
+  void finish_row(int patch, int level, int v);
+  void tighten_top_levels(int patch);
+  void rebuild_groups();
+  void refine_to_exact();
+  float exact_radius(const Block& block);
+  double squared_reach(const Block& block, const Vec3& centre);
+  double squared_reach_of_vertices(int patch, const QuadRange& range, int row_step, int col_step,
+                                   const Vec3& centre) const;
+  QuadRange quads(const Block& block) const {
+    return quads(block.patch, block.level, block.u, block.v);
+  }
+  std::array<int, 2> patches_of_group(int level, int index) const;
+
+  Atlas atlas_;
+  RadiusPolicy policy_ = RadiusPolicy::fast;
+  std::vector<int> first_level_{0};  // by patch, into level_table_
+  std::vector<Level> level_table_;
+  std::size_t first_group_ = 0;
+  int group_levels_ = 0;
+  std::vector<Sphere> spheres_;
+  bool built_ = false;
+
+  // Of the rebuild in progress.
+  std::array<std::span<const Vec3>, 2> ends_;
+  int end_count_ = 1;
+  std::array<VertexRow, 2> vertex_rows_;
+  BlockRow quad_row_;
+  std::vector<std::array<BlockRow, 2>> block_rows_;  // by level: an even and an odd row
+  std::vector<Box> patch_boxes_;
+  std::vector<Block> pending_;
 };
 
 }  // namespace weft::bsi

@@ -14,6 +14,7 @@ struct Surface {
 };
 
 // All throw std::invalid_argument on a non-positive size or too few vertices.
+// Particles are numbered in the order of their first texels.
 
 // In the x-y plane, centred on the origin: u along x, v along y; normal +z.
 Surface make_rectangle(double size_x, double size_y, int rows, int cols);
@@ -21,13 +22,14 @@ Surface make_rectangle(double size_x, double size_y, int rows, int cols);
 // normal outwards.
 Surface make_cylinder(double radius, double length, int rows, int cols);
 // Around the z axis: u around the tube (wrapped), v around the axis (wrapped); normal outwards.
+// Throws too when the minor radius reaches the major one: the tube would run through itself.
 Surface make_torus(double major_radius, double minor_radius, int rows, int cols);
 // Six sewn patches of n x n vertices, the faces of a cube with equal angles between the vertices;
 // normal outwards.
 Surface make_sphere(double radius, int n);
 // Patches of `rows` x `cols` positions given texel by texel, as read from a file. Texels of
-// different patch borders at exactly the same position are sewn. Throws on a non-finite position,
-// naming the texel.
+// the borders of different patches at exactly the same position are sewn. Throws on a non-finite
+// position, naming the texel.
 Surface make_from_texels(int patches, int rows, int cols, const std::vector<Vec3>& texels,
                          bool wrap_u, bool wrap_v);
 

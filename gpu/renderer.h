@@ -19,13 +19,27 @@ struct Picture {
   std::vector<std::uint8_t> rgb;  // 3 bytes a pixel, top row first
 };
 
+// Red, green and blue, linear (not sRGB), 0..1.
+using Colour = std::array<float, 3>;
+
+// All positions finite, all indices within `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
   std::span<const std::array<int, 3>> triangles;  // particle indices
-  std::array<float, 3>
-      front_colour{};  // linear 0..1; side the triangles are counter-clockwise from
-  std::array<float, 3> back_colour{};
+  Colour front_colour{};                          // of the side they are counter-clockwise from
+  Colour back_colour{};
+  // Thin darker lines on the surface, as pairs of particles: for rows and columns of the image.
+  std::span<const std::array<int, 2>> lines = {};
 };
+
+// Colours that go together, a lighter one for the back; they repeat after 8.
+struct SurfaceColours {
+  Colour front{};
+  Colour back{};
+};
+SurfaceColours palette(int index);
+// The grey of obstacles.
+SurfaceColours obstacle_colours();
 
 struct Camera {
   Vec3 eye{3, -3, 2};
@@ -34,19 +48,33 @@ struct Camera {
   double field_of_view_deg = 35;  // vertical
 };
 
-// A camera that sees the whole box from a three-quarter view, a little above.
+// A camera that sees all the points from a three-quarter view, a little above, as near as a margin
+// of a twentieth on each side allows, with what it sees in the middle; `aspect` is width / height.
+// Points less than 1 mm apart are seen as a box of 1 mm. O(points). Precondition: at least one
+// point, all finite.
+Camera camera_for_points(std::span<const Vec3> points, double aspect);
+// The same for a box, which is seen whole: lowest <= highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
 
-// Owns an OSMesa context with an OpenGL 4.5 core profile. One backend a process. Throws
-// std::runtime_error with the reason when no context can be had.
+// Lines for DrawnSurface: the borders of each patch, and rows and columns in steps of the smallest
+// power of two that makes at most 12 of them along an axis.
+std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas);
+
+// Owns an OpenGL 4.5 core context (gpu/gl_context.h). Throws std::runtime_error with the reason
+// when no context can be had, or the size is beyond what it can draw. The first one of a process
+// takes 0.1 s or more (shaders are compiled; Mesa caches them on disk).
 class Renderer {
  public:
+  // Pixels; 1..8192 each.
   Renderer(int width, int height);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
-  // Shaded with smooth normals, two-sided, anti-aliased, on a light background with a soft ground
-  // shade.
+  // Shaded with smooth normals (area-weighted), two-sided, anti-aliased, on a light background. A
+  // key light with soft shadows stands to the left of the camera; the rest is light of the sky
+  // (`camera.up`), shadowed too, so that folds and contacts darken. Shadows are for what the camera
+  // looks at: they reach twice as far from `camera.target` as the picture does. The same input
+  // gives the same bytes. Throws std::runtime_error when OpenGL fails (memory).
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:
@@ -54,7 +82,7 @@ class Renderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// Throws std::runtime_error when the file cannot be written.
+// 8-bit sRGB. Throws std::runtime_error, which names the file, when it cannot be written.
 void write_png(const std::string& path, const Picture& picture);
 
 }  // namespace weft::gpu

@@ -1,30 +1,61 @@
-// The contact barrier and regularised friction as functions of one number each.
+// The contact barrier and regularised friction as functions of one number each, inline: they are
+// called for every contact of every evaluation.
 #pragma once
+
+#include <cassert>
+#include <cmath>
 
 namespace weft::materials {
 
 // W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond: value and derivatives
-// with respect to the gap g, J, N, N/m, N/m^2. C2 at g = range. Precondition: g > 0. (Li et al.
-// 2020, Incremental Potential Contact, eq. 6.)
+// with respect to the gap g, J, N, N/m, N/m^2, for a stiffness in N/m. C2 at g = range; the third
+// derivative jumps there. Precondition: g > 0 (g <= 0 gives NaN or infinities in a release build,
+// never a finite force). (Li et al. 2020, Incremental Potential Contact, eq. 6.)
 struct BarrierDerivatives {
   double value = 0, first = 0, second = 0, third = 0;
 };
-BarrierDerivatives barrier(double gap, double range, double stiffness);
+inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
+  assert(gap > 0 && range > 0);
+  if (gap >= range) return {};
+  const double inverse = 1 / gap;
+  const double depth = gap - range;         // negative
+  const double relative = depth * inverse;  // 1 - range / g
+  const double ratio = range * inverse;
+  // log1p would keep more digits near the range, where the force vanishes, and lose them near
+  // contact.
+  const double logarithm = std::log(gap / range);
+  return {-stiffness * depth * depth * logarithm, -stiffness * depth * (2 * logarithm + relative),
+          -stiffness * (2 * logarithm + (4 - relative) * relative),
+          -2 * stiffness * inverse * (1 + ratio * (1 + ratio))};
+}
 
-// Regularised Coulomb friction: magnitude factor f(s) in [0, 1] of the sliding speed s (m/s):
+// Regularised Coulomb friction: magnitude factor f(s) in [0, 1] of the sliding speed s >= 0 (m/s):
 // 2 s/e - (s/e)^2 for s < e, else 1 (IPC, eq. 13 ff.), returned as f(s)/s so that force = -mu N
-// (f/s) v_t is smooth at rest, with d f / d s.
+// (f/s) v_t is smooth at rest, with d f / d s. Precondition: e > 0.
 struct FrictionFactor {
   double over_speed = 0;  // f(s) / s, s/m
   double slope = 0;       // f'(s), s/m
 };
-FrictionFactor friction_factor(double speed, double regularisation_speed);
+inline FrictionFactor friction_factor(double speed, double regularisation_speed) {
+  assert(speed >= 0 && regularisation_speed > 0);
+  if (speed >= regularisation_speed) return {1 / speed, 0};
+  const double inverse = 1 / regularisation_speed;
+  const double ratio = speed * inverse;
+  return {(2 - ratio) * inverse, 2 * (1 - ratio) * inverse};
+}
 
 // Edge-edge mollifier (IPC, section 4.1): 1 where the squared cross product c of the edges is >=
-// the threshold, falling smoothly to 0 for parallel ones: m = -(c/e)^2 + 2 c/e.
+// the threshold e > 0, falling smoothly to 0 for parallel ones: m = -(c/e)^2 + 2 c/e. c and e in
+// m^4; derivatives with respect to c. C1 at c = e.
 struct MollifierDerivatives {
   double value = 1, first = 0, second = 0;
 };
-MollifierDerivatives edge_edge_mollifier(double squared_cross_product, double threshold);
+inline MollifierDerivatives edge_edge_mollifier(double squared_cross_product, double threshold) {
+  assert(squared_cross_product >= 0 && threshold > 0);
+  if (squared_cross_product >= threshold) return {};
+  const double inverse = 1 / threshold;
+  const double ratio = squared_cross_product * inverse;
+  return {ratio * (2 - ratio), 2 * (1 - ratio) * inverse, -2 * inverse * inverse};
+}
 
 }  // namespace weft::materials

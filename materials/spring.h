@@ -1,6 +1,8 @@
 // A spring between two nodes with Kelvin-Voigt damping: W = k/2 (l - L)^2, dissipation k beta l'^2
-// / 2.
+// / 2. Every function is inline: the caller's loop over springs is the hot one.
 #pragma once
+
+#include <cmath>
 
 #include "materials/types.h"
 
@@ -13,15 +15,50 @@ struct Spring {
 };
 
 // J
-double spring_energy(const Spring& spring, const Vec3& x0, const Vec3& x1);
+inline double spring_energy(const Spring& spring, const Vec3& x0, const Vec3& x1) {
+  const double extension = (x1 - x0).norm() - spring.rest_length;
+  return 0.5 * spring.stiffness * extension * extension;
+}
+
 // Force on node 0, N; node 1 gets the opposite one. Zero for coincident nodes.
-Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
-                  const Vec3& v1);
+inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
+                         const Vec3& v1) {
+  const Vec3 difference = x1 - x0;
+  const double squared_length = squared_norm(difference);
+  if (squared_length == 0) return Vec3::Zero();
+  const double length = std::sqrt(squared_length);
+  // l'/l = d . d' / l^2, so one division serves the direction and the speed.
+  const double rate_over_length = dot(difference, v1 - v0) / squared_length;
+  return (spring.stiffness *
+          (1 - spring.rest_length / length + spring.damping_time * rate_over_length)) *
+         difference;
+}
+
 // -d force0 / d x0 at constant velocity of extension (exact without damping), N/m. Node pairs: [K
-// -K; -K K].
-Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
-                      const Vec3& v1);
-// -d force0 / d v0, N s/m; exact.
-Mat3 spring_damping(const Spring& spring, const Vec3& x0, const Vec3& x1);
+// -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T; indefinite under compression. k I
+// for coincident nodes: exact for a spring without rest length, and a usable step otherwise.
+inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
+                             const Vec3& v1) {
+  const Vec3 difference = x1 - x0;
+  const double squared_length = squared_norm(difference);
+  if (squared_length == 0) return spring.stiffness * Mat3::Identity();
+  const double length = std::sqrt(squared_length);
+  const double rate_over_length = dot(difference, v1 - v0) / squared_length;
+  const double tension_over_length =
+      spring.stiffness * (1 - spring.rest_length / length + spring.damping_time * rate_over_length);
+  Mat3 result = ((spring.stiffness - tension_over_length) / squared_length * difference) *
+                difference.transpose();
+  result.diagonal().array() += tension_over_length;
+  return result;
+}
+
+// -d force0 / d v0, N s/m; exact, positive semi-definite. Zero for coincident nodes.
+inline Mat3 spring_damping(const Spring& spring, const Vec3& x0, const Vec3& x1) {
+  const Vec3 difference = x1 - x0;
+  const double squared_length = squared_norm(difference);
+  if (squared_length == 0) return Mat3::Zero();
+  return (spring.stiffness * spring.damping_time / squared_length * difference) *
+         difference.transpose();
+}
 
 }  // namespace weft::materials

@@ -98,6 +98,8 @@ struct MotionCase {
   SourceLocation location;
 };
 
+// Holds every vertex that any selector names; rows and cols together name the block of both, one
+// alone whole rows or columns.
 struct PinCase {
   std::vector<std::string>
       corners;  // "first_first", "first_last", "last_first", "last_last" (row_col), or "all"
@@ -154,8 +156,8 @@ struct Case {
   std::vector<ObstacleCase> obstacle;  // [[obstacle]]
 
   std::string path;  // of the file, for relative paths and messages
-  std::string
-      resolved_text;  // the case as TOML with every default and override, for the trajectory
+  // The case as TOML with every default and override, for the trajectory.
+  std::string resolved_text;
 };
 
 }  // namespace weft::sim

@@ -1,0 +1,216 @@
+#include "bsi/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace weft::bsi {
+
+namespace {
+
+void check_size(const char* name, double value) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw std::invalid_argument(std::string(name) + " must be a positive length, not " +
+                              std::to_string(value));
+}
+
+// Runs through the patch row by row; position(row, col) in metres.
+template <typename Position>
+Surface make_patch(const Patch& patch, Position position) {
+  Surface surface;
+  surface.atlas = Atlas({patch});  // first: it checks the size
+  surface.positions.reserve(surface.atlas.particle_count());
+  for (int row = 0; row < patch.rows; ++row) {
+    for (int col = 0; col < patch.cols; ++col) surface.positions.push_back(position(row, col));
+  }
+  return surface;
+}
+
+double turn(int index, int count) { return 2 * std::numbers::pi * index / count; }
+
+}  // namespace
+
+Surface make_rectangle(double size_x, double size_y, int rows, int cols) {
+  check_size("the rectangle's size along x", size_x);
+  check_size("the rectangle's size along y", size_y);
+  return make_patch({rows, cols}, [&](int row, int col) {
+    return Vec3(size_x * (static_cast<double>(col) / (cols - 1) - 0.5),
+                size_y * (static_cast<double>(row) / (rows - 1) - 0.5), 0.0);
+  });
+}
+
+Surface make_cylinder(double radius, double length, int rows, int cols) {
+  check_size("the cylinder's radius", radius);
+  check_size("the cylinder's length", length);
+  return make_patch({rows, cols, true, false}, [&](int row, int col) {
+    const double angle = turn(col, cols);
+    return Vec3(radius * std::cos(angle), radius * std::sin(angle),
+                length * (static_cast<double>(row) / (rows - 1) - 0.5));
+  });
+}
+
+Surface make_torus(double major_radius, double minor_radius, int rows, int cols) {
+  check_size("the torus' major radius", major_radius);
+  check_size("the torus' minor radius", minor_radius);
+  if (minor_radius >= major_radius) {
+    throw std::invalid_argument("the torus' minor radius must be smaller than its major radius");
+  }
+  return make_patch({rows, cols, true, true}, [&](int row, int col) {
+    const double tube = turn(col, cols);
+    const double axis = turn(row, rows);
+    const double distance = major_radius + minor_radius * std::cos(tube);
+    // Downwards on the outside, so that u x v points out of the tube.
+    return Vec3(distance * std::cos(axis), distance * std::sin(axis),
+                -minor_radius * std::sin(tube));
+  });
+}
+
+namespace {
+
+using Lattice = std::array<int, 3>;
+
+// A point of the cube's surface in whole numbers, -(n - 1) .. n - 1 along each axis, so that texels
+// of different faces are told to be the same without comparing floating-point numbers.
+Lattice cube_point(int face, int row, int col, int n) {
+  const int normal_axis = face / 2;
+  const int sign = face % 2 == 0 ? 1 : -1;
+  Lattice point{};
+  point[normal_axis] = sign * (n - 1);
+  // (u, v, normal) is right-handed on every face: u turns round on the negative ones.
+  point[(normal_axis + 1) % 3] = sign * (2 * col - (n - 1));
+  point[(normal_axis + 2) % 3] = 2 * row - (n - 1);
+  return point;
+}
+
+Vec3 on_unit_sphere(const Lattice& point, int n) {
+  Vec3 direction;
+  for (int axis = 0; axis < 3; ++axis) {
+    direction[axis] = std::tan(std::numbers::pi / 4 * point[axis] / (n - 1));
+  }
+  return direction.normalized();
+}
+
+// The texels in groups at the same key, each group in rising order: indices sorted by (key, texel).
+template <typename Less>
+void sort_texels(std::vector<int>& texels, Less less) {
+  std::ranges::sort(texels, [&](int a, int b) {
+    if (less(a, b)) return true;
+    if (less(b, a)) return false;
+    return a < b;
+  });
+}
+
+// Numbers particles in the order of their first texels, given for each texel the first texel that
+// it coincides with.
+std::vector<int> number_particles(std::vector<int> first_of) {
+  int count = 0;
+  for (std::size_t texel = 0; texel < first_of.size(); ++texel) {
+    const auto first = static_cast<std::size_t>(first_of[texel]);
+    // first <= texel: earlier entries hold particle indices by now.
+    first_of[texel] = first == texel ? count++ : first_of[first];
+  }
+  return first_of;
+}
+
+}  // namespace
+
+Surface make_sphere(double radius, int n) {
+  check_size("the sphere's radius", radius);
+  const std::vector<Patch> faces(6, Patch{n, n});
+  const Atlas unsewn(faces);
+  std::vector<Lattice> points;
+  points.reserve(unsewn.texel_count());
+  for (int face = 0; face < 6; ++face) {
+    for (int row = 0; row < n; ++row) {
+      for (int col = 0; col < n; ++col) points.push_back(cube_point(face, row, col, n));
+    }
+  }
+  std::vector<int> order(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  sort_texels(order, [&](int a, int b) { return points[a] < points[b]; });
+  std::vector<int> first_of(points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && points[order[i]] == points[order[i - 1]];
+    first_of[order[i]] = same ? first_of[order[i - 1]] : order[i];
+  }
+  std::vector<int> particles = number_particles(std::move(first_of));
+  Surface surface;
+  surface.positions.resize(*std::ranges::max_element(particles) + 1);
+  for (std::size_t texel = 0; texel < points.size(); ++texel) {
+    surface.positions[particles[texel]] = radius * on_unit_sphere(points[texel], n);
+  }
+  surface.atlas = Atlas(faces, std::move(particles));
+  return surface;
+}
+
+namespace {
+
+bool on_border(const Patch& patch, const TexelAddress& place) {
+  const bool end_u = place.col == 0 || place.col == patch.cols - 1;
+  const bool end_v = place.row == 0 || place.row == patch.rows - 1;
+  return (end_u && !patch.wrap_u) || (end_v && !patch.wrap_v);
+}
+
+void check_finite(const Atlas& atlas, const std::vector<Vec3>& texels) {
+  for (std::size_t texel = 0; texel < texels.size(); ++texel) {
+    if (texels[texel].allFinite()) continue;
+    const TexelAddress place = atlas.texel_address(static_cast<int>(texel));
+    throw std::invalid_argument("the position at patch " + std::to_string(place.patch) + ", row " +
+                                std::to_string(place.row) + ", column " +
+                                std::to_string(place.col) + " is not finite");
+  }
+}
+
+// For each texel the first one it is sewn to, itself where there is no other. Texels of one patch
+// alone are left apart, even at the same place.
+std::vector<int> sew(const Atlas& atlas, const std::vector<Vec3>& texels) {
+  std::vector<int> first_of(texels.size());
+  std::iota(first_of.begin(), first_of.end(), 0);
+  std::vector<int> border;
+  std::vector<int> patch_of(texels.size());
+  for (std::size_t i = 0; i < texels.size(); ++i) {
+    const auto texel = static_cast<int>(i);
+    const TexelAddress place = atlas.texel_address(texel);
+    patch_of[i] = place.patch;
+    if (on_border(atlas.patches()[place.patch], place)) border.push_back(texel);
+  }
+  sort_texels(border, [&](int a, int b) {
+    return std::ranges::lexicographical_compare(texels[a], texels[b]);
+  });
+  for (std::size_t begin = 0, end = 0; begin < border.size(); begin = end) {
+    while (end < border.size() && texels[border[end]] == texels[border[begin]]) ++end;
+    if (patch_of[border[begin]] == patch_of[border[end - 1]]) continue;
+    for (std::size_t i = begin; i < end; ++i) first_of[border[i]] = border[begin];
+  }
+  return first_of;
+}
+
+}  // namespace
+
+Surface make_from_texels(int patches, int rows, int cols, const std::vector<Vec3>& texels,
+                         bool wrap_u, bool wrap_v) {
+  if (patches < 1) throw std::invalid_argument("at least one patch is needed");
+  const std::vector<Patch> sizes(patches, Patch{rows, cols, wrap_u, wrap_v});
+  const Atlas unsewn(sizes);
+  if (static_cast<std::int64_t>(texels.size()) != unsewn.texel_count()) {
+    throw std::invalid_argument(std::to_string(texels.size()) + " positions were given for " +
+                                std::to_string(unsewn.texel_count()) + " texels");
+  }
+  check_finite(unsewn, texels);
+  std::vector<int> particles = number_particles(sew(unsewn, texels));
+  const int count = *std::ranges::max_element(particles) + 1;
+  if (count == unsewn.texel_count()) return {unsewn, texels};
+  Surface surface;
+  surface.positions.resize(count);
+  for (std::size_t texel = 0; texel < texels.size(); ++texel) {
+    surface.positions[particles[texel]] = texels[texel];
+  }
+  surface.atlas = Atlas(sizes, std::move(particles));
+  return surface;
+}
+
+}  // namespace weft::bsi

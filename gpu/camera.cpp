@@ -1,0 +1,108 @@
+// Where to look from.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "gpu/renderer.h"
+
+namespace weft::gpu {
+namespace {
+
+constexpr double margin = 1.1;  // the picture's size, as a factor on what must be seen
+
+// What the points ask of the eye along one axis of the picture. A point is seen when its slope
+// |across - eye_across| / (eye_depth - depth) is at most the picture's.
+struct Axis {
+  std::vector<Eigen::Vector2d> points;  // across, and depth towards the eye
+
+  double largest(double across, double depth) const {
+    double value = -std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector2d& point : points) {
+      value = std::max(value, across * point[0] + depth * point[1]);
+    }
+    return value;
+  }
+  // The nearest depth of the eye at which everything fits between lines of this slope: where the
+  // highest line that falls and the lowest line that rises meet.
+  double nearest_eye(double slope) const {
+    return 0.5 * (largest(1, slope) + largest(-1, slope)) / slope;
+  }
+  // Where the eye stands, at a depth, so that the extreme points on both sides are seen at the same
+  // angle: the root of a decreasing function.
+  double middle(double eye_depth) const {
+    double low = -largest(-1, 0);
+    double high = largest(1, 0);
+    for (int halving = 0; halving < 60; ++halving) {
+      const double eye = 0.5 * (low + high);
+      double above = -std::numeric_limits<double>::infinity();
+      double below = above;
+      for (const Eigen::Vector2d& point : points) {
+        const double slope = (point[0] - eye) / (eye_depth - point[1]);
+        above = std::max(above, slope);
+        below = std::max(below, -slope);
+      }
+      (above > below ? low : high) = eye;
+    }
+    return 0.5 * (low + high);
+  }
+};
+
+std::vector<Vec3> corners_of_box(const Vec3& lowest, const Vec3& highest) {
+  std::vector<Vec3> corners;
+  corners.reserve(8);
+  for (int corner = 0; corner < 8; ++corner) {
+    corners.emplace_back((corner & 1) != 0 ? highest.x() : lowest.x(),
+                         (corner & 2) != 0 ? highest.y() : lowest.y(),
+                         (corner & 4) != 0 ? highest.z() : lowest.z());
+  }
+  return corners;
+}
+
+}  // namespace
+
+Camera camera_for_points(std::span<const Vec3> points, double aspect) {
+  assert(!points.empty() && aspect > 0);
+  Vec3 lowest = points.front();
+  Vec3 highest = points.front();
+  for (const Vec3& point : points) {
+    assert(point.allFinite());
+    lowest = lowest.cwiseMin(point);
+    highest = highest.cwiseMax(point);
+  }
+  const Vec3 centre = 0.5 * (lowest + highest);
+  constexpr double smallest = 1e-3;
+  if ((highest - lowest).maxCoeff() < smallest) {
+    const Vec3 half = Vec3::Constant(0.5 * smallest);
+    return camera_for_points(corners_of_box(centre - 1.001 * half, centre + 1.001 * half), aspect);
+  }
+
+  Camera camera;
+  const double azimuth = -58 * std::numbers::pi / 180;
+  const double elevation = 30 * std::numbers::pi / 180;
+  const Vec3 backward(std::cos(azimuth) * std::cos(elevation),
+                      std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
+  const Vec3 right = camera.up.cross(backward).normalized();
+  const Vec3 up = backward.cross(right);
+  Axis across;
+  Axis upwards;
+  for (const Vec3& point : points) {
+    const Vec3 offset = point - centre;
+    across.points.emplace_back(right.dot(offset), backward.dot(offset));
+    upwards.points.emplace_back(up.dot(offset), backward.dot(offset));
+  }
+  const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360) / margin;
+  const double distance = std::max(across.nearest_eye(slope * aspect), upwards.nearest_eye(slope));
+  camera.target = centre + across.middle(distance) * right + upwards.middle(distance) * up;
+  camera.eye = camera.target + distance * backward;
+  return camera;
+}
+
+Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect) {
+  assert((lowest.array() <= highest.array()).all());
+  return camera_for_points(corners_of_box(lowest, highest), aspect);
+}
+
+}  // namespace weft::gpu

@@ -1,0 +1,43 @@
+// The colours of bodies.
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+
+#include "gpu/renderer.h"
+
+namespace weft::gpu {
+namespace {
+
+float linear_of_srgb(std::uint32_t byte) {
+  const float value = static_cast<float>(byte) / 255.0F;
+  return value <= 0.04045F ? value / 12.92F : std::pow((value + 0.055F) / 1.055F, 2.4F);
+}
+
+Colour linear_colour(std::uint32_t srgb) {
+  return {linear_of_srgb(srgb >> 16 & 0xff), linear_of_srgb(srgb >> 8 & 0xff),
+          linear_of_srgb(srgb & 0xff)};
+}
+
+// The back of a cloth: the same hue, paler.
+SurfaceColours with_pale_back(const Colour& front) {
+  SurfaceColours colours{front, front};
+  for (float& channel : colours.back) channel = 0.45F * channel + 0.55F * 0.62F;
+  return colours;
+}
+
+}  // namespace
+
+SurfaceColours palette(int index) {
+  assert(index >= 0);
+  // Hues far apart at similar lightness; neighbours in the list differ for colour-blind eyes too.
+  constexpr std::array<std::uint32_t, 8> srgb{0xc8553d, 0x2f6690, 0xe3a12f, 0x3f8f7a,
+                                              0x7d4f8c, 0x8aa83c, 0xb8436d, 0x4a9cc4};
+  return with_pale_back(linear_colour(srgb[static_cast<std::size_t>(index) % srgb.size()]));
+}
+
+SurfaceColours obstacle_colours() {
+  const Colour grey = linear_colour(0xa3a6aa);
+  return {grey, grey};
+}
+
+}  // namespace weft::gpu

@@ -1,0 +1,29 @@
+// Words for messages and numbers for files.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace weft::sim {
+
+// The candidate with the fewest edits (insert, delete, replace, swap of neighbours; case ignored)
+// from `name`, the earliest of equals; none when the nearest needs more than a third of the longer
+// word (one edit is always allowed). Cost: length^2 a candidate.
+std::optional<std::string> nearest_name(const std::string& name,
+                                        const std::vector<std::string>& candidates);
+
+// `did you mean "friction"?`, or all candidates where none is near: `expected one of "a", "b"`.
+std::string name_hint(const std::string& name, const std::vector<std::string>& candidates);
+
+std::string in_quotes(const std::string& text);
+// `"a", "b", "c"`.
+std::string quoted_list(const std::vector<std::string>& names);
+
+// The shortest decimal that reads back as the same bits.
+std::string number_text(double value);
+
+// Whether the name is one or more of A-Z a-z 0-9 _ -: fit for files, HDF5 groups and overrides.
+bool is_identifier(const std::string& name);
+
+}  // namespace weft::sim

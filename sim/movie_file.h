@@ -1,0 +1,18 @@
+// Movies from numbered pictures, through the ffmpeg program.
+#pragma once
+
+#include <string>
+
+namespace weft::sim {
+
+struct MovieResult {
+  bool written = false;
+  std::string reason;  // why not
+};
+
+// Makes directory/movie.mp4 (H.264, yuv420p) of the first `pictures` pictures
+// directory/frame_00000.png, ... An odd width or height gets a black line, since yuv420p needs even
+// ones. Waits for ffmpeg, which is looked for in PATH and run without a shell.
+MovieResult write_movie(const std::string& directory, int pictures, double frames_per_second);
+
+}  // namespace weft::sim

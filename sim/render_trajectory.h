@@ -1,0 +1,39 @@
+// Trajectories as pictures and as a movie.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace weft::sim {
+
+struct RenderOptions {
+  int width = 960, height = 720;            // pixels, 1..8192
+  int every = 1;                            // draws frames 0, every, 2 every, ...; >= 1
+  bool movie = true;                        // also directory/movie.mp4, if ffmpeg is there
+  std::optional<double> frames_per_second;  // of the movie, > 0; default below
+  // Called after each picture with the number of pictures done and of all.
+  std::function<void(int, int)> progress;
+};
+
+struct RenderReport {
+  int pictures = 0;
+  double frames_per_second = 0;
+  std::string movie;         // its path; empty when there is none
+  std::string why_no_movie;  // "ffmpeg not found: no movie", or what ffmpeg said
+};
+
+// Draws the trajectory at `trajectory` into `directory` (made if need be) as frame_00000.png,
+// frame_00001.png, ... (numbered without gaps whatever `every` is; what an earlier, longer
+// rendering left, and its movie, are removed) and as an MP4 (H.264) through the ffmpeg program. One
+// fixed camera sees every moving body over all drawn frames, and as much of the obstacles as is
+// near them. Bodies take gpu::palette in order, obstacles are grey. The movie runs in real time,
+// from the times of the frames, but with 1 to 120 frames a second. Throws TrajectoryError for an
+// unreadable trajectory; std::runtime_error when it has no frames or positions that are not finite,
+// when a picture cannot be written, when there is no OpenGL, or when Weft was built without gpu/.
+// Without a movie it only says so in the report: the pictures are kept. Tens to hundreds of
+// milliseconds a picture.
+RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
+                               const RenderOptions& options);
+
+}  // namespace weft::sim

@@ -1,0 +1,169 @@
+#include "sim/simulation.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "sim/case_error.h"
+#include "sim/crossings.h"
+#include "sim/frame_recorder.h"
+
+namespace weft::sim {
+
+namespace {
+
+double process_cpu_time() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+constexpr std::size_t listed_pairs = 10;
+
+std::string describe_triangle(const Scene& scene, int body, int triangle) {
+  const SceneBody& owner = scene.bodies[body];
+  return scene.describe_particle(owner.mesh.triangles[triangle][0] + owner.first_particle);
+}
+
+void refuse_crossings(const Scene& scene) {
+  std::vector<CrossingSurface> surfaces;
+  for (const SceneBody& body : scene.bodies) {
+    surfaces.push_back({std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()),
+                        body.mesh.triangles, body.self_contact});
+  }
+  std::vector<Crossing> crossings = find_crossings(surfaces);
+  // Obstacles may overlap each other: nothing is simulated between them.
+  std::erase_if(crossings, [&](const Crossing& c) {
+    return !scene.bodies[c.surface_a].dynamic && !scene.bodies[c.surface_b].dynamic;
+  });
+  if (crossings.empty()) return;
+  std::string message = "the initial state has " + std::to_string(crossings.size()) + " intersecting pairs of triangles";
+  for (std::size_t i = 0; i < std::min(crossings.size(), listed_pairs); ++i) {
+    const Crossing& c = crossings[i];
+    message += "\n  " + describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +
+               describe_triangle(scene, c.surface_b, c.triangle_b);
+  }
+  if (crossings.size() > listed_pairs) {
+    message += "\n  and " + std::to_string(crossings.size() - listed_pairs) + " more";
+  }
+  throw CaseError({scene.source.path, 0, 0}, message, "move the bodies apart");
+}
+
+void refuse_missing_gaps(const Scene& scene) {
+  Statistics unused;
+  Contact contact(scene, unused);
+  double smallest_gap = 0;
+  const auto fault = contact.check_state(scene.initial_position, &smallest_gap);
+  if (fault) {
+    throw CaseError({scene.source.path, 0, 0}, "the initial state cannot be simulated: " + fault->describe(scene),
+                    "move the bodies apart, or make thickness smaller");
+  }
+  if (const auto pair = contact.self_pair_in_reach(scene.initial_position)) {
+    throw CaseError({scene.source.path, 0, 0},
+                    "contact.range is too large for this mesh: in the undeformed shape " + pair->describe(scene),
+                    "expected thickness + contact.range below the distance of features that share no vertex "
+                    "(about 0.7 of the shortest edge)");
+  }
+}
+
+// Steps the integrator and hands its states to the recorder.
+class Run {
+ public:
+  Run(const Scene& scene, const RunOptions& options)
+      : scene_(scene),
+        options_(options),
+        dynamics_(scene, report_.statistics),
+        integrator_(scene, dynamics_),
+        recorder_(scene, dynamics_, options.trajectory, options.force) {}
+
+  RunReport execute() {
+    const auto wall_start = std::chrono::steady_clock::now();
+    const double cpu_start = process_cpu_time();
+    report_.trajectory = options_.trajectory;
+    record(0.0, integrator_.state());
+    integrate();
+    report_.simulated_time = std::min(integrator_.time(), scene_.source.time.duration);
+    report_.frames = recorder_.frames();
+    report_.counts = integrator_.counts();
+    report_.cpu_time = process_cpu_time() - cpu_start;
+    report_.wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
+    return report_;
+  }
+
+ private:
+  // Frame times are multiples of the interval; the end of the run is always a frame.
+  double frame_time(long frame) const {
+    return std::min(static_cast<double>(frame) / scene_.source.time.frames_per_second, scene_.source.time.duration);
+  }
+
+  void record(double time, std::span<const double> y) {
+    const double stretch = recorder_.add_frame(time, y, integrator_.counts());
+    report_.largest_stretch = std::max(report_.largest_stretch, stretch);
+    last_recorded_ = time;
+  }
+
+  void integrate() {
+    std::vector<double> interpolated(dynamics_.state_size());
+    const double duration = scene_.source.time.duration;
+    for (long frame = 1; last_recorded_ < duration;) {
+      if (options_.stop_signal != nullptr && *options_.stop_signal != 0) {
+        report_.status = RunReport::Status::interrupted;
+        return;
+      }
+      if (const auto reason = integrator_.step()) {
+        report_.status = RunReport::Status::failed;
+        report_.reason = *reason;
+        // The last good state is kept as a frame of its own.
+        if (integrator_.time() > last_recorded_) record(integrator_.time(), integrator_.state());
+        return;
+      }
+      note_gap();
+      recorder_.add_step(integrator_);
+      for (; last_recorded_ < duration && frame_time(frame) <= integrator_.time(); ++frame) {
+        integrator_.state_at(frame_time(frame), interpolated);
+        record(frame_time(frame), interpolated);
+      }
+      if (options_.progress) options_.progress(std::min(integrator_.time(), duration));
+    }
+  }
+
+  void note_gap() {
+    if (dynamics_.contact() == nullptr) return;
+    const auto gap = dynamics_.contact()->smallest_gap();
+    if (gap) report_.smallest_gap = std::min(report_.smallest_gap.value_or(*gap), *gap);
+  }
+
+  const Scene& scene_;
+  const RunOptions& options_;
+  RunReport report_;
+  Dynamics dynamics_;
+  CvodeIntegrator integrator_;
+  FrameRecorder recorder_;
+  double last_recorded_ = 0;
+};
+
+}  // namespace
+
+const char* status_name(RunReport::Status status) {
+  switch (status) {
+    case RunReport::Status::done: return "done";
+    case RunReport::Status::failed: return "failed";
+    case RunReport::Status::interrupted: return "interrupted";
+  }
+  return "";
+}
+
+void check_initial_state(const Scene& scene) {
+  if (!scene.source.contact.enabled) return;
+  refuse_crossings(scene);
+  refuse_missing_gaps(scene);
+}
+
+RunReport run_simulation(const Scene& scene, const RunOptions& options) {
+  check_initial_state(scene);
+  return Run(scene, options).execute();
+}
+
+}  // namespace weft::sim

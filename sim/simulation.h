@@ -1,0 +1,51 @@
+// One run of a case: from its scene to a trajectory file and a report.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "sim/cvode_integrator.h"
+#include "sim/scene.h"
+#include "sim/statistics.h"
+
+namespace weft::sim {
+
+struct RunOptions {
+  std::string trajectory;  // path of the HDF5 file; its folder exists
+  bool force = false;      // overwrite
+  // Told after every step: simulated time (s). May be empty.
+  std::function<void(double time)> progress;
+  // Set from outside (a signal) to stop after the current step. May be null.
+  const std::atomic<int>* stop_signal = nullptr;
+};
+
+struct RunReport {
+  enum class Status { done, failed, interrupted };
+  Status status = Status::done;
+  std::string reason;  // why it failed: what, which bodies, when
+  double simulated_time = 0;  // s
+  double wall_time = 0;       // s
+  double cpu_time = 0;        // s, all threads
+  int frames = 0;
+  IntegratorCounts counts;
+  std::optional<double> smallest_gap;  // m, over all steps; nothing when no pair ever came into reach
+  double largest_stretch = 0;          // l / L - 1 over all frames and edges
+  Statistics statistics;
+  std::string trajectory;
+};
+
+// The status as the words of --json: "done", "failed", "interrupted".
+const char* status_name(RunReport::Status status);
+
+// Refuses (CaseError, listing the pairs) an initial state whose surfaces intersect or leave no gap, and a rest shape
+// whose own features lie within contact range of each other.
+void check_initial_state(const Scene& scene);
+
+// Runs to the end of the case, a failure or a stop; the trajectory then holds every frame so far, and after a failure
+// the last good state as one frame more. Throws CaseError for an initial state that cannot be
+// simulated and TrajectoryError when the file cannot be written; nothing is written in the first case.
+RunReport run_simulation(const Scene& scene, const RunOptions& options);
+
+}  // namespace weft::sim

@@ -1,0 +1,52 @@
+// What a run did and what it paid for: counters and phase times, shown by --json and kept in the
+// trajectory.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace weft::sim {
+
+struct Counters {
+  std::int64_t rebuilds = 0;         // pyramids rebuilt
+  std::int64_t self_traversals = 0;  // pyramids traversed against themselves
+  std::int64_t pair_traversals = 0;  // pyramids traversed against another
+  std::int64_t sphere_tests = 0;
+  std::int64_t candidate_pairs = 0;     // feature pairs put on lists, all builds together
+  std::int64_t narrow_phase_calls = 0;  // feature distances computed
+  std::int64_t ccd_calls = 0;           // feature paths checked by continuous collision
+  std::int64_t friction_terms = 0;      // friction forces evaluated
+  std::int64_t force_evaluations = 0;   // right-hand sides
+  std::int64_t matrix_assemblies = 0;
+};
+
+struct PhaseTimes {  // s of wall clock
+  double rebuild = 0;
+  double traverse = 0;
+  double narrow_phase = 0;
+  double forces = 0;
+  double linear_solve = 0;
+  double record = 0;
+};
+
+struct Statistics {
+  Counters counters;
+  PhaseTimes phases;
+};
+
+// Adds the time from its making to its end to one phase.
+class PhaseTimer {
+ public:
+  explicit PhaseTimer(double& phase) : phase_(phase), start_(std::chrono::steady_clock::now()) {}
+  ~PhaseTimer() {
+    phase_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  PhaseTimer(const PhaseTimer&) = delete;
+  PhaseTimer& operator=(const PhaseTimer&) = delete;
+
+ private:
+  double& phase_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace weft::sim

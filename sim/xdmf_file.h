@@ -1,0 +1,45 @@
+// The sidecar with which ParaView opens a trajectory: XML that names data sets of the HDF5 file.
+// Private to sim/.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace weft::sim {
+
+// A surface of one frame, as data sets of the HDF5 file.
+struct XdmfSurface {
+  std::string name;
+  int points = 0;
+  int triangles = 0;
+  std::string triangle_dataset;  // [triangles, 3] int32
+  std::string position_dataset;  // [points, 3] float32
+  std::string velocity_dataset;  // the same; empty: none
+};
+
+// The sidecar is written under a temporary name and renamed when it is made; every frame replaces
+// the closing tags at its end with itself and new closing tags, in one write: O(1) a frame, and a
+// process that dies leaves valid XML.
+class XdmfFile {
+ public:
+  XdmfFile() = default;
+  XdmfFile(const XdmfFile&) = delete;
+  XdmfFile& operator=(const XdmfFile&) = delete;
+  ~XdmfFile();
+
+  // `trajectory` is the name of the HDF5 file, in the same folder. Replaces what is at `path`.
+  // Throws TrajectoryError.
+  void create(const std::string& path, const std::string& trajectory);
+  // `time` in s. Throws TrajectoryError.
+  void append(double time, const std::vector<XdmfSurface>& surfaces);
+
+ private:
+  void write_at(long offset, const std::string& text) const;
+
+  std::string path_;
+  std::string trajectory_;
+  int descriptor_ = -1;
+  long end_ = 0;  // of the frames, where the closing tags start
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,271 @@
+#include "gpu/renderer.h"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <thread>
+
+#include "bsi/shapes.h"
+#include "gpu/gl_context.h"
+#include "gpu/triangle_batch.h"
+
+namespace weft::gpu {
+namespace {
+
+constexpr Colour red{0.7F, 0.05F, 0.05F};
+constexpr Colour green{0.05F, 0.5F, 0.05F};
+constexpr Colour blue{0.05F, 0.05F, 0.7F};
+constexpr std::array<std::array<int, 3>, 1> one_triangle{{{0, 1, 2}}};
+
+// Looks straight down on the square -1..1 of the plane z = 0, x to the right and y upwards.
+Camera camera_from_above() {
+  Camera camera;
+  camera.eye = {0, 0, 10};
+  camera.up = {0, 1, 0};
+  camera.field_of_view_deg = 2 * std::atan(0.1) * 180 / std::numbers::pi;
+  return camera;
+}
+
+// The channel that dominates: 'r', 'g' or 'b'; ' ' for the greys of the background.
+char hue(const Picture& picture, int col, int row) {
+  const std::uint8_t* pixel =
+      &picture.rgb[3 * (static_cast<std::size_t>(row) * picture.width + col)];
+  const auto largest = std::max_element(pixel, pixel + 3);
+  const auto smallest = std::min_element(pixel, pixel + 3);
+  if (*largest - *smallest < 40) return ' ';
+  return "rgb"[largest - pixel];
+}
+
+// True where the whole pixel, or none of it, is inside the triangle; the others are anti-aliased.
+enum class Coverage { none, part, full };
+Coverage coverage(const std::array<Eigen::Vector2d, 3>& triangle, int col, int row, int size) {
+  bool inside = true;
+  bool outside = false;
+  for (int edge = 0; edge < 3; ++edge) {
+    const Eigen::Vector2d& from = triangle[edge];
+    const Eigen::Vector2d along = (triangle[(edge + 1) % 3] - from).normalized();
+    const Eigen::Vector2d centre((col + 0.5) * 2 / size - 1, 1 - (row + 0.5) * 2 / size);
+    const double distance = along.x() * (centre - from).y() - along.y() * (centre - from).x();
+    const double half_diagonal = 1.5 / size;
+    inside = inside && distance > half_diagonal;
+    outside = outside || distance < -half_diagonal;
+  }
+  return inside ? Coverage::full : outside ? Coverage::none : Coverage::part;
+}
+
+// The first test of the process: nothing before it asked for OpenGL.
+TEST(GlContext, IsMadeOnlyWhenARendererIsAskedFor) {
+  ASSERT_EQ(context_count(), 0);
+  std::string line;
+  for (std::ifstream maps("/proc/self/maps"); std::getline(maps, line);) {
+    EXPECT_EQ(line.find("libOSMesa"), std::string::npos);
+  }
+  const Renderer renderer(8, 8);
+  EXPECT_EQ(context_count(), 1);
+}
+
+TEST(GlContext, IsOpenGl45) {
+  const GlContext context;
+  EXPECT_NE(context.description().find("4.5 (Core Profile)"), std::string::npos)
+      << context.description();
+}
+
+TEST(Renderer, CoversThePixelsOfATriangle) {
+  constexpr int size = 64;
+  const std::array<Vec3, 3> corners{Vec3(-0.8, -0.7, 0), Vec3(0.9, -0.2, 0), Vec3(-0.1, 0.85, 0)};
+  const std::array<Eigen::Vector2d, 3> flat{corners[0].head<2>(), corners[1].head<2>(),
+                                            corners[2].head<2>()};
+  const DrawnSurface surface{corners, one_triangle, red, blue};
+  Renderer renderer(size, size);
+  const Picture picture = renderer.draw(std::array{surface}, camera_from_above());
+  ASSERT_EQ(picture.rgb.size(), 3U * size * size);
+  int full = 0;
+  for (int row = 0; row < size; ++row) {
+    for (int col = 0; col < size; ++col) {
+      const Coverage expected = coverage(flat, col, row, size);
+      full += expected == Coverage::full;
+      if (expected == Coverage::part) continue;
+      EXPECT_EQ(hue(picture, col, row), expected == Coverage::full ? 'r' : ' ')
+          << col << ' ' << row;
+    }
+  }
+  EXPECT_GT(full, size * size / 5);
+}
+
+TEST(Renderer, ShowsEachSideInItsColour) {
+  const std::array<Vec3, 3> corners{Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(0, 1, 0)};
+  const DrawnSurface surface{corners, one_triangle, red, blue};
+  Renderer renderer(32, 32);
+  Camera camera = camera_from_above();
+  EXPECT_EQ(hue(renderer.draw(std::array{surface}, camera), 16, 16), 'r');
+  camera.eye.z() = -10;
+  EXPECT_EQ(hue(renderer.draw(std::array{surface}, camera), 16, 16), 'b');
+}
+
+TEST(Renderer, HidesWhatIsBehind) {
+  const auto sheet = [](double height) {
+    bsi::Surface surface = bsi::make_rectangle(1.5, 1.5, 3, 3);
+    for (Vec3& position : surface.positions) position.z() += height;
+    return surface;
+  };
+  const bsi::Surface low = sheet(0);
+  const bsi::Surface high = sheet(1e-3);
+  const bsi::Mesh mesh = bsi::build_mesh(low.atlas);
+  const DrawnSurface red_low{low.positions, mesh.triangles, red, red};
+  const DrawnSurface green_high{high.positions, mesh.triangles, green, green};
+  Renderer renderer(32, 32);
+  Camera camera = camera_from_above();
+  EXPECT_EQ(hue(renderer.draw(std::array{red_low, green_high}, camera), 16, 16), 'g');
+  EXPECT_EQ(hue(renderer.draw(std::array{green_high, red_low}, camera), 16, 16), 'g');
+  camera.eye.z() = -10;
+  EXPECT_EQ(hue(renderer.draw(std::array{red_low, green_high}, camera), 16, 16), 'r');
+}
+
+// The eye stands over the middle of a floor much larger than the picture: nothing of the floor
+// behind or far from it may end up in the way, and the shadow of a ball is seen.
+TEST(Renderer, DrawsAHugeFloorAndTheShadowOnIt) {
+  const bsi::Surface floor = bsi::make_rectangle(1000, 1000, 2, 2);
+  bsi::Surface ball = bsi::make_sphere(0.3, 9);
+  for (Vec3& position : ball.positions) position.z() += 0.4;
+  const bsi::Mesh floor_mesh = bsi::build_mesh(floor.atlas);
+  const bsi::Mesh ball_mesh = bsi::build_mesh(ball.atlas);
+  constexpr Colour grey{0.4F, 0.4F, 0.4F};
+  const DrawnSurface drawn_floor{floor.positions, floor_mesh.triangles, grey, grey};
+  const DrawnSurface drawn_ball{ball.positions, ball_mesh.triangles, red, red};
+  Renderer renderer(96, 96);
+  const Camera camera = camera_for_box({-1, -1, 0}, {1, 1, 0.7}, 1);
+  const Picture alone = renderer.draw(std::array{drawn_floor}, camera);
+  const Picture both = renderer.draw(std::array{drawn_floor, drawn_ball}, camera);
+  int shaded = 0;
+  int brightest = 0;
+  int darkest = 255;
+  for (std::size_t i = 0; i < alone.rgb.size(); i += 3) {
+    const int col = static_cast<int>(i / 3) % 96;
+    const int row = static_cast<int>(i / 3) / 96;
+    brightest = std::max<int>(brightest, alone.rgb[i]);
+    darkest = std::min<int>(darkest, alone.rgb[i]);
+    shaded += hue(both, col, row) == ' ' && both.rgb[i] + 25 < alone.rgb[i];
+  }
+  EXPECT_LT(brightest - darkest, 12);  // the floor alone is lit evenly, to the horizon
+  EXPECT_GT(shaded, 96 * 96 / 100);
+}
+
+// Six patches that meet at shared particles have one normal there: along any line over the ball,
+// brightness changes smoothly. (With a normal for each patch, the largest step is 20.)
+TEST(Renderer, ShowsNoSeamsOnASphere) {
+  const bsi::Surface ball = bsi::make_sphere(0.9, 9);
+  const bsi::Mesh mesh = bsi::build_mesh(ball.atlas);
+  const DrawnSurface surface{ball.positions, mesh.triangles, red, red};
+  Renderer renderer(200, 200);
+  Camera camera = camera_from_above();
+  camera.eye = {6, 5, 6};  // towards a corner of the cube, where three patches meet
+  camera.up = {0, 0, 1};
+  const Picture picture = renderer.draw(std::array{surface}, camera);
+  int steepest = 0;
+  for (int row = 30; row < 170; ++row) {
+    for (int col = 30; col < 170; ++col) {
+      if (std::hypot(row - 100, col - 100) > 60) continue;
+      const std::size_t pixel = 3 * (std::size_t{200} * row + col);
+      steepest = std::max(steepest, std::abs(picture.rgb[pixel + 3] - picture.rgb[pixel]));
+      steepest = std::max(steepest, std::abs(picture.rgb[pixel + 600] - picture.rgb[pixel]));
+    }
+  }
+  EXPECT_GT(steepest, 0);
+  EXPECT_LE(steepest, 8);
+}
+
+// By symmetry, at all particles of a torus where the patch is closed just as elsewhere.
+TEST(VertexNormals, PointAlongTheRadiusOfATorus) {
+  const bsi::Surface torus = bsi::make_torus(1.0, 0.3, 120, 120);
+  const bsi::Mesh mesh = bsi::build_mesh(torus.atlas);
+  const std::vector<Vec3> normals = vertex_normals({torus.positions, mesh.triangles, red, red});
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const Vec3 axis = Vec3(torus.positions[i].x(), torus.positions[i].y(), 0).normalized();
+    EXPECT_GT(normals[i].dot((torus.positions[i] - axis).normalized()), std::cos(0.02));
+  }
+}
+
+TEST(Renderer, DrawsLinesDarkerThanTheSurface) {
+  const bsi::Surface sheet = bsi::make_rectangle(1.8, 1.8, 3, 3);
+  const bsi::Mesh mesh = bsi::build_mesh(sheet.atlas);
+  DrawnSurface surface{sheet.positions, mesh.triangles, red, red};
+  Renderer renderer(65, 65);
+  const Picture plain = renderer.draw(std::array{surface}, camera_from_above());
+  const auto lines = grid_lines(sheet.atlas);
+  surface.lines = lines;
+  const Picture lined = renderer.draw(std::array{surface}, camera_from_above());
+  const auto red_at = [](const Picture& picture, int col, int row) {
+    return picture.rgb[3 * (std::size_t{65} * row + col)];
+  };
+  EXPECT_LT(red_at(lined, 32, 20) + 8, red_at(plain, 32, 20));  // on the middle column
+  EXPECT_EQ(red_at(lined, 20, 20), red_at(plain, 20, 20));      // between the lines
+}
+
+TEST(Renderer, DrawsTheSameBytesAgain) {
+  const bsi::Surface torus = bsi::make_torus(0.6, 0.25, 24, 32);
+  const bsi::Mesh mesh = bsi::build_mesh(torus.atlas);
+  const DrawnSurface surface{torus.positions, mesh.triangles, green, blue};
+  const Camera camera = camera_for_box({-1, -1, -0.3}, {1, 1, 0.3}, 4.0 / 3);
+  Renderer renderer(160, 120);
+  const Picture first = renderer.draw(std::array{surface}, camera);
+  EXPECT_EQ(renderer.draw(std::array{surface}, camera).rgb, first.rgb);
+  // With another renderer alive, one after an empty picture, and on another thread.
+  Renderer other(160, 120);
+  other.draw({}, camera);
+  EXPECT_EQ(other.draw(std::array{surface}, camera).rgb, first.rgb);
+  EXPECT_EQ(renderer.draw(std::array{surface}, camera).rgb, first.rgb);
+  Picture on_thread;
+  std::thread([&] { on_thread = Renderer(160, 120).draw(std::array{surface}, camera); }).join();
+  EXPECT_EQ(on_thread.rgb, first.rgb);
+}
+
+TEST(Renderer, RefusesImpossibleSizes) {
+  EXPECT_THROW(Renderer(0, 10), std::runtime_error);
+  EXPECT_THROW(Renderer(10, 8193), std::runtime_error);
+}
+
+Picture read_png(const std::string& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  Picture picture;
+  if (png_image_begin_read_from_file(&image, path.c_str()) == 0) return picture;
+  image.format = PNG_FORMAT_RGB;
+  picture = {static_cast<int>(image.width), static_cast<int>(image.height),
+             std::vector<std::uint8_t>(PNG_IMAGE_SIZE(image))};
+  png_image_finish_read(&image, nullptr, picture.rgb.data(), 0, nullptr);
+  return picture;
+}
+
+TEST(PngFile, IsReadAsItWasWritten) {
+  Picture picture{37, 23, {}};
+  for (int i = 0; i < 37 * 23 * 3; ++i) {
+    picture.rgb.push_back(static_cast<std::uint8_t>((i * 7919) >> 3));
+  }
+  const std::string path = testing::TempDir() + "weft_picture.png";
+  write_png(path, picture);
+  const Picture read = read_png(path);
+  EXPECT_EQ(read.width, 37);
+  EXPECT_EQ(read.height, 23);
+  EXPECT_EQ(read.rgb, picture.rgb);
+  std::filesystem::remove(path);
+}
+
+TEST(PngFile, NamesTheFileThatCannotBeWritten) {
+  const Picture picture{2, 2, std::vector<std::uint8_t>(12)};
+  // A folder that is not there, and a device that is always full.
+  for (const std::string path : {"/nowhere/picture.png", "/dev/full"}) {
+    try {
+      write_png(path, picture);
+      ADD_FAILURE() << path;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace weft::gpu

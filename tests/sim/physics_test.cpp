@@ -1,0 +1,195 @@
+// Simulated shapes and motions against closed forms and tables.
+#include <cmath>
+#include <numbers>
+
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+constexpr double g = 9.81;
+
+// Catenary of length L between supports at the same height, L / span = 1.25: sag / span
+// from y = a (cosh(x/a) - 1), L = 2 a sinh(span / 2a).
+TEST(Physics, StripBetweenTwoSupportsHangsInACatenary) {
+  const std::string text = R"(
+[time]
+duration = 20
+position_tolerance = 1e-5
+[contact]
+enabled = false
+[material.chain]
+density = 0.2
+membrane_stiffness = 5000
+poisson_ratio = 0.0
+mass_damping = 4.0
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [1.25, 0.05], resolution = [2, 51] }
+[[body.pin]]
+edges = ["first_col"]
+[[body.pin]]
+edges = ["last_col"]
+[body.pin.motion]
+keyframes = [{ time = 0.0 }, { time = 1.0, translation = [-0.25, 0, 0] }]
+)";
+  SimulatedCase sim(text);
+  const std::vector<Vec3> x = sim.positions_at(8.0);
+  double mean_top = 0, lowest = 0;
+  for (int row = 0; row < 2; ++row) {
+    mean_top += 0.5 * x[row * 51].z();
+    double low = x[row * 51].z();
+    for (int col = 0; col < 51; ++col) low = std::min(low, x[row * 51 + col].z());
+    lowest += 0.5 * low;
+  }
+  EXPECT_NEAR(mean_top - lowest, 0.3317968864247797, 0.01 * 0.3318);
+}
+
+// Large swings of a point mass on a rod: T / T0 = 1.18034 from horizontal (complete elliptic integral K(sin 45 deg)).
+TEST(Physics, SpringPendulumFromHorizontalHasThePeriodOfTheEllipticIntegral) {
+  const std::string text = R"(
+[time]
+duration = 3
+position_tolerance = 1e-7
+[contact]
+enabled = false
+[material.rod]
+density = 1.0
+membrane = "springs"
+structural_stiffness = 2e4
+[[body]]
+name = "pendulum"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
+[[body.pin]]
+edges = ["first_row"]
+)";
+  SimulatedCase sim(text);
+  // A quarter of the period ends where the free row passes below the pinned one.
+  double before = 0, quarter = 0;
+  while (quarter == 0 && sim.integrator().time() < 1.0) {
+    before = sim.integrator().time();
+    ASSERT_FALSE(sim.integrator().step());
+    const StateView state = StateView::of(sim.integrator().state());
+    if (state.position[2].y() > -0.5) continue;
+    double low = before, high = sim.integrator().time();
+    std::vector<double> y(sim.dynamics().state_size());
+    for (int i = 0; i < 50; ++i) {
+      quarter = 0.5 * (low + high);
+      sim.integrator().state_at(quarter, y);
+      (StateView::of(y).position[2].y() > -0.5 ? low : high) = quarter;
+    }
+  }
+  const double small_swing_period = 2 * std::numbers::pi * std::sqrt(1.0 / g);
+  EXPECT_NEAR(4 * quarter / small_swing_period, 1.1803405990160962, 1e-3);
+}
+
+// First mode of a chain hung by one end: omega = (j_01 / 2) sqrt(g / L), shape J0(j_01 sqrt(s / L)), s from the free
+// end (D. Bernoulli 1733).
+TEST(Physics, HangingStripSwingsAtTheFrequencyOfAHangingChain) {
+  const std::string text = R"(
+[time]
+duration = 2
+position_tolerance = 1e-7
+[contact]
+enabled = false
+[material.chain]
+density = 0.2
+membrane_stiffness = 2e4
+poisson_ratio = 0.0
+stiffness_damping = 1e-4
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [0.05, 1.0], resolution = [41, 2] }
+rotation_deg = [89.5, 0, 0]
+[[body.pin]]
+edges = ["last_row"]
+)";
+  SimulatedCase sim(text);
+  const auto amplitude = [&](const std::vector<double>& y) {
+    const StateView state = StateView::of(y);
+    double sum = 0;
+    for (int row = 0; row < 41; ++row) {
+      const double s = row / 40.0;
+      sum += std::cyl_bessel_j(0, 2.40482555769577 * std::sqrt(s)) *
+             (state.position[2 * row].y() - state.position[80].y()) * (row == 0 ? 0.5 : 1.0);
+    }
+    return sum;
+  };
+  // From rest, the first zero is a quarter of the period away.
+  std::vector<double> y = sim.advance_to(0.0);
+  const double start = amplitude(y);
+  double low = 0, high = 0;
+  for (double t = 0.01; t < 1.0 && high == 0; t += 0.01) {
+    if (amplitude(sim.advance_to(t)) * start <= 0) high = t;
+    if (high == 0) low = t;
+  }
+  ASSERT_GT(high, 0);
+  SimulatedCase again(text);
+  const double at_low = amplitude(again.advance_to(low)), at_high = amplitude(again.advance_to(high));
+  const double quarter = low + (high - low) * at_low / (at_low - at_high);
+  const double omega = std::numbers::pi / 2 / quarter;
+  EXPECT_NEAR(omega / std::sqrt(g), 1.20241277884789, 0.01 * 1.2024);
+}
+
+// A strip clamped horizontally that sags under its weight, Gamma = sigma g L^3 / D = 10: drop 0.7001997155 L and reach
+// 0.6563537612 L (planar elastica by shooting, 1e-12).
+TEST(Physics, ClampedStripSagsLikeTheHeavyElastica) {
+  // The angle at the second held column bends half of the held cell, so the clamp acts in its middle: L = 40.5 cells
+  // = 0.2 m. nu = 0: cylindrical bending.
+  constexpr double cell = 0.2 / 40.5;
+  const std::string text = R"(
+[time]
+duration = 10
+[contact]
+enabled = false
+[material.sheet]
+density = 0.2
+membrane_stiffness = 2000
+poisson_ratio = 0.0
+bending_stiffness = 1.5696e-3
+mass_damping = 6.0
+bending_damping = 2e-3
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [0.20246913580246914, 0.04], resolution = [9, 42] }
+[[body.pin]]
+cols = [0, 1]
+)";
+  SimulatedCase sim(text);
+  const std::vector<Vec3> x = sim.positions_at(4.0);
+  double drop = 0, reach = 0;
+  for (int row = 0; row < 9; ++row) {
+    drop += (x[row * 42 + 1].z() - x[row * 42 + 41].z()) / 9;
+    reach += (x[row * 42 + 41].x() - x[row * 42 + 1].x() + 0.5 * cell) / 9;
+  }
+  EXPECT_NEAR(drop / 0.2, 0.7001997155, 0.005);
+  EXPECT_NEAR(reach / 0.2, 0.6563537612, 0.005);
+}
+
+// A hung strip of weight w and stiffness E A per length stretches by the StVK relation T = E A (l^3 - l) / 2:
+// tip extension / L = 0.0238607 at w L / E A = 0.05.
+TEST(Physics, HungStripStretchesByTheStVenantKirchhoffLaw) {
+  const std::string text = R"(
+[time]
+duration = 10
+[contact]
+enabled = false
+[material.soft]
+density = 1.0
+membrane_stiffness = 196.2
+poisson_ratio = 0.0
+mass_damping = 8.0
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [0.1, 1.0], resolution = [41, 3] }
+rotation_deg = [90, 0, 0]
+[[body.pin]]
+edges = ["last_row"]
+)";
+  SimulatedCase sim(text);
+  const std::vector<Vec3> x = sim.positions_at(3.0);
+  EXPECT_NEAR(x[121].z() - x[1].z() - 1.0, 0.023860737967743795, 2e-4);
+}
+
+}  // namespace
+}  // namespace weft::sim

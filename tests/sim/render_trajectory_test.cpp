@@ -1,0 +1,197 @@
+#include "sim/render_trajectory.h"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "bsi/shapes.h"
+#include "sim/trajectory.h"
+
+namespace weft::sim {
+namespace {
+
+namespace files = std::filesystem;
+
+// A folder of its own for each test, and a PATH for the ffmpeg that the test wants.
+class RenderTrajectory : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        files::path(testing::TempDir()) /
+        (std::string("weft_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    files::remove_all(folder_);
+    files::create_directories(folder_ / "programs");
+    old_path_ = std::getenv("PATH");
+    setenv("PATH", (folder_ / "programs").c_str(), 1);
+  }
+  void TearDown() override {
+    setenv("PATH", old_path_.c_str(), 1);
+    files::remove_all(folder_);
+  }
+
+  // Stands for ffmpeg.
+  void install_ffmpeg(const std::string& script) const {
+    const files::path path = folder_ / "programs" / "ffmpeg";
+    std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
+    files::permissions(path, files::perms::owner_all);
+  }
+
+  // A sheet that rises by its size over `frames` frames of 0.1 s, on a floor of 200 m.
+  std::string write_trajectory(int frames, double height = 1.0) const {
+    const bsi::Surface sheet = bsi::make_rectangle(1, 1, 9, 9);
+    const bsi::Surface floor = bsi::make_rectangle(200, 200, 2, 2);
+    std::vector<TrajectoryBody> bodies(2);
+    bodies[0] = {"floor", floor.atlas, false, true, 0};
+    bodies[1] = {"sheet", sheet.atlas, true, false, 1e-3};
+    std::string path = (folder_ / "run.h5").string();
+    TrajectoryWriter writer(path, bodies, {}, {}, {floor.positions, sheet.positions});
+    for (int frame = 0; frame < frames; ++frame) {
+      std::vector<Vec3> positions = sheet.positions;
+      for (Vec3& position : positions) position.z() += 0.05 + height * frame / frames;
+      writer.write_frame(0.1 * frame, {floor.positions, positions}, {}, {});
+    }
+    return path;
+  }
+
+  std::string pictures() const { return (folder_ / "pictures").string(); }
+  int picture_count() const {
+    int count = 0;
+    for (const auto& entry : files::directory_iterator(pictures())) {
+      count += entry.path().extension() == ".png";
+    }
+    return count;
+  }
+
+  files::path folder_;
+  std::string old_path_;
+};
+
+RenderOptions small_pictures() {
+  RenderOptions options;
+  options.width = 96;
+  options.height = 72;
+  return options;
+}
+
+struct Pixels {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+Pixels read_png(const files::path& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_file(&image, path.c_str()) == 0) return {};
+  image.format = PNG_FORMAT_RGB;
+  Pixels pixels{static_cast<int>(image.width), static_cast<int>(image.height),
+                std::vector<std::uint8_t>(PNG_IMAGE_SIZE(image))};
+  png_image_finish_read(&image, nullptr, pixels.rgb.data(), 0, nullptr);
+  return pixels;
+}
+
+// The mean row and the number of the pixels that are redder than the greys of floor and sky: of the
+// sheet, which takes the first colour of the palette.
+struct RedPart {
+  double mean_row = 0;
+  int count = 0;
+};
+RedPart red_part(const Pixels& pixels) {
+  RedPart part;
+  for (int row = 0; row < pixels.height; ++row) {
+    for (int col = 0; col < pixels.width; ++col) {
+      const std::uint8_t* pixel = &pixels.rgb[3 * (std::size_t{1} * row * pixels.width + col)];
+      if (pixel[0] < pixel[2] + 50) continue;
+      part.mean_row += row;
+      ++part.count;
+    }
+  }
+  part.mean_row /= std::max(1, part.count);
+  return part;
+}
+
+TEST_F(RenderTrajectory, DrawsEveryFrameFromOneCameraThatSeesTheMotion) {
+  const std::string path = write_trajectory(4);
+  std::vector<int> progress;
+  RenderOptions options = small_pictures();
+  options.progress = [&progress](int done, int of) { progress.push_back(10 * done + of); };
+  const RenderReport report = render_trajectory(path, pictures(), options);
+  EXPECT_EQ(report.pictures, 4);
+  EXPECT_EQ(picture_count(), 4);
+  EXPECT_EQ(progress, (std::vector<int>{14, 24, 34, 44}));
+  double last_row = 1e9;
+  for (const char* name : {"frame_00000.png", "frame_00001.png", "frame_00003.png"}) {
+    const Pixels pixels = read_png(files::path(pictures()) / name);
+    ASSERT_EQ(pixels.width, 96);
+    ASSERT_EQ(pixels.height, 72);
+    const RedPart part = red_part(pixels);
+    EXPECT_LT(part.mean_row, last_row) << "the sheet rises";
+    last_row = part.mean_row;
+    // The floor of 200 m does not make the sheet small.
+    EXPECT_GT(part.count, 96 * 72 / 40) << name;
+  }
+}
+
+TEST_F(RenderTrajectory, LeavesOutFramesAndRemovesLeftOvers) {
+  const std::string path = write_trajectory(5);
+  render_trajectory(path, pictures(), small_pictures());
+  EXPECT_EQ(picture_count(), 5);
+  RenderOptions options = small_pictures();
+  options.every = 2;
+  EXPECT_EQ(render_trajectory(path, pictures(), options).pictures, 3);
+  EXPECT_EQ(picture_count(), 3);
+}
+
+TEST_F(RenderTrajectory, SaysThatThereIsNoFfmpeg) {
+  const RenderReport report = render_trajectory(write_trajectory(2), pictures(), small_pictures());
+  EXPECT_EQ(report.movie, "");
+  EXPECT_EQ(report.why_no_movie, "ffmpeg not found: no movie");
+  EXPECT_EQ(picture_count(), 2);
+}
+
+TEST_F(RenderTrajectory, HandsThePicturesToFfmpegInRealTime) {
+  install_ffmpeg("echo \"$@\" > arguments; echo movie > movie.mp4");
+  const RenderReport report = render_trajectory(write_trajectory(3), pictures(), small_pictures());
+  EXPECT_EQ(report.why_no_movie, "");
+  EXPECT_EQ(report.movie, pictures() + "/movie.mp4");
+  EXPECT_TRUE(files::exists(report.movie));
+  EXPECT_NEAR(report.frames_per_second, 10, 1e-9);
+  std::string arguments;
+  std::getline(std::ifstream(files::path(pictures()) / "arguments"), arguments);
+  for (const char* part : {"-framerate 10.000000 ", "-i frame_%05d.png ", "-frames:v 3 ",
+                           "-pix_fmt yuv420p ", "libx264"}) {
+    EXPECT_NE(arguments.find(part), std::string::npos) << part << "in " << arguments;
+  }
+}
+
+TEST_F(RenderTrajectory, KeepsThePicturesWhenFfmpegFails) {
+  install_ffmpeg("echo 'Unknown encoder libx264' >&2; exit 3");
+  const RenderReport report = render_trajectory(write_trajectory(2), pictures(), small_pictures());
+  EXPECT_EQ(report.movie, "");
+  EXPECT_EQ(report.why_no_movie, "ffmpeg failed (exit code 3): Unknown encoder libx264");
+  EXPECT_EQ(picture_count(), 2);
+}
+
+TEST_F(RenderTrajectory, RefusesWhatCannotBeDrawn) {
+  EXPECT_THROW(render_trajectory((folder_ / "missing.h5").string(), pictures(), small_pictures()),
+               TrajectoryError);
+  EXPECT_THROW(render_trajectory(write_trajectory(0), pictures(), small_pictures()),
+               std::runtime_error);
+}
+
+TEST_F(RenderTrajectory, NamesTheBodyThatIsNotFinite) {
+  const std::string path = write_trajectory(3, std::numeric_limits<double>::infinity());
+  try {
+    render_trajectory(path, pictures(), small_pictures());
+    ADD_FAILURE();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("frame 0: body 'sheet'"), std::string::npos)
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace weft::sim

@@ -1,0 +1,67 @@
+// A case, its scene and its integrator in one place, for tests that look at states.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/case_reader.h"
+#include "sim/cvode_integrator.h"
+#include "sim/scene.h"
+
+namespace weft::sim {
+
+class SimulatedCase {
+ public:
+  explicit SimulatedCase(const std::string& text, const std::vector<std::string>& overrides = {})
+      : scene_(build_scene(parse_case(text, "test.toml", overrides))),
+        dynamics_(*scene_, statistics_),
+        integrator_(*scene_, dynamics_) {}
+
+  // Steps until `time` is reached and returns the state there (interpolated).
+  std::vector<double> advance_to(double time) {
+    std::vector<double> y(integrator_.state().begin(), integrator_.state().end());
+    while (integrator_.time() < time) {
+      const auto failure = integrator_.step();
+      if (failure) {
+        ADD_FAILURE() << *failure;
+        return y;
+      }
+    }
+    if (time > 0) integrator_.state_at(time, y);
+    return y;
+  }
+  // All particles, prescribed ones where they belong.
+  std::vector<Vec3> positions(double time, const std::vector<double>& y) const {
+    std::vector<Vec3> position, velocity;
+    dynamics_.expand(time, y, position, velocity);
+    return position;
+  }
+  std::vector<Vec3> positions_at(double time) { return positions(time, advance_to(time)); }
+  double energy(double time, const std::vector<double>& y) { return dynamics_.energies(time, y).total(); }
+
+  const Scene& scene() const { return *scene_; }
+  Dynamics& dynamics() { return dynamics_; }
+  CvodeIntegrator& integrator() { return integrator_; }
+  const Statistics& statistics() const { return statistics_; }
+
+ private:
+  std::unique_ptr<const Scene> scene_;
+  Statistics statistics_;
+  Dynamics dynamics_;
+  CvodeIntegrator integrator_;
+};
+
+// Root mean square distance of two states' positions, m.
+inline double position_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  const StateView first = StateView::of(a), second = StateView::of(b);
+  double sum = 0;
+  for (std::size_t i = 0; i < first.position.size(); ++i) {
+    sum += (first.position[i] - second.position[i]).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(first.position.size()));
+}
+
+}  // namespace weft::sim

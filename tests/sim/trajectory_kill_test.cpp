@@ -1,0 +1,251 @@
+// What is left of a trajectory whose writer dies. Two ways: real SIGKILLs at random moments, and
+// every moment there is: the writes are recorded, and after each of them (each page of them, since
+// that is how a kernel may cut one short) the file they have made so far is opened and read.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "tests/sim/trajectory_fixture.h"
+
+// The test is linked with --wrap for these two, so that it sees what the writer asks of the kernel.
+// NOLINTBEGIN(bugprone-reserved-identifier, readability-identifier-naming)
+extern "C" {
+ssize_t __real_pwrite(int file, const void* bytes, size_t count, off_t offset);
+int __real_ftruncate(int file, off_t size);
+ssize_t __wrap_pwrite(int file, const void* bytes, size_t count, off_t offset);
+int __wrap_ftruncate(int file, off_t size);
+}
+
+namespace weft::sim {
+namespace {
+
+struct DiskOperation {
+  std::string file;
+  std::string bytes;  // empty: set the size to `offset`
+  off_t offset = 0;
+};
+
+bool is_recording = false;
+std::vector<DiskOperation> recording;
+
+std::string name_of(int file) {
+  const std::string link = "/proc/self/fd/" + std::to_string(file);
+  return std::filesystem::read_symlink(link).filename().string();
+}
+
+}  // namespace
+}  // namespace weft::sim
+
+ssize_t __wrap_pwrite(int file, const void* bytes, size_t count, off_t offset) {
+  using namespace weft::sim;
+  if (is_recording) {
+    recording.push_back({name_of(file), {static_cast<const char*>(bytes), count}, offset});
+  }
+  return __real_pwrite(file, bytes, count, offset);
+}
+
+int __wrap_ftruncate(int file, off_t size) {
+  using namespace weft::sim;
+  if (is_recording) recording.push_back({name_of(file), "", size});
+  return __real_ftruncate(file, size);
+}
+// NOLINTEND(bugprone-reserved-identifier, readability-identifier-naming)
+
+namespace weft::sim {
+namespace {
+
+class TrajectoryKill : public TrajectoryFolder {
+ protected:
+  static std::vector<TrajectoryBody> make_scene(int size) {
+    return {make_body("cloth", {{.rows = size, .cols = size, .wrap_u = true}})};
+  }
+  static std::unique_ptr<TrajectoryWriter> make_writer(const std::string& file,
+                                                       const std::vector<TrajectoryBody>& bodies,
+                                                       int series_count) {
+    const auto initial = scene_values(bodies, 0);
+    std::vector<TrajectoryWriter::Series> series(static_cast<std::size_t>(series_count));
+    for (int s = 0; s < series_count; ++s) series[s] = {"series" + std::to_string(s), "J"};
+    return std::make_unique<TrajectoryWriter>(
+        file, bodies, series, TrajectoryWriter::Options{.title = "kill", .force = true},
+        views(initial));
+  }
+  static void write_frame(TrajectoryWriter& writer, const std::vector<TrajectoryBody>& bodies,
+                          int series_count, int frame) {
+    const auto values = scene_values(bodies, frame);
+    const std::vector<double> series(static_cast<std::size_t>(series_count), 2.0 * frame);
+    writer.write_frame(0.5 * frame, views(values), {}, series);
+  }
+
+  // The file must hold at least `committed` frames, and every frame it shows must be right, read
+  // by our reader and, without it, through the virtual datasets of ParaView.
+  static void expect_whole(const std::string& file, int committed,
+                           const std::vector<TrajectoryBody>& bodies) {
+    int frames = 0;
+    {
+      const TrajectoryReader reader(file);
+      ASSERT_GE(reader.frames(), committed);
+      ASSERT_LE(reader.frames(), committed + 1);
+      ASSERT_EQ(reader.bodies().size(), bodies.size());
+      const std::vector<double> series = reader.series_values(reader.series().back().name);
+      for (int f = 0; f < reader.frames(); ++f) {
+        ASSERT_EQ(reader.time(f), 0.5 * f);
+        ASSERT_EQ(series[f], 2.0 * f);
+      }
+      frames = reader.frames();
+    }
+    expect_images(file, frames, bodies);
+  }
+
+  static void expect_images(const std::string& file, int frames,
+                            const std::vector<TrajectoryBody>& bodies) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const std::string home = "/body/" + bodies[b].name + "/position";
+      const std::vector<float> all = read_numbers<float>(file, home);
+      const std::size_t size = 3 * static_cast<std::size_t>(bodies[b].atlas.texel_count());
+      ASSERT_GE(all.size(), size * static_cast<std::size_t>(frames));
+      for (std::size_t i = 0; i < size * static_cast<std::size_t>(frames); ++i) {
+        const Vec3 value = scene_value(b, i % size / 3, static_cast<int>(i / size));
+        ASSERT_EQ(all[i], value[static_cast<int>(i % 3)]) << "frame " << i / size;
+      }
+      for (int f = 0; f < frames; f += std::max(1, frames - 1 - f)) {  // the first and the last
+        const std::string view = "/frame/0/" + std::to_string(f / 128) + "/" + std::to_string(f) +
+                                 "/position/" + bodies[b].name;
+        ASSERT_EQ(read_numbers<float>(file, view),
+                  std::vector<float>(all.begin() + f * static_cast<long>(size),
+                                     all.begin() + (f + 1) * static_cast<long>(size)));
+      }
+    }
+  }
+
+  // Records a run and checks what each of its writes leaves.
+  void expect_every_moment(int frames, int series_count);
+
+  // What the sidecar lists; it must end as XML does.
+  static int sidecar_frames(const std::string& file) {
+    std::ifstream stream(file);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    const std::string xml = text.str();
+    EXPECT_TRUE(xml.ends_with("</Xdmf>\n"));
+    int found = 0;
+    for (auto at = xml.find("<Time"); at != std::string::npos; at = xml.find("<Time", at + 1)) {
+      ++found;
+    }
+    return found;
+  }
+};
+
+// One write reaches the file page by page.
+std::vector<DiskOperation> split_at_pages(const std::vector<DiskOperation>& operations,
+                                          std::vector<std::size_t>& marks) {
+  constexpr off_t page = 4096;
+  std::vector<DiskOperation> result;
+  std::size_t mark = 0;
+  for (std::size_t i = 0; i <= operations.size(); ++i) {
+    for (; mark < marks.size() && marks[mark] == i; ++mark) marks[mark] = result.size();
+    if (i == operations.size()) break;
+    const DiskOperation& whole = operations[i];
+    if (whole.bytes.empty()) result.push_back(whole);
+    for (off_t done = 0; done < static_cast<off_t>(whole.bytes.size());) {
+      const off_t at = whole.offset + done;
+      const auto count = static_cast<std::size_t>(page - at % page);
+      result.push_back({whole.file, whole.bytes.substr(static_cast<std::size_t>(done), count), at});
+      done += static_cast<off_t>(result.back().bytes.size());
+    }
+  }
+  return result;
+}
+
+void TrajectoryKill::expect_every_moment(int frames, int series_count) {
+  const std::vector<TrajectoryBody> bodies = make_scene(3);
+  recording.clear();
+  is_recording = true;
+  std::vector<std::size_t> marks;  // operations done when the file got its name, and after frames
+  {
+    const auto writer = make_writer(path("run.h5"), bodies, series_count);
+    marks.push_back(recording.size());
+    for (int f = 0; f < frames; ++f) {
+      write_frame(*writer, bodies, series_count, f);
+      marks.push_back(recording.size());
+    }
+  }
+  is_recording = false;
+  const std::vector<DiskOperation> operations = split_at_pages(recording, marks);
+  ASSERT_GT(operations.size(), marks.back());  // closing writes too
+  ASSERT_GT(marks.back(), marks.front() + 10 * static_cast<std::size_t>(frames));
+
+  std::filesystem::remove(path("run.h5"));
+  const std::string copy = path("copy.h5");
+  std::fstream file(copy, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
+  int committed = -1;  // -1: the file does not have its name yet
+  for (std::size_t i = 0; i < operations.size(); ++i) {
+    while (committed < frames && marks[committed + 1] <= i + 1) ++committed;
+    const DiskOperation& operation = operations[i];
+    if (operation.file.starts_with("run.xdmf")) continue;
+    if (operation.bytes.empty()) {
+      std::filesystem::resize_file(copy, static_cast<std::uintmax_t>(operation.offset));
+    } else {
+      file.seekp(operation.offset);
+      file.write(operation.bytes.data(), static_cast<long>(operation.bytes.size()));
+      file.flush();
+    }
+    if (committed < 0) continue;
+    expect_whole(copy, committed, bodies);
+    if (HasFailure()) FAIL() << "after write " << i << " of " << operations.size();
+  }
+}
+
+// Past the first pieces of everything: 128 values of a series, 128 frames of a group, the inner
+// nodes of chunk indices.
+TEST_F(TrajectoryKill, EveryMomentOfManyFramesLeavesAWholeFile) { expect_every_moment(132, 1); }
+
+// Much metadata, so that some would cross the borders of pages.
+TEST_F(TrajectoryKill, EveryMomentOfManySeriesLeavesAWholeFile) { expect_every_moment(8, 30); }
+
+TEST_F(TrajectoryKill, SurvivesSigkill) {
+  const std::vector<TrajectoryBody> bodies = make_scene(9);
+  std::mt19937 random(20240607);
+  int most = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    int pipe_ends[2];
+    ASSERT_EQ(pipe(pipe_ends), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      const auto writer = make_writer(path("run.h5"), bodies, 2);
+      for (int f = 0;; ++f) {
+        write_frame(*writer, bodies, 2, f);
+        if (write(pipe_ends[1], "x", 1) != 1) _exit(1);
+      }
+    }
+    close(pipe_ends[1]);
+    char byte = 0;
+    ASSERT_EQ(read(pipe_ends[0], &byte, 1), 1);  // the first frame is there
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 60000));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    int committed = 1;
+    while (read(pipe_ends[0], &byte, 1) == 1) ++committed;
+    close(pipe_ends[0]);
+
+    // A frame may be complete and not yet reported: killed between.
+    ASSERT_NO_THROW(expect_whole(path("run.h5"), committed, bodies)) << "trial " << trial;
+    ASSERT_FALSE(HasFailure()) << "trial " << trial;
+    const int listed = sidecar_frames(path("run.xdmf"));
+    EXPECT_GE(listed, committed);
+    EXPECT_LE(listed, committed + 1);
+    most = std::max(most, committed);
+  }
+  EXPECT_GT(most, 5);
+}
+
+}  // namespace
+}  // namespace weft::sim

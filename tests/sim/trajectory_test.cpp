@@ -1,0 +1,287 @@
+#include "sim/trajectory.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include "tests/sim/trajectory_fixture.h"
+
+namespace weft::sim {
+namespace {
+
+class Trajectory : public TrajectoryFolder {
+ protected:
+  // A wrapped cloth, a body of two sewn patches, a floor that stays.
+  static std::vector<TrajectoryBody> make_scene() {
+    std::vector<TrajectoryBody> bodies;
+    bodies.push_back(make_body("cloth & <co>", {{.rows = 4, .cols = 5, .wrap_u = true}}));
+    bodies.back().thickness = 0.125;
+    // The right column of the first patch is the left column of the second.
+    bodies.push_back(make_body("sewn", {{.rows = 2, .cols = 3}, {.rows = 2, .cols = 3}},
+                               {0, 1, 2, 3, 4, 5, 2, 6, 7, 5, 8, 9}));
+    bodies.push_back(make_body("floor", {{.rows = 2, .cols = 2}}));
+    bodies.back().moves = false;
+    bodies.back().is_obstacle = true;
+    return bodies;
+  }
+  static std::vector<TrajectoryWriter::Series> make_series() {
+    return {{"time", "s"}, {"energy", "J"}};
+  }
+  static void write(const std::string& path, int frames, const TrajectoryWriter::Options& options) {
+    const std::vector<TrajectoryBody> bodies = make_scene();
+    const auto initial = scene_values(bodies, 0);
+    TrajectoryWriter writer(path, bodies, make_series(), options, views(initial));
+    for (int f = 0; f < frames; ++f) {
+      const auto positions = scene_values(bodies, f);
+      const auto velocities = scene_values(bodies, -f);
+      const std::vector<double> series = {0.1 * f, 1.0 / (1 + f)};
+      writer.write_frame(0.1 * f, views(positions), views(velocities), series);
+      EXPECT_EQ(writer.frames(), f + 1);
+    }
+  }
+  static std::string message_of(const std::function<void()>& action) {
+    try {
+      action();
+    } catch (const TrajectoryError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+  static std::string contents(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+  }
+};
+
+TEST_F(Trajectory, ComesBackAsItWasWritten) {
+  const std::string file = path("run.h5");
+  // More than HDF5 stores in a small attribute.
+  const std::string case_text = "# " + std::string(100000, 'x') + "\n[scene]\n";
+  write(file, 3, {.title = "Drapé", .case_text = case_text, .velocity = true});
+  EXPECT_EQ(files(), (std::vector<std::string>{"run.h5", "run.xdmf"}));
+
+  const TrajectoryReader reader(file);
+  ASSERT_EQ(reader.frames(), 3);
+  EXPECT_EQ(reader.title(), "Drapé");
+  EXPECT_EQ(reader.case_text(), case_text);
+  const std::vector<TrajectoryBody> scene = make_scene();
+  ASSERT_EQ(reader.bodies().size(), scene.size());
+  for (std::size_t b = 0; b < scene.size(); ++b) {
+    const TrajectoryBody& body = reader.bodies()[b];
+    EXPECT_EQ(body.name, scene[b].name);
+    EXPECT_EQ(body.moves, scene[b].moves);
+    EXPECT_EQ(body.is_obstacle, scene[b].is_obstacle);
+    EXPECT_EQ(body.thickness, scene[b].thickness);
+    ASSERT_EQ(body.atlas.patches().size(), scene[b].atlas.patches().size());
+    for (std::size_t p = 0; p < body.atlas.patches().size(); ++p) {
+      EXPECT_EQ(body.atlas.patches()[p].rows, scene[b].atlas.patches()[p].rows);
+      EXPECT_EQ(body.atlas.patches()[p].cols, scene[b].atlas.patches()[p].cols);
+      EXPECT_EQ(body.atlas.patches()[p].wrap_u, scene[b].atlas.patches()[p].wrap_u);
+      EXPECT_EQ(body.atlas.patches()[p].wrap_v, scene[b].atlas.patches()[p].wrap_v);
+    }
+    for (int t = 0; t < body.atlas.texel_count(); ++t) {
+      EXPECT_EQ(body.atlas.particle_of_texel(t), scene[b].atlas.particle_of_texel(t));
+    }
+    for (int f = 0; f < 3; ++f) {
+      EXPECT_EQ(reader.time(f), 0.1 * f);
+      const int shown = body.moves ? f : 0;
+      EXPECT_EQ(reader.positions(static_cast<int>(b), f), scene_values(scene, shown)[b]);
+      const auto velocities = reader.velocities(static_cast<int>(b), f);
+      EXPECT_EQ(velocities, body.moves ? scene_values(scene, -f)[b] : std::vector<Vec3>{});
+    }
+  }
+}
+
+TEST_F(Trajectory, SeriesKeepOrderUnitsAndValues) {
+  write(path("run.h5"), 300, {});  // more than two chunks
+  const TrajectoryReader reader(path("run.h5"));
+  ASSERT_EQ(reader.series().size(), 2);
+  EXPECT_EQ(reader.series()[0].name, "time");
+  EXPECT_EQ(reader.series()[1].units, "J");
+  const std::vector<double> energy = reader.series_values("energy");
+  ASSERT_EQ(energy.size(), 300);
+  for (int f = 0; f < 300; ++f) EXPECT_EQ(energy[f], 1.0 / (1 + f));
+  EXPECT_NE(message_of([&] { reader.series_values("heat"); }).find("no series heat"),
+            std::string::npos);
+  EXPECT_TRUE(reader.velocities(0, 0).empty());
+}
+
+TEST_F(Trajectory, CanBeReadWhileItIsWritten) {
+  const std::vector<TrajectoryBody> bodies = make_scene();
+  const auto values = scene_values(bodies, 0);
+  TrajectoryWriter writer(path("run.h5"), bodies, {}, {}, views(values));
+  EXPECT_EQ(TrajectoryReader(path("run.h5")).frames(), 0);
+  writer.write_frame(0.5, views(values), {}, {});
+  const TrajectoryReader reader(path("run.h5"));
+  ASSERT_EQ(reader.frames(), 1);
+  writer.write_frame(1.0, views(values), {}, {});
+  EXPECT_EQ(reader.frames(), 1);
+  EXPECT_EQ(reader.positions(0, 0), values[0]);
+}
+
+TEST_F(Trajectory, SameRunMakesTheSameBytes) {
+  write(path("a.h5"), 3, {});
+  write(path("b.h5"), 3, {});
+  EXPECT_EQ(contents(path("a.h5")), contents(path("b.h5")));
+}
+
+TEST_F(Trajectory, OverwritesOnlyByForce) {
+  write(path("run.h5"), 2, {.title = "first"});
+  const auto again = [&] { write(path("run.h5"), 1, {.title = "second"}); };
+  EXPECT_NE(message_of(again).find("run.h5: exists already"), std::string::npos);
+  EXPECT_EQ(TrajectoryReader(path("run.h5")).title(), "first");
+  write(path("run.h5"), 1, {.title = "second", .force = true});
+  EXPECT_EQ(TrajectoryReader(path("run.h5")).title(), "second");
+
+  std::filesystem::remove(path("run.h5"));
+  EXPECT_NE(message_of(again).find("run.xdmf: exists already"), std::string::npos);
+  EXPECT_EQ(files(), std::vector<std::string>{"run.xdmf"});
+  EXPECT_NE(message_of([&] { write(path("run.xdmf"), 1, {.force = true}); }).find(".xdmf"),
+            std::string::npos);
+}
+
+TEST_F(Trajectory, SaysWhyAFileCannotBeMade) {
+  const std::string nowhere = path("missing/run.h5");
+  EXPECT_EQ(message_of([&] { write(nowhere, 1, {}); }),
+            nowhere + ": cannot create: No such file or directory");
+  std::ofstream(path("file")) << "text";
+  EXPECT_NE(message_of([&] { write(path("file/run.h5"), 1, {}); }).find("Not a directory"),
+            std::string::npos);
+  std::filesystem::create_directory(path("folder.h5"));
+  EXPECT_NE(
+      message_of([&] { write(path("folder.h5"), 1, {.force = true}); }).find("is a directory"),
+      std::string::npos);
+}
+
+// A limit on the size of files stands for a full disk: write() fails with an error in both.
+TEST_F(Trajectory, KeepsWhatIsThereWhenTheDiskIsFull) {
+  const std::vector<TrajectoryBody> bodies = {make_body("cloth", {{.rows = 20, .cols = 20}})};
+  rlimit before;
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto restore = [&] { setrlimit(RLIMIT_FSIZE, &before); };
+  std::signal(SIGXFSZ, SIG_IGN);
+  // Limits of all kinds of sizes, so that every kind of write is the first to fail.
+  for (rlim_t limit = 60000; limit < 200000; limit += 1777) {
+    const std::string file = path("run.h5");
+    int written = 0;
+    std::string message, second;
+    rlimit small = before;
+    small.rlim_cur = limit;
+    setrlimit(RLIMIT_FSIZE, &small);
+    try {
+      const auto initial = scene_values(bodies, 0);
+      TrajectoryWriter writer(file, bodies, {}, {.force = true}, views(initial));
+      const auto next = [&] {
+        const auto values = scene_values(bodies, written);
+        writer.write_frame(written, views(values), {}, {});
+        ++written;
+      };
+      message = message_of([&] {
+        while (written < 1000) next();
+      });
+      second = message_of(next);
+    } catch (const TrajectoryError& error) {
+      restore();
+      FAIL() << "limit " << limit << ": " << error.what();
+    }
+    restore();
+    EXPECT_NE(message.find("File too large"), std::string::npos) << message;
+    EXPECT_NE(second.find("no frame can follow"), std::string::npos) << second;
+    ASSERT_GT(written, 0);
+    EXPECT_EQ(H5Fget_obj_count(static_cast<hid_t>(H5F_OBJ_ALL), H5F_OBJ_ALL), 0);
+    const TrajectoryReader reader(file);
+    ASSERT_EQ(reader.frames(), written);
+    for (int f = 0; f < written; ++f) EXPECT_EQ(reader.positions(0, f), scene_values(bodies, f)[0]);
+  }
+  std::signal(SIGXFSZ, SIG_DFL);
+}
+
+TEST_F(Trajectory, SaysWhatIsWrongWithAFile) {
+  const auto error_of = [&](const std::string& name) {
+    return message_of([&] { const TrajectoryReader reader(path(name)); });
+  };
+  EXPECT_EQ(error_of("none.h5"), path("none.h5") + ": no such file");
+  EXPECT_NE(error_of("").find("is a directory"), std::string::npos);
+  { const std::ofstream empty(path("empty.h5")); }
+  std::ofstream(path("text.h5")) << std::string(5000, 'a');
+  for (const char* name : {"empty.h5", "text.h5"}) {
+    EXPECT_NE(error_of(name).find("cannot open as an HDF5 file"), std::string::npos)
+        << error_of(name);
+  }
+}
+
+// A copy that stopped half-way is refused with a reason; nothing crashes.
+TEST_F(Trajectory, RefusesTruncatedFiles) {
+  write(path("run.h5"), 3, {});
+  const std::string whole = contents(path("run.h5"));
+  for (std::size_t size = 0; size < whole.size(); size += 1009) {
+    std::ofstream(path("cut.h5"), std::ios::binary) << whole.substr(0, size);
+    const std::string message = message_of([&] { const TrajectoryReader reader(path("cut.h5")); });
+    EXPECT_EQ(message.find(path("cut.h5") + ": "), 0) << message;
+  }
+}
+
+TEST_F(Trajectory, SidecarListsEveryFrameAndBody) {
+  write(path("run.h5"), 2, {.velocity = true});
+  const std::string xml = contents(path("run.xdmf"));
+  const auto count = [&](const std::string& what) {
+    int found = 0;
+    for (auto at = xml.find(what); at != std::string::npos; at = xml.find(what, at + 1)) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("<Time Value="), 2);
+  EXPECT_EQ(count("<Time Value=\"0.10000000000000001\"/>"), 1);
+  EXPECT_EQ(count("<Grid Name=\"cloth &amp; &lt;co&gt;\">"), 2);
+  EXPECT_EQ(count("Dimensions=\"20 3\">run.h5:/frame/0/0/1/position/cloth &amp; &lt;co&gt;<"), 1);
+  EXPECT_EQ(count("Dimensions=\"12 3\">run.h5:/frame/0/0/0/velocity/sewn<"), 1);
+  EXPECT_EQ(count("Dimensions=\"4 3\">run.h5:/body/floor/position<"), 2);
+  EXPECT_EQ(count("<Grid"), count("</Grid>"));
+  EXPECT_EQ(xml.substr(xml.size() - 8), "</Xdmf>\n");
+}
+
+TEST_F(Trajectory, ReadsFileShapes) {
+  write(path("run.h5"), 1, {});
+  const TexelFile floor = read_texels(path("run.h5"), "/body/floor/position");
+  EXPECT_EQ(floor.patches, 1);
+  EXPECT_EQ(floor.rows, 2);
+  EXPECT_EQ(floor.cols, 2);
+  EXPECT_EQ(floor.texels, scene_values(make_scene(), 0)[2]);
+  // One frame of one patch has the shape of several patches.
+  const TexelFile frame = read_texels(path("run.h5"), "/body/cloth & <co>/position");
+  EXPECT_EQ(frame.patches, 1);
+  EXPECT_EQ(frame.texels, scene_values(make_scene(), 0)[0]);
+  for (const char* name : {"/time", "/body/sewn/position", "/body/sewn/triangles", "/case"}) {
+    EXPECT_NE(message_of([&] { read_texels(path("run.h5"), name); }).find("must be numbers shaped"),
+              std::string::npos)
+        << name;
+  }
+  EXPECT_NE(message_of([&] { read_texels(path("run.h5"), "/none"); }).find("open dataset /none"),
+            std::string::npos);
+}
+
+// What ParaView draws: on a closed surface every edge is used once in each direction.
+TEST_F(Trajectory, TrianglesOfWrappedSurfacesClose) {
+  const std::vector<TrajectoryBody> bodies = {
+      make_body("torus", {{.rows = 4, .cols = 3, .wrap_u = true, .wrap_v = true}})};
+  const auto values = scene_values(bodies, 0);
+  { const TrajectoryWriter writer(path("run.h5"), bodies, {}, {}, views(values)); }
+  const std::vector<int> corners = read_numbers<int>(path("run.h5"), "/body/torus/triangles");
+  ASSERT_EQ(corners.size(), 3 * 24);
+  std::set<std::pair<int, int>> edges;
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    const std::size_t next = c % 3 == 2 ? c - 2 : c + 1;
+    EXPECT_TRUE(edges.emplace(corners[c], corners[next]).second);
+  }
+  for (const auto& [from, to] : edges) EXPECT_TRUE(edges.contains({to, from}));
+}
+
+}  // namespace
+}  // namespace weft::sim
