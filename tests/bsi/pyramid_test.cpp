@@ -205,6 +205,21 @@ TEST(Pyramid, FastRadiiOfASmoothSurfaceAreNearlyExact) {
   EXPECT_LT(worst, 1.07);
 }
 
+TEST(Pyramid, RadiiDoNotDependOnThePlace) {
+  // Odd sizes: blocks without quads must not draw their parents towards the origin.
+  for (const Surface& surface : surfaces()) {
+    Positions moved;
+    for (const Vec3& position : surface.positions) moved.emplace_back(position + Vec3(8, -16, 4));
+    Pyramid here(surface.atlas);
+    Pyramid there(surface.atlas);
+    ASSERT_FALSE(here.rebuild(surface.positions));
+    ASSERT_FALSE(there.rebuild(moved));
+    for (const Block& block : all_blocks(here)) {
+      EXPECT_NEAR(here.sphere(block).radius, there.sphere(block).radius, 20 * 0x1p-22);
+    }
+  }
+}
+
 TEST(Pyramid, RepeatedRebuildsForgetTheLastImage) {
   const Surface surface = crumple(make_sphere(1.0, 7), 0.1, 8);
   Pyramid once(surface.atlas);
