@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "bsi/block_row.h"
 #include "bsi/geometry_image.h"
 
 namespace weft::bsi {
@@ -121,16 +122,6 @@ class Pyramid {
   struct Box {
     std::array<float, 3> low{}, high{};
   };
-  // Vertices of an image row in float32, the first one repeated at the end of a wrapped row; at
-  // both ends of their paths when swept. One array a component, for vector instructions.
-  using VertexRow = std::array<std::array<std::vector<float>, 3>, 2>;
-  // A row of blocks.
-  struct BlockRow {
-    std::array<std::vector<float>, 3> low, high, centre;
-    std::vector<float> radius;
-    void resize(std::size_t blocks);
-    void clear(int blocks);
-  };
 
   const Level& level_of(int patch, int level) const {
     return level_table_[first_level_[patch] + level];
@@ -140,12 +131,7 @@ class Pyramid {
   std::optional<TexelAddress> rebuild_patch(int patch);
   template <int ends>
   bool load_row(int patch, int row, VertexRow& vertices) const;
-  template <int ends>
-  static void bound_quads(const VertexRow& upper, const VertexRow& lower, int quads, BlockRow& out);
-  template <bool split_u>
-  static void merge_rows(const BlockRow& upper, const BlockRow& lower, int blocks, BlockRow& out);
   TexelAddress first_unbounded(int patch, int row) const;
-  void bound_row_of_quads(const Patch& size, int quad_row, int blocks, BlockRow& out);
   void finish_row(int patch, int level, int v);
   void tighten_top_levels(int patch);
   void rebuild_groups();

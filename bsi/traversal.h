@@ -12,7 +12,8 @@ struct QuadPair {
   int a = 0;  // a quad of the first body (for a self traversal: a <= b)
   int b = 0;  // a quad of the second
   bool operator==(const QuadPair&) const = default;
-  auto operator<=>(const QuadPair&) const = default;
+  // clang-tidy 14 takes the compiler's own comparison with 0 for one with a null pointer.
+  auto operator<=>(const QuadPair&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 struct TraversalCounters {

@@ -138,6 +138,16 @@ TEST(Proximity, ParallelEdgesHaveAtMostOneFreeDirection) {
     ASSERT_TRUE(distance_hessian(found, x).allFinite()) << trial;
   }
   EXPECT_GT(sliding, 200);
+
+  // Edges that cross at a small angle: where it is below 1e-10 they count as parallel.
+  for (const double sine : {1e-6, 1e-9, 1e-11, 1e-14}) {
+    const FourPoints x = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3(-1, -sine, 1e-6),
+                          Vec3(1, sine, 1e-6)};
+    const Closest found = closest(closest_edge_edge, x);
+    EXPECT_EQ(found.free_directions, sine > 1e-10 ? 2 : 1) << sine;
+    EXPECT_NEAR(found.squared_distance, 1e-12, 1e-15);
+    EXPECT_TRUE(distance_hessian(found, x).allFinite());
+  }
 }
 
 FourPoints moved(const FourPoints& x, const Vector12& step) {

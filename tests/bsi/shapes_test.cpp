@@ -121,6 +121,7 @@ TEST(Shapes, CubeOfTwoByTwoPatchesHasItsClosedForm) {
 // The texels of a sphere's six patches, one by one, as a file would hold them.
 std::vector<Vec3> texels_of(const Surface& surface) {
   std::vector<Vec3> texels;
+  texels.reserve(surface.atlas.texel_count());
   for (int texel = 0; texel < surface.atlas.texel_count(); ++texel) {
     texels.push_back(surface.positions[surface.atlas.particle_of_texel(texel)]);
   }
@@ -146,6 +147,7 @@ TEST(Shapes, TexelsThatDoNotMeetStayApart) {
   std::vector<Vec3> folded = make_rectangle(1, 1, 4, 4).positions;
   folded[3] = folded[0];
   std::vector<Vec3> two = folded;
+  two.reserve(2 * folded.size());
   for (const Vec3& position : folded) two.push_back(position + Vec3(0, 0, 1));
   two[16 + 5] = two[5];
   EXPECT_TRUE(make_from_texels(2, 4, 4, two, false, false).atlas.is_identity());
