@@ -155,7 +155,7 @@ void TrajectoryWriter::Implementation::refuse_existing() const {
     const auto status = std::filesystem::symlink_status(name, error);
     if (std::filesystem::is_directory(status)) access.reject(name + " is a directory");
     if (!options.force && std::filesystem::exists(status)) {
-      throw TrajectoryError(name + ": exists already, and is only overwritten by force");
+      throw TrajectoryError(name + ": exists already, and is only overwritten by force (--force)");
     }
   }
 }
@@ -496,7 +496,8 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
     }
   }
   for (std::size_t s = 0; s < series.size(); ++s) {
-    self.append_values(self.series_datasets[s].get(), static_cast<hsize_t>(self.frames), series.subspan(s, 1));
+    self.append_values(self.series_datasets[s].get(), static_cast<hsize_t>(self.frames),
+                       series.subspan(s, 1));
   }
   self.append_steps(step_rows);
   std::vector<XdmfSurface> surfaces;

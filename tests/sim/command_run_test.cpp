@@ -1,0 +1,237 @@
+// `weft run`: its report, its file, how it stops, and that it asks for no OpenGL.
+#include <sys/resource.h>
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/run_command.h"
+#include "sim/trajectory.h"
+#include "tests/sim/weft_process.h"
+
+namespace weft::sim {
+namespace {
+
+constexpr const char* sheet_case = R"(title = "A sheet hangs from two corners"
+[time]
+duration = 0.1
+[contact]
+enabled = false
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+
+// A plate comes down on a sheet that is held by its corners, at a speed that even the shortest step
+// cannot resolve.
+constexpr const char* squeeze_case = R"(
+[time]
+duration = 1.0
+minimum_step = 5e-3
+[world]
+gravity = [0, 0, 0]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+[[body.pin]]
+corners = ["all"]
+[[obstacle]]
+name = "press"
+position = [0.001, 0.002, 0.01]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+motion = { velocity = [0, 0, -1] }
+[[obstacle]]
+name = "table"
+position = [0.003, 0.001, -0.005]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+)";
+
+class CommandRun : public WeftCommand {
+ protected:
+  // Every frame there is; finite.
+  static std::vector<double> frame_times(const std::filesystem::path& file) {
+    const TrajectoryReader reader(file.string());
+    std::vector<double> times;
+    for (int frame = 0; frame < reader.frames(); ++frame) {
+      times.push_back(reader.time(frame));
+      for (const Vec3& position : reader.positions(0, frame)) EXPECT_TRUE(position.allFinite());
+    }
+    return times;
+  }
+
+  void expect_stop(int signal, int code) {
+    write("sheet.toml", sheet_case);
+    WeftProcess process(folder(), {"run", "sheet.toml", "--json", "--quiet", "--set",
+                                   "time.duration=1e4", "--set", "time.frames_per_second=2000"});
+    wait_for_file("out/sheet.h5");
+    process.send(signal);
+    EXPECT_EQ(process.wait(), code);
+    const nlohmann::json report = nlohmann::json::parse(process.out());
+    EXPECT_EQ(report.at("status"), "interrupted");
+    const std::vector<double> times = frame_times(path("out/sheet.h5"));
+    ASSERT_FALSE(times.empty());
+    EXPECT_EQ(report.at("frames"), times.size());
+    EXPECT_LE(times.back(), report.at("simulated_s").get<double>());
+    EXPECT_LT(report.at("simulated_s"), 1e4);
+  }
+};
+
+TEST_F(CommandRun, ReportsInJson) {
+  write("sheet.toml", sheet_case);
+  const Result result = weft({"run", "sheet.toml", "--json"});
+  EXPECT_EQ(result.code, exit_code::done);
+  EXPECT_NE(result.err.find("100 %"), std::string::npos) << result.err;  // progress
+  const nlohmann::json report = nlohmann::json::parse(result.out);       // and nothing else
+  EXPECT_EQ(report.at("status"), "done");
+  EXPECT_EQ(report.at("simulated_s"), 0.1);
+  EXPECT_EQ(report.at("trajectory"), "out/sheet.h5");
+  for (const char* key : {"wall_s", "cpu_s", "steps", "newton_iterations", "linear_iterations"}) {
+    EXPECT_GT(report.at(key), 0) << key;
+  }
+  EXPECT_EQ(report.at("vetoed_steps"), 0);
+  EXPECT_TRUE(report.at("min_gap_m").is_null());  // no pair came into reach
+  EXPECT_TRUE(report.at("max_stretch").is_number());
+  for (const char* key :
+       {"rebuilds", "sphere_tests", "candidate_pairs", "narrow_phase_calls", "ccd_calls"}) {
+    EXPECT_EQ(report.at("counters").at(key), 0) << key;  // contact is off
+  }
+  for (const char* key : {"rebuild", "traverse", "narrow_phase"}) {
+    EXPECT_EQ(report.at("phases_s").at(key), 0) << key;
+  }
+  for (const char* key : {"forces", "linear_solve", "record"}) {
+    EXPECT_GT(report.at("phases_s").at(key), 0) << key;
+    EXPECT_LT(report.at("phases_s").at(key), report.at("wall_s")) << key;
+  }
+  EXPECT_EQ(frame_times(path("out/sheet.h5")).size(), report.at("frames"));
+}
+
+TEST_F(CommandRun, ReportsTheSmallestGap) {
+  write("fall.toml", R"(
+time.duration = 0.1
+[[body]]
+name = "sheet"
+position = [0, 0, 0.012]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+[[obstacle]]
+name = "floor"
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
+)");
+  const Result result = weft({"run", "fall.toml", "--json", "--quiet"});
+  EXPECT_EQ(result.err, "");
+  const nlohmann::json report = nlohmann::json::parse(result.out);
+  EXPECT_GT(report.at("min_gap_m"), 0);
+  EXPECT_LT(report.at("min_gap_m"), 2e-3);  // contact.range: the floor carries the sheet
+  for (const char* key : {"rebuilds", "sphere_tests", "candidate_pairs", "narrow_phase_calls"}) {
+    EXPECT_GT(report.at("counters").at(key), 0) << key;
+  }
+  EXPECT_TRUE(report.at("counters").at("ccd_calls").is_number_integer());
+}
+
+TEST_F(CommandRun, OverwritesOnlyWhenTold) {
+  write("sheet.toml", sheet_case);
+  const WeftProcess::Arguments arguments = {"run", "sheet.toml", "--quiet", "-o", "deep/folder"};
+  ASSERT_EQ(weft(arguments).code, exit_code::done);
+  EXPECT_FALSE(exists("out"));
+  const std::string trajectory = read_bytes(path("deep/folder/sheet.h5"));
+  const std::string sidecar = read_bytes(path("deep/folder/sheet.xdmf"));
+
+  const Result again = weft(arguments);
+  EXPECT_EQ(again.code, exit_code::input_output);
+  EXPECT_NE(again.err.find("deep/folder/sheet.h5"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("--force"), std::string::npos) << again.err;
+  EXPECT_EQ(again.out, "");
+  EXPECT_EQ(read_bytes(path("deep/folder/sheet.h5")), trajectory);
+  EXPECT_EQ(read_bytes(path("deep/folder/sheet.xdmf")), sidecar);
+
+  WeftProcess::Arguments forced = arguments;
+  forced.insert(forced.end(), {"--force", "--set", "time.duration=0.05"});
+  EXPECT_EQ(weft(forced).code, exit_code::done);
+  EXPECT_EQ(frame_times(path("deep/folder/sheet.h5")).back(), 0.05);
+}
+
+TEST_F(CommandRun, OverridesAreTakenInAnyPlace) {
+  write("sheet.toml", sheet_case);
+  const Result result = weft({"run", "--set", "time.duration=0.03", "--set",
+                              "time.frames_per_second=100", "sheet.toml", "--quiet", "--json"});
+  ASSERT_EQ(result.code, exit_code::done) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("frames"), 4);
+}
+
+// Permission bits do not bind root, so the folder is one that cannot be: below a file.
+TEST_F(CommandRun, RefusesAFolderThatCannotBeMade) {
+  write("sheet.toml", sheet_case);
+  write("file", "");
+  const Result result = weft({"run", "sheet.toml", "-o", "file/out"});
+  EXPECT_EQ(result.code, exit_code::input_output);
+  EXPECT_NE(result.err.find("file/out"), std::string::npos) << result.err;
+}
+
+TEST_F(CommandRun, KeepsTheFramesThatFitOnTheDisk) {
+  write("sheet.toml", sheet_case);
+  const auto limit_files = [] {
+    const rlimit limit{400'000, 400'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, SIG_IGN);  // writing fails instead
+  };
+  const Result result = weft({"run", "sheet.toml", "--json", "--quiet", "--set",
+                              "time.frames_per_second=10000", "--set", "time.duration=10"},
+                             limit_files);
+  EXPECT_EQ(result.code, exit_code::input_output) << result.err;
+  EXPECT_NE(result.err.find("out/sheet.h5"), std::string::npos) << result.err;
+  EXPECT_GT(frame_times(path("out/sheet.h5")).size(), 1U);
+}
+
+TEST_F(CommandRun, StopsAfterTheStepWhenInterrupted) { expect_stop(SIGINT, 130); }
+
+TEST_F(CommandRun, StopsAfterTheStepWhenTerminated) { expect_stop(SIGTERM, 143); }
+
+TEST_F(CommandRun, KeepsTheLastGoodStateOfAFailure) {
+  write("squeeze.toml", squeeze_case);
+  const Result result = weft({"run", "squeeze.toml", "--json", "--quiet"});
+  EXPECT_EQ(result.code, exit_code::numerical_failure);
+  const nlohmann::json report = nlohmann::json::parse(result.out);
+  EXPECT_EQ(report.at("status"), "failed");
+  const std::string reason = report.at("reason");
+  for (const char* part : {"\"sheet\"", "\"press\"", "at t = 0.005"}) {
+    EXPECT_NE(reason.find(part), std::string::npos) << part << " is not in: " << reason;
+  }
+  EXPECT_EQ(result.err, "weft: " + reason + "\n");
+  const std::vector<double> times = frame_times(path("out/squeeze.h5"));
+  ASSERT_EQ(times.size(), 2U);  // the state at 0, and the last good one before the next frame
+  EXPECT_EQ(times.back(), report.at("simulated_s"));
+  EXPECT_NEAR(times.back(), 0.005, 1e-6);
+}
+
+// The dynamic linker says which libraries a process loads, until its end.
+TEST_F(CommandRun, LoadsOpenGLOnlyToDraw) {
+#ifdef WEFT_WITHOUT_GPU
+  GTEST_SKIP() << "built without gpu/";
+#endif
+  write("sheet.toml", sheet_case);
+  const auto libraries_of = [&](const WeftProcess::Arguments& arguments) {
+    const auto log_libraries = [] {
+      setenv("LD_DEBUG", "files", 1);
+      setenv("LD_DEBUG_OUTPUT", "libraries", 1);
+    };
+    EXPECT_EQ(weft(arguments, log_libraries).code, exit_code::done);
+    std::string text;
+    for (const auto& entry : std::filesystem::directory_iterator(folder())) {
+      if (!entry.path().filename().string().starts_with("libraries.")) continue;
+      text += read_bytes(entry.path());
+      std::filesystem::remove(entry.path());
+    }
+    return text;
+  };
+  const std::string of_run = libraries_of({"run", "sheet.toml", "--quiet"});
+  EXPECT_NE(of_run.find("libhdf5"), std::string::npos);
+  EXPECT_EQ(of_run.find("libOSMesa"), std::string::npos);
+  EXPECT_EQ(of_run.find("libGL"), std::string::npos);
+  const std::string of_render =
+      libraries_of({"render", "out/sheet.h5", "--every", "100", "--width", "32", "--height", "32"});
+  EXPECT_NE(of_render.find("libOSMesa"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace weft::sim

@@ -1,0 +1,225 @@
+// The weft command as its users meet it: arguments, messages, exit codes; all but the runs.
+#include <nlohmann/json.hpp>
+
+#include "sim/case_reader.h"
+#include "sim/run_command.h"
+#include "tests/sim/weft_process.h"
+
+namespace weft::sim {
+namespace {
+
+constexpr const char* sheet_case = R"(title = "A sheet"
+time.duration = 0.05
+contact.enabled = false
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [4, 5] }
+)";
+
+// Two sheets through each other, which no run with contact would start with.
+constexpr const char* crossed_case = R"(
+time.duration = 0.02
+world.gravity = [0, 0, 0]
+contact.enabled = false
+[[body]]
+name = "flat"
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [3, 3] }
+[[body]]
+name = "upright"
+position = [0.011, 0.013, 0.017]
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [3, 3] }
+)";
+
+using Command = WeftCommand;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(Command, SaysItsVersion) {
+  const Result result = weft({"--version"});
+  EXPECT_EQ(result.code, exit_code::done);
+  EXPECT_EQ(result.out, "weft " WEFT_VERSION "\n");
+  EXPECT_EQ(result.err, "");
+}
+
+TEST_F(Command, HelpNamesEveryCommandAndExitCode) {
+  const Result result = weft({"--help"});
+  EXPECT_EQ(result.code, exit_code::done);
+  for (const char* word : {"weft run", "weft check", "weft info", "weft render", "weft schema",
+                           "0 done", "1 numerical", "2 bad case", "4 input", "130", "143"}) {
+    EXPECT_TRUE(contains(result.out, word)) << word << '\n' << result.out;
+  }
+  EXPECT_EQ(result.err, "");
+  for (const char* command : {"run", "check", "info", "render", "schema"}) {
+    EXPECT_EQ(weft({command, "--help"}).code, exit_code::done) << command;
+  }
+}
+
+TEST_F(Command, RefusesArgumentsItDoesNotKnow) {
+  write("sheet.toml", sheet_case);
+  struct Mistake {
+    WeftProcess::Arguments arguments;
+    std::string message;
+  };
+  const Mistake mistakes[] = {
+      {{}, "Usage:"},
+      {{"rnu", "sheet.toml"}, "\"rnu\" is unknown; did you mean \"run\"?"},
+      {{"--verion"}, "did you mean \"--version\"?"},
+      {{"run", "sheet.toml", "--froce"}, "\"--froce\" is unknown; did you mean \"--force\"?"},
+      {{"run", "sheet.toml", "--outptu=there"}, "did you mean \"--output\"?"},
+      {{"info", "sheet.h5", "--crossing"}, "did you mean \"--crossings\"?"},
+      {{"run", "sheet.toml", "--frobnicate"}, "\"--frobnicate\" is unknown; expected one of"},
+      {{"run", "sheet.toml", "another.toml"}, "\"another.toml\" is unknown"},
+      {{"run"}, "case is required"},
+      {{"render", "sheet.h5", "--every", "0"}, "--every"}};
+  for (const Mistake& mistake : mistakes) {
+    const Result result = weft(mistake.arguments);
+    EXPECT_EQ(result.code, exit_code::bad_case) << mistake.message;
+    EXPECT_TRUE(contains(result.err, mistake.message)) << mistake.message << "\n" << result.err;
+    EXPECT_EQ(result.out, "");
+  }
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Command, RefusesABadCaseBeforeItWritesAnything) {
+  write("bad.toml", "title = \"A misspelt key\"\n[time]\n  duratoin = 2.0\n");
+  for (const char* command : {"run", "check"}) {
+    const Result result = weft({command, "bad.toml"});
+    EXPECT_EQ(result.code, exit_code::bad_case);
+    EXPECT_TRUE(result.err.starts_with("bad.toml:3:3: ")) << result.err;
+    EXPECT_TRUE(contains(result.err, "did you mean \"duration\"?")) << result.err;
+    EXPECT_EQ(result.out, "");
+  }
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Command, RefusesAnInitialStateWithoutAGapBeforeItWritesAnything) {
+  write("close.toml", std::string(sheet_case) + R"([[obstacle]]
+name = "floor"
+position = [0.0, 0.0, -0.0009]
+thickness = 0.001
+shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
+)");
+  const Result result = weft({"run", "close.toml", "--set", "contact.enabled=true"});
+  EXPECT_EQ(result.code, exit_code::bad_case);
+  EXPECT_TRUE(contains(result.err, "close.toml")) << result.err;
+  EXPECT_TRUE(contains(result.err, "sheet") && contains(result.err, "floor")) << result.err;
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Command, RefusesCrossedSheetsBeforeItWritesAnything) {
+  write("crossed.toml", crossed_case);
+  const Result result = weft({"run", "crossed.toml", "--set", "contact.enabled=true"});
+  EXPECT_EQ(result.code, exit_code::bad_case);
+  EXPECT_TRUE(contains(result.err, "intersecting pairs of triangles")) << result.err;
+  EXPECT_TRUE(contains(result.err, "flat") && contains(result.err, "upright")) << result.err;
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Command, RefusesAMissingCase) {
+  const Result result = weft({"run", "nowhere.toml"});
+  EXPECT_EQ(result.code, exit_code::bad_case);
+  EXPECT_TRUE(contains(result.err, "nowhere.toml: cannot be read: No such file")) << result.err;
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Command, RefusesABadOverrideByName) {
+  write("sheet.toml", sheet_case);
+  for (const char* bad : {"time.duratoin=1", "time.duration=\"long\"", "time.duration"}) {
+    const Result result = weft({"run", "sheet.toml", "--set", bad});
+    EXPECT_EQ(result.code, exit_code::bad_case) << bad;
+    EXPECT_TRUE(contains(result.err, std::string("--set ") + bad)) << result.err;
+  }
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Command, CheckSaysWhatACaseNeedsAndSkips) {
+  write("sheet.toml", sheet_case);
+  const Result result = weft({"check", "sheet.toml", "--set", "body.sheet.thickness=0.0035"});
+  EXPECT_EQ(result.code, exit_code::done);
+  EXPECT_EQ(result.err, "");
+  for (const char* part :
+       {"A sheet", "sheet: 4 x 5 vertices, 24 triangles, thickness 3.5 mm", "gravity, membrane",
+        "skipped bending: every bending_stiffness is 0", "skipped GL context"}) {
+    EXPECT_TRUE(contains(result.out, part)) << part << '\n' << result.out;
+  }
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Command, InfoSummarisesATrajectory) {
+  write("sheet.toml", sheet_case);
+  ASSERT_EQ(weft({"run", "sheet.toml", "--quiet"}).code, exit_code::done);
+  const Result text = weft({"info", "out/sheet.h5"});
+  EXPECT_EQ(text.code, exit_code::done);
+  EXPECT_TRUE(contains(text.out, "A sheet")) << text.out;
+  EXPECT_TRUE(contains(text.out, "sheet: 4 x 5, 20 particles, 24 triangles")) << text.out;
+
+  const Result result = weft({"info", "--json", "out/sheet.h5"});
+  EXPECT_EQ(result.code, exit_code::done);
+  const nlohmann::json json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json.at("title"), "A sheet");
+  EXPECT_EQ(json.at("frames"), 4);  // 0, 1/60, 2/60, 0.05 s
+  EXPECT_EQ(json.at("last_time_s"), 0.05);
+  EXPECT_EQ(json.at("bodies").at(0).at("name"), "sheet");
+  EXPECT_EQ(json.at("bodies").at(0).at("particles"), 20);
+}
+
+TEST_F(Command, InfoCountsCrossings) {
+  write("crossed.toml", crossed_case);
+  write("sheet.toml", sheet_case);
+  ASSERT_EQ(weft({"run", "crossed.toml", "--quiet"}).code, exit_code::done);
+  ASSERT_EQ(weft({"run", "sheet.toml", "--quiet"}).code, exit_code::done);
+  const Result text = weft({"info", "--crossings", "out/crossed.h5"});
+  EXPECT_EQ(text.code, exit_code::done);
+  EXPECT_TRUE(contains(text.out, "crossings, the first between flat")) << text.out;
+  EXPECT_EQ(weft({"info", "--crossings", "out/sheet.h5"}).out, "0 crossings in 4 frames\n");
+
+  const Result result = weft({"info", "--crossings", "--json", "out/crossed.h5"});
+  const nlohmann::json json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json.at("frames").size(), 3U);
+  int total = 0;
+  for (const nlohmann::json& frame : json.at("frames")) {
+    const int count = frame.at("count");
+    EXPECT_GT(count, 0);
+    EXPECT_EQ(frame.at("first").at(0).at("body"), "flat");
+    total += count;
+  }
+  EXPECT_EQ(json.at("crossings"), total);
+}
+
+TEST_F(Command, InfoAndRenderRefuseWhatIsNoTrajectory) {
+  write("text.h5", "not HDF5");
+  for (const char* command : {"info", "render"}) {
+    for (const char* file : {"nowhere.h5", "text.h5"}) {
+      const Result result = weft({command, file});
+      EXPECT_EQ(result.code, exit_code::input_output) << command << ' ' << file;
+      EXPECT_TRUE(contains(result.err, file)) << result.err;
+      EXPECT_EQ(result.out, "");
+    }
+  }
+}
+
+TEST_F(Command, PrintsTheSchema) {
+  const Result result = weft({"schema"});
+  EXPECT_EQ(result.code, exit_code::done);
+  EXPECT_EQ(result.out, case_json_schema());
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("type"), "object");
+}
+
+TEST_F(Command, PrintsTheReferencePageOfTheDocumentation) {
+  const Result result = weft({"schema", "--markdown"});
+  EXPECT_EQ(result.code, exit_code::done);
+  EXPECT_EQ(result.out, read_bytes(WEFT_SOURCE_DIR "/docs/case_reference.md"));
+}
+
+TEST_F(Command, NoticesThatNobodyGotItsResults) {
+  const auto to_full_device = [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); };
+  const Result result = weft({"schema"}, to_full_device);
+  EXPECT_EQ(result.code, exit_code::input_output);
+  EXPECT_TRUE(contains(result.err, "standard output")) << result.err;
+}
+
+}  // namespace
+}  // namespace weft::sim

@@ -1,0 +1,128 @@
+// Runs the built weft command in a folder of its own.
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace weft::sim {
+
+inline std::string read_bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A process whose streams go to files. One that is still there is killed in the end.
+class WeftProcess {
+ public:
+  using Arguments = std::vector<std::string>;
+
+  // `prepare` runs in the new process, in `folder`, before the command.
+  WeftProcess(const std::filesystem::path& folder, const Arguments& arguments,
+              const std::function<void()>& prepare = {})
+      : out_(folder / "stdout.txt"), err_(folder / "stderr.txt"), process_(fork()) {
+    if (process_ != 0) return;
+    const bool ready = redirect(out_, STDOUT_FILENO) && redirect(err_, STDERR_FILENO) &&
+                       chdir(folder.c_str()) == 0;
+    if (!ready) _exit(126);
+    if (prepare) prepare();
+    std::vector<char*> words{const_cast<char*>(WEFT_COMMAND)};
+    for (const std::string& argument : arguments) {
+      words.push_back(const_cast<char*>(argument.c_str()));
+    }
+    words.push_back(nullptr);
+    execv(WEFT_COMMAND, words.data());
+    _exit(127);
+  }
+  ~WeftProcess() {
+    if (process_ > 0) {
+      kill(process_, SIGKILL);
+      waitpid(process_, nullptr, 0);
+    }
+  }
+  WeftProcess(const WeftProcess&) = delete;
+  WeftProcess& operator=(const WeftProcess&) = delete;
+
+  void send(int signal) const { kill(process_, signal); }
+
+  // The exit code, or minus the signal that ended it.
+  int wait() {
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = 0;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+
+  std::string out() const { return read_bytes(out_); }
+  std::string err() const { return read_bytes(err_); }
+
+ private:
+  static bool redirect(const std::filesystem::path& path, int stream) {
+    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    return file >= 0 && dup2(file, stream) == stream && close(file) == 0;
+  }
+
+  std::filesystem::path out_, err_;
+  pid_t process_;
+};
+
+class WeftCommand : public testing::Test {
+ protected:
+  struct Result {
+    int code = 0;
+    std::string out, err;
+  };
+
+  WeftCommand()
+      : folder_(std::filesystem::path(testing::TempDir()) /
+                ("weft_command_" + std::to_string(getpid()))) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~WeftCommand() override { std::filesystem::remove_all(folder_); }
+  WeftCommand(const WeftCommand&) = delete;
+  WeftCommand& operator=(const WeftCommand&) = delete;
+
+  const std::filesystem::path& folder() const { return folder_; }
+  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  bool exists(const std::string& name) const { return std::filesystem::exists(path(name)); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream file(path(name), std::ios::binary);
+    file << text;
+    ASSERT_TRUE(file.flush());
+  }
+
+  Result weft(const WeftProcess::Arguments& arguments,
+              const std::function<void()>& prepare = {}) const {
+    WeftProcess process(folder_, arguments, prepare);
+    const int code = process.wait();
+    return {code, process.out(), process.err()};
+  }
+
+  // A run makes its file, under its final name, once it can be read and signals are caught.
+  void wait_for_file(const std::string& name) const {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!exists(name)) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end) << name << " is not made";
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace weft::sim
