@@ -45,15 +45,15 @@ class BendingForce final : public Force {
 
   std::string_view name() const override { return "bending"; }
 
-  double energy(const Kinematics& state, int threads) const override {
+  double energy(const Kinematics& state, int threads) override {
+    measure_angles(state, threads);
     return parallel_sum(static_cast<int>(triangles_.size()), threads, [&](int first, int last) {
       double sum = 0;
       for (int t = first; t < last; ++t) {
         Vec3 angle = Vec3::Zero();
         for (int i = 0; i < 3; ++i) {
           const int h = triangles_[t].hinge[i];
-          if (h >= 0)
-            angle[i] = materials::hinge_angle(gather(h, state.position)) - hinges_[h].rest_angle;
+          if (h >= 0) angle[i] = state_of_hinge_[h].strain;
         }
         sum += 0.5 * angle.dot(triangles_[t].modulus * angle);
       }
@@ -113,13 +113,24 @@ class BendingForce final : public Force {
     return nodes;
   }
 
+  // Strains without their rates, and no gradients: all that the energy asks for.
+  void measure_angles(const Kinematics& state, int threads) {
+    parallel_chunks(static_cast<int>(hinges_.size()), threads, [&](int first, int last) {
+      for (int h = first; h < last; ++h) {
+        state_of_hinge_[h].strain =
+            materials::hinge_angle(materials::hinge_vectors(gather(h, state.position))) - hinges_[h].rest_angle;
+      }
+    });
+  }
+
   void measure_hinges(const Kinematics& state, int threads) {
     parallel_chunks(static_cast<int>(hinges_.size()), threads, [&](int first, int last) {
       for (int h = first; h < last; ++h) {
         const Nodes4 x = gather(h, state.position);
         HingeState& hinge = state_of_hinge_[h];
-        hinge.gradient = materials::hinge_gradient(x);
-        hinge.strain = materials::hinge_angle(x) - hinges_[h].rest_angle;
+        const materials::HingeVectors vectors = materials::hinge_vectors(x);
+        hinge.gradient = materials::hinge_gradient(vectors);
+        hinge.strain = materials::hinge_angle(vectors) - hinges_[h].rest_angle;
         if (hinges_[h].damping_time > 0) {
           hinge.strain += hinges_[h].damping_time *
                           hinge.gradient.cwiseProduct(gather(h, state.velocity)).sum();

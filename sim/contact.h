@@ -27,13 +27,13 @@ struct ContactFault {
 };
 
 // For a pair at distance d, with gap g = d - thickness < range:
-//   barrier           W = m(c) b(g), force -dW/dx          (materials/contact.h; m is 1 but for
-//   near-parallel edges) contact damping   F_n = -beta W''(g) g'                (along the normal)
-//   friction          F_t = -mu N f(|v_t|)/|v_t| v_t       (N = the barrier's and the damping's
-//   push, not lagged)
+//   barrier         W = m(c) b(g), force -dW/dx  (materials/contact.h; m is 1 but for near-parallel edges)
+//   contact damping F_n = -beta W''(g) g'        (along the normal)
+//   friction        F_t = -mu N f(|v_t|)/|v_t| v_t  (N = -W'(g), not lagged)
 // with v_t the relative velocity of the closest points across the normal. The Newton matrix keeps,
-// per pair, a 3x3 block between the closest points (Gauss-Newton): stiffness W'' n n^T and the
-// damping and friction slopes.
+// per pair, a 3x3 block between the closest points: the stiffness (W'' + beta W''' g') n n^T and the
+// slopes of damping and friction in the velocity. How the mollifier, the normal and the push turn
+// with x is left to the iteration.
 class Contact {
  public:
   Contact(const Scene& scene, Statistics& statistics);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/case_text.h"
 #include "sim/newton_solver.h"
 #include "sim/vector_operations.h"
 
@@ -24,8 +25,9 @@ std::span<double> values(N_Vector v) {
 // takes a third longer for the same error.
 constexpr double linear_tolerance_factor = 0.3;
 
-// A run in which this many steps in a row had to be cut because of contact is not going anywhere.
-constexpr int most_vetoes_in_a_row = 40;
+// A step refused this often because of contact, each time with a quarter of the length, is impossible. (The shortest
+// step is reached long before, for any sensible time.minimum_step.)
+constexpr int most_vetoes_of_a_step = 40;
 
 }  // namespace
 
@@ -69,7 +71,6 @@ struct CvodeIntegrator::Implementation {
   double accepted_time = 0, previous_time = 0;
   std::vector<double> previous_state;
   std::int64_t vetoes = 0;
-  int vetoes_in_a_row = 0;
   std::optional<ContactFault> last_fault;
 };
 
@@ -128,7 +129,7 @@ void CvodeIntegrator::Implementation::set_options() {
       });
   CVodeSetProjErrEst(cvode, SUNFALSE);
   CVodeSetProjFrequency(cvode, 1);
-  CVodeSetMaxNumProjFails(cvode, most_vetoes_in_a_row);
+  CVodeSetMaxNumProjFails(cvode, most_vetoes_of_a_step);
   CVodeSetProjFailEta(cvode, 0.25);
 }
 
@@ -179,9 +180,9 @@ void CvodeIntegrator::Implementation::accept(double t) {
 }
 
 std::string CvodeIntegrator::Implementation::failure(int flag) const {
-  const std::string at = " at t = " + std::to_string(accepted_time) + " s";
+  const std::string at = " at t = " + number_text(accepted_time) + " s";
   const std::string shortest =
-      std::to_string(scene.source.time.minimum_step) + " s (time.minimum_step)";
+      number_text(scene.source.time.minimum_step) + " s (time.minimum_step)";
   const std::string contact = last_fault ? ": " + last_fault->describe(scene) : "";
   switch (flag) {
     case CV_ERR_FAILURE:

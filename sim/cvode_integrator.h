@@ -22,10 +22,10 @@ struct IntegratorCounts {
   std::int64_t linear_setups = 0;
 };
 
-// Integrates from t = 0 and the scene's initial state. Tolerances: the local error of a step, in
-// the root mean square over all particles, is held to position_tolerance (m) for positions and to
-// velocity_tolerance + relative_tolerance |v| (m/s) for velocities. Independent of where the origin
-// lies.
+// Integrates from t = 0 and the scene's initial state. Tolerances: the local error of a step, divided by
+// position_tolerance (m) for positions and by velocity_tolerance + relative_tolerance |v| (m/s) for
+// velocities, has a root mean square of at most 1 over all components of all particles together. Independent of
+// where the origin lies and of how the axes are turned.
 class CvodeIntegrator {
  public:
   CvodeIntegrator(const Scene& scene, Dynamics& dynamics);

@@ -19,7 +19,7 @@ class DragForce final : public Force {
 
   std::string_view name() const override { return "drag"; }
   // Drag stores nothing.
-  double energy(const Kinematics&, int) const override { return 0; }
+  double energy(const Kinematics&, int) override { return 0; }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
     triangles_.for_each(threads, [&](int i) {

@@ -26,7 +26,7 @@ class MembraneForce final : public Force {
 
   std::string_view name() const override { return "membrane"; }
 
-  double energy(const Kinematics& state, int threads) const override {
+  double energy(const Kinematics& state, int threads) override {
     return parallel_sum(triangles_.count(), threads, [&](int first, int last) {
       double sum = 0;
       for (int i = first; i < last; ++i) {

@@ -16,6 +16,13 @@ Eigen::AngleAxisd angle_axis(const Vec3& rotation_vector) {
   return {angle, angle > 0 ? Vec3(rotation_vector / angle) : Vec3(Vec3::UnitX())};
 }
 
+// Rotation vector of the turn that leads from one orientation to another, both rotation vectors.
+Vec3 turn_between(const Vec3& from, const Vec3& to) {
+  if (from.cross(to).norm() <= 1e-12 * from.norm() * to.norm()) return to - from;
+  const Eigen::AngleAxisd shortest(Eigen::Quaterniond(angle_axis(to)) * Eigen::Quaterniond(angle_axis(from)).conjugate());
+  return shortest.axis() * shortest.angle();
+}
+
 }  // namespace
 
 Eigen::Matrix3d rotation_from_degrees(const Vec3& rotation_deg) {
@@ -28,9 +35,9 @@ RigidMotion::RigidMotion(const MotionCase& motion, const Vec3& centre)
       angular_velocity_(motion.angular_velocity_deg * radians_per_degree),
       start_time_(motion.start_time),
       stop_time_(motion.stop_time.value_or(std::numeric_limits<double>::infinity())) {
+  if (!motion.keyframes.empty() && motion.keyframes.front().time > 0) keys_.emplace_back();
   for (const KeyframeCase& key : motion.keyframes) {
-    keys_.push_back({key.time, key.translation,
-                     Eigen::Quaterniond(angle_axis(key.rotation_deg * radians_per_degree))});
+    keys_.push_back({key.time, key.translation, key.rotation_deg * radians_per_degree});
   }
 }
 
@@ -57,7 +64,7 @@ RigidMotion::Pose RigidMotion::keyframe_pose(double time) const {
                                       [](double t, const Key& key) { return t < key.time; });
   if (after == keys_.begin() || after == keys_.end()) {
     const Key& key = after == keys_.begin() ? keys_.front() : keys_.back();
-    pose.rotation = key.rotation.toRotationMatrix();
+    pose.rotation = angle_axis(key.rotation).toRotationMatrix();
     pose.translation = key.translation;
     return pose;
   }
@@ -67,12 +74,11 @@ RigidMotion::Pose RigidMotion::keyframe_pose(double time) const {
   const double s = (time - from.time) / span;
   const double eased = s * s * s * (10 + s * (6 * s - 15));
   const double rate = 30 * s * s * (1 - s) * (1 - s) / span;
-  const Eigen::AngleAxisd turn(to.rotation * from.rotation.conjugate());
-  pose.rotation =
-      (Eigen::AngleAxisd(turn.angle() * eased, turn.axis()) * from.rotation).toRotationMatrix();
+  const Vec3 turn = turn_between(from.rotation, to.rotation);
+  pose.rotation = (angle_axis(turn * eased) * angle_axis(from.rotation)).toRotationMatrix();
   pose.translation = from.translation + eased * (to.translation - from.translation);
   pose.velocity = rate * (to.translation - from.translation);
-  pose.angular_velocity = turn.axis() * (turn.angle() * rate);
+  pose.angular_velocity = turn * rate;
   return pose;
 }
 

@@ -10,9 +10,12 @@
 
 namespace weft::sim {
 
-// x(t) = R(t) (x0 - centre) + centre + d(t). With keyframes each stretch between two frames is
-// eased by 6 s^5 - 15 s^4 + 10 s^3, so that velocity and acceleration are continuous and zero at
-// the frames; rotation turns about the fixed axis that joins the two orientations.
+// x(t) = R(t) (x0 - centre) + centre + d(t). With keyframes each stretch between two frames is eased
+// by 6 s^5 - 15 s^4 + 10 s^3, so that velocity and acceleration are continuous and zero at the
+// frames. The rotation between two frames is a turn about one axis: where their rotation vectors
+// are parallel (or one is zero), by the difference of their angles, however large; otherwise the
+// shortest turn from one orientation to the other. A first frame after t = 0 is led up to from
+// where the case puts the points.
 class RigidMotion {
  public:
   RigidMotion() = default;
@@ -27,7 +30,7 @@ class RigidMotion {
   struct Key {
     double time = 0;
     Vec3 translation{0, 0, 0};
-    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+    Vec3 rotation{0, 0, 0};  // rotation vector, rad
   };
   struct Pose {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();

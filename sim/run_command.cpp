@@ -111,11 +111,6 @@ int finish(const RunCommand& command, const RunReport& report) {
 
 int run_case(const RunCommand& command) {
   return with_scene(command, [&](const Scene& scene) {
-    // Whatever is wrong with the case is said before anything is written.
-    check_initial_state(scene);
-    std::error_code error;
-    std::filesystem::create_directories(command.directory, error);
-    if (error) throw TrajectoryError(command.directory + ": cannot create: " + error.message());
     catch_stop_signals();
     RunOptions options;
     const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";

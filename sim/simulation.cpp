@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 
 #include "sim/case_error.h"
 #include "sim/crossings.h"
@@ -162,7 +163,12 @@ void check_initial_state(const Scene& scene) {
 }
 
 RunReport run_simulation(const Scene& scene, const RunOptions& options) {
+  // Whatever is wrong with the case is said before anything is written.
   check_initial_state(scene);
+  const auto folder = std::filesystem::path(options.trajectory).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw TrajectoryError(folder.string() + ": cannot create: " + error.message());
   return Run(scene, options).execute();
 }
 

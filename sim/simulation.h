@@ -13,7 +13,7 @@
 namespace weft::sim {
 
 struct RunOptions {
-  std::string trajectory;  // path of the HDF5 file; its folder exists
+  std::string trajectory;  // path of the HDF5 file; its folder is made where missing
   bool force = false;      // overwrite
   // Told after every step: simulated time (s). May be empty.
   std::function<void(double time)> progress;
@@ -30,7 +30,8 @@ struct RunReport {
   double cpu_time = 0;        // s, all threads
   int frames = 0;
   IntegratorCounts counts;
-  std::optional<double> smallest_gap;  // m, over all steps; nothing when no pair ever came into reach
+  std::optional<double> smallest_gap;  // m, in the last force evaluation of any step; nothing
+                                       // when no pair ever came into reach
   double largest_stretch = 0;          // l / L - 1 over all frames and edges
   Statistics statistics;
   std::string trajectory;

@@ -20,7 +20,7 @@ class SpringForce final : public Force {
 
   std::string_view name() const override { return "springs"; }
 
-  double energy(const Kinematics& state, int threads) const override {
+  double energy(const Kinematics& state, int threads) override {
     return parallel_sum(ends_.count(), threads, [&](int first, int last) {
       double sum = 0;
       for (int i = first; i < last; ++i) {

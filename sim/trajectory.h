@@ -46,6 +46,8 @@ class TrajectoryError : public std::runtime_error {
 //   /body/NAME/particle      int32 [patches, rows, cols]: particle of each texel (sewn bodies only)
 //   /body/NAME/triangles     int32 [triangles, 3]: texels, by the rule of bsi::quad_triangles
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
+//   /steps/NAME[S]           float64, attribute units: one entry an accepted step, written with the
+//                            frame that follows it; the first /series/steps[n] belong to frame n
 //   /frame/F÷16384/F÷128/F/position/NAME   virtual dataset [texels, 3]: frame F for the sidecar
 //                            (and velocity/NAME)
 class TrajectoryWriter {

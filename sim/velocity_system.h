@@ -18,7 +18,7 @@ class VelocitySystem {
  public:
   explicit VelocitySystem(Dynamics& dynamics);
 
-  // Takes K and D from the dynamics (`fresh`) or keeps those it has, and forms A for this gamma.
+  // Forms A for this gamma from the K and D last assembled by the dynamics.
   void set_up(double gamma);
 
   struct Outcome {

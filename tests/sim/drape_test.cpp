@@ -1,0 +1,55 @@
+// The main job in small: cloth falls on obstacles and on itself, and nothing passes through.
+#include "sim/crossings.h"
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+int crossings_in(const Scene& scene, const std::vector<Vec3>& position) {
+  std::vector<CrossingSurface> surfaces;
+  for (const SceneBody& body : scene.bodies) {
+    surfaces.push_back({std::span(position).subspan(body.first_particle, body.particle_count()),
+                        body.mesh.triangles, body.dynamic});
+  }
+  return static_cast<int>(find_crossings(surfaces).size());
+}
+
+// Simulates a shipped case, smaller and shorter, and holds every frame against the exact referee.
+void expect_nothing_passes_through(const std::string& name, const std::vector<std::string>& overrides, double duration) {
+  const auto scene = build_scene(read_case(std::string(WEFT_CASES_DIR) + "/" + name + ".toml", overrides));
+  Statistics statistics;
+  Dynamics dynamics(*scene, statistics);
+  CvodeIntegrator integrator(*scene, dynamics);
+  std::vector<double> y(dynamics.state_size());
+  std::vector<Vec3> position, velocity;
+  double smallest_gap = 1;
+  for (double frame = 1.0 / 60; frame <= duration; frame += 1.0 / 60) {
+    while (integrator.time() < frame) {
+      const auto failure = integrator.step();
+      ASSERT_FALSE(failure) << *failure;
+      smallest_gap = std::min(smallest_gap, dynamics.contact()->smallest_gap().value_or(1));
+    }
+    integrator.state_at(frame, y);
+    dynamics.expand(frame, y, position, velocity);
+    ASSERT_EQ(crossings_in(*scene, position), 0) << "t = " << frame;
+    EXPECT_LT(dynamics.largest_stretch(position), 0.05);
+  }
+  EXPECT_GT(smallest_gap, 0);
+  EXPECT_LT(smallest_gap, scene->source.contact.range);  // they did meet
+}
+
+TEST(Drape, SheetOverATorus) {
+  expect_nothing_passes_through("drape_torus", {"body.sheet.shape.resolution=[33, 33]"}, 0.45);
+}
+
+TEST(Drape, SheetOnASphereOfSixPatches) {
+  expect_nothing_passes_through("sheet_on_sphere", {"body.sheet.shape.resolution=[25, 25]", "obstacle.sphere.shape.resolution=[17]"}, 0.3);
+}
+
+TEST(Drape, SheetsFallOnEachOther) {
+  expect_nothing_passes_through("falling_box_of_sheets", {"body.first.shape.resolution=[11, 11]", "body.second.shape.resolution=[11, 11]",
+                                 "body.third.shape.resolution=[11, 11]", "body.fourth.shape.resolution=[11, 11]", "body.fifth.shape.resolution=[11, 11]"}, 0.3);
+}
+
+}  // namespace
+}  // namespace weft::sim
