@@ -1,7 +1,7 @@
 // A run that is killed leaves the frames it has written, and they are those of a run that was not.
 #include <random>
 
-#include "sim/trajectory.h"
+#include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
 namespace weft::sim {
