@@ -1,6 +1,7 @@
 #include "bsi/continuous_collision.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -43,37 +44,45 @@ Motion relative_motion(const FourPoints& start, const FourPoints& end) {
   return motion;
 }
 
-// How the shadows of both sides on the line along `direction` (a unit vector) approach.
-struct ShadowGap {
-  double at_end = 0;   // the gap at the end of the path
-  double advance = 0;  // the fraction of the path after which it is down to the aim
-};
-
-// `first_count` points (1 or 2) make the first side. Each pair of points, one of either side, is a
-// linear function of time; the gap is the least of them.
+// The shadows of both sides on the line along a direction of any length, whose length scales all
+// results. `first_count` points (1 or 2) make the first side. Each pair of points, one of either
+// side, is a linear function of time; the gap is the least of them.
 template <int first_count>
-ShadowGap shadow_gap(const std::array<Vec3, 4>& position, const Motion& motion,
-                     const Vec3& direction, double rest_of_path, double aim) {
+struct Shadows {
   std::array<double, 4> place, speed;
-  for (int i = 0; i < 4; ++i) {
-    place[i] = direction.dot(position[i]);
-    speed[i] = direction.dot(motion.displacement[i]);
-  }
-  ShadowGap result{std::numeric_limits<double>::infinity(),
-                   std::numeric_limits<double>::infinity()};
-  for (int i = 0; i < first_count; ++i) {
-    for (int j = first_count; j < 4; ++j) {
-      const double gap = place[i] - place[j];
-      const double rate = speed[i] - speed[j];
-      result.at_end = std::min(result.at_end, gap + rest_of_path * rate);
-      if (rate < 0) result.advance = std::min(result.advance, (aim - gap) / rate);
+
+  Shadows(const std::array<Vec3, 4>& position, const Motion& motion, const Vec3& direction) {
+    for (int i = 0; i < 4; ++i) {
+      place[i] = direction.dot(position[i]);
+      speed[i] = direction.dot(motion.displacement[i]);
     }
   }
-  return result;
-}
+
+  // The gap after another `part` of the path.
+  double gap_after(double part) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < first_count; ++i)
+      for (int j = first_count; j < 4; ++j)
+        least = std::min(least, place[i] - place[j] + part * (speed[i] - speed[j]));
+    return least;
+  }
+
+  // The part of the path after which the gap is down to `aim`.
+  double advance_to(double aim) const {
+    double advance = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < first_count; ++i) {
+      for (int j = first_count; j < 4; ++j) {
+        const double rate = speed[i] - speed[j];
+        if (rate < 0) advance = std::min(advance, (aim - (place[i] - place[j])) / rate);
+      }
+    }
+    return advance;
+  }
+};
 
 template <int first_count>
 double safe_fraction(const FourPoints& start, const FourPoints& end, double minimum_separation) {
+  assert(minimum_separation >= 0);
   constexpr auto closest = first_count == 1 ? closest_vertex_triangle : closest_edge_edge;
   const Motion motion = relative_motion(start, end);
   const double least = minimum_separation + motion.rounding;
@@ -86,12 +95,13 @@ double safe_fraction(const FourPoints& start, const FourPoints& end, double mini
     if (query == 0) starting_gap = gap;
     if (!(starting_gap > 0)) return 0;  // also where the input is not a number
 
-    const ShadowGap shadow = shadow_gap<first_count>(position, motion, separation / distance,
-                                                     1 - fraction, least + aimed_part * gap);
-    if (shadow.at_end > least) return 1;
+    const Shadows<first_count> shadows(position, motion, separation);
+    if (shadows.gap_after(1 - fraction) > least * distance) return 1;
     if (left_at < 0 && gap <= left_part * starting_gap) left_at = fraction;
-    if (gap <= hopeless_part * starting_gap || !(shadow.advance > 0)) break;
-    fraction += shadow.advance;
+    if (gap <= hopeless_part * starting_gap) break;
+    const double advance = shadows.advance_to((least + aimed_part * gap) * distance);
+    if (!(advance > 0)) break;
+    fraction += advance;
     if (fraction >= 1) return 1;
     for (int i = 1; i < 4; ++i)
       position[i] = motion.position[i] + fraction * motion.displacement[i];

@@ -67,7 +67,7 @@ struct CvodeIntegrator::Implementation {
   double time = 0;
   double position_tolerance = 0, velocity_tolerance = 0, relative_tolerance = 0;
   std::vector<double> accepted_state;
-  std::vector<Vec3> accepted_position, trial_position, scratch_velocity;
+  std::vector<Vec3> previous_position, accepted_position, trial_position, scratch_velocity;
   double accepted_time = 0, previous_time = 0;
   std::vector<double> previous_state;
   std::int64_t vetoes = 0;
@@ -83,6 +83,7 @@ void CvodeIntegrator::Implementation::create() {
   previous_state = accepted_state;
   std::copy(accepted_state.begin(), accepted_state.end(), values(y).begin());
   dynamics.expand(0, accepted_state, accepted_position, scratch_velocity);
+  previous_position = trial_position = accepted_position;
   cvode = CVodeCreate(CV_BDF, context);
   CVodeInit(
       cvode,
@@ -176,6 +177,7 @@ void CvodeIntegrator::Implementation::accept(double t) {
   accepted_time = t;
   previous_state.swap(accepted_state);
   std::copy(values(y).begin(), values(y).end(), accepted_state.begin());
+  previous_position.swap(accepted_position);
   dynamics.expand(t, accepted_state, accepted_position, scratch_velocity);
 }
 
@@ -248,10 +250,8 @@ void CvodeIntegrator::state_at(double time, std::span<double> y) const {
   CVodeGetDky(self.cvode, time, 0, self.work);
   std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
   if (self.dynamics.contact() == nullptr) return;
-  std::vector<Vec3> from, to, unused;
-  self.dynamics.expand(self.previous_time, self.previous_state, from, unused);
-  self.dynamics.expand(time, y, to, unused);
-  if (!self.dynamics.contact()->check_path(from, to)) return;
+  self.dynamics.expand(time, y, self.trial_position, self.scratch_velocity);
+  if (!self.dynamics.contact()->check_path(self.previous_position, self.trial_position)) return;
   const double s = (time - self.previous_time) / (self.accepted_time - self.previous_time);
   for (std::size_t i = 0; i < y.size(); ++i) {
     y[i] = (1 - s) * self.previous_state[i] + s * self.accepted_state[i];

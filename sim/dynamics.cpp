@@ -68,26 +68,24 @@ Kinematics Dynamics::kinematics() const {
 void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>& position,
                       std::vector<Vec3>& velocity) const {
   assert(y.size() == state_size());
-  position.resize(scene_.particle_count);
-  velocity.resize(scene_.particle_count);
+  if (position.empty()) {
+    position = scene_.initial_position;
+    velocity = scene_.initial_velocity;
+  }
+  assert(static_cast<int>(position.size()) == scene_.particle_count && position.size() == velocity.size());
   const StateView state = StateView::of(y);
   std::copy(state.position.begin(), state.position.end(), position.begin());
   std::copy(state.velocity.begin(), state.velocity.end(), velocity.begin());
-  if (position.data() != position_.data()) {
-    const auto first = scene_.dynamic_particles;
-    std::copy(scene_.initial_position.begin() + first, scene_.initial_position.end(),
-              position.begin() + first);
-    std::copy(scene_.initial_velocity.begin() + first, scene_.initial_velocity.end(),
-              velocity.begin() + first);
-  }
   std::vector<Vec3> moved, rate;
   for (const PrescribedMotion& held : scene_.prescribed) {
-    moved = held.start;
-    rate.assign(held.start.size(), Vec3::Zero());
-    if (held.moves) held.motion.apply(time, held.start, moved, rate);
+    if (held.moves) {
+      moved.resize(held.start.size());
+      rate.resize(held.start.size());
+      held.motion.apply(time, held.start, moved, rate);
+    }
     for (std::size_t i = 0; i < held.particles.size(); ++i) {
-      position[held.particles[i]] = moved[i];
-      velocity[held.particles[i]] = rate[i];
+      position[held.particles[i]] = held.moves ? moved[i] : held.start[i];
+      velocity[held.particles[i]] = held.moves ? rate[i] : Vec3(Vec3::Zero());
     }
   }
 }

@@ -59,7 +59,8 @@ class Dynamics {
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
   Contact* contact() { return contact_ ? &*contact_ : nullptr; }
 
-  // Positions and velocities of all particles, prescribed ones put where they belong.
+  // Positions and velocities of all particles, prescribed ones put where they belong. Both lists must be empty or come
+  // from an earlier call: obstacles at rest are written once, however many they are.
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;

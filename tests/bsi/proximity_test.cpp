@@ -18,9 +18,12 @@ Closest closest(Query query, const FourPoints& x) { return query(x[0], x[1], x[2
 template <class Function>
 double minimise(const Function& f) {
   double low = 0, high = 1;
-  for (int step = 0; step < 70; ++step) {
+  for (int step = 0; step < 45; ++step) {
     const double first = low + 0.382 * (high - low), second = low + 0.618 * (high - low);
-    (f(first) < f(second) ? high : low) = f(first) < f(second) ? second : first;
+    if (f(first) < f(second))
+      high = second;
+    else
+      low = first;
   }
   return std::min({f(0.5 * (low + high)), f(0.0), f(1.0)});
 }
