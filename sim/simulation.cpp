@@ -1,10 +1,9 @@
 #include "sim/simulation.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 
 #include "sim/case/case_error.h"
