@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <filesystem>
+#include <thread>
 
 #include "sim/trajectory/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
@@ -22,8 +24,18 @@ Handle open_for_reading(const Access& access) {
 #if H5_VERSION_GE(1, 10, 7)
   H5Pset_file_locking(file_access.get(), false, true);
 #endif
-  return access.handle(H5Fopen(access.path().c_str(), H5F_ACC_RDONLY, file_access.get()),
-                       "open as an HDF5 file");
+  // HDF5 asks for the file's size before it reads how long the file says it is: a frame that a
+  // running writer adds in between makes it look truncated. Such a file is whole when looked at
+  // again.
+  constexpr int attempts = 20;
+  for (int attempt = 1;; ++attempt) {
+    const hid_t file = H5Fopen(access.path().c_str(), H5F_ACC_RDONLY, file_access.get());
+    if (file >= 0 || attempt == attempts ||
+        hdf5::error_text().find("truncated file") == std::string::npos) {
+      return access.handle(file, "open as an HDF5 file");
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
 }
 
 std::vector<Vec3> to_vectors(const std::vector<double>& values) {
