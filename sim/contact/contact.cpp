@@ -70,7 +70,6 @@ Contact::Pair Contact::make_pair(const CandidateList& list, int kind,
     const int first = triangles.first_particle;
     pair.nodes = {features.a + vertices.first_particle, t[0] + first, t[1] + first, t[2] + first};
   }
-  pair.area = pair_area(pair.nodes, pair.edges ? 2 : 1);
   return pair;
 }
 
@@ -164,8 +163,8 @@ Contact::Reach Contact::measure(const Pair& pair, std::span<const Vec3> position
   if (!(active.gap > 0)) return Reach::touching;
   active.nodes = pair.nodes;
   active.weight = closest.weight;
-  materials::BarrierDerivatives barrier =
-      materials::barrier(active.gap, range_, stiffness_ * pair.area);
+  materials::BarrierDerivatives barrier = materials::barrier(
+      active.gap, range_, stiffness_ * pair_area(pair.nodes, pair.edges ? 2 : 1));
   const double mollifier =
       pair.edges ? mollify(pair, position, barrier.value, mollified, has_mollified) : 1.0;
   active.energy = mollifier * barrier.value;

@@ -84,7 +84,6 @@ class Contact {
     std::array<int, 4> nodes{};
     bool edges = false;
     double thickness = 0;
-    double area = 0;  // m^2
   };
   enum class Reach { out, in, touching };
 

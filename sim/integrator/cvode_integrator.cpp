@@ -29,6 +29,9 @@ constexpr double linear_tolerance_factor = 0.3;
 // impossible. (The shortest step is reached long before, for any sensible time.minimum_step.)
 constexpr int most_vetoes_of_a_step = 40;
 
+// Steps over which vetoes are counted, and the count that ends a run.
+constexpr int veto_window = 200;
+
 }  // namespace
 
 struct CvodeIntegrator::Implementation {
@@ -51,7 +54,9 @@ struct CvodeIntegrator::Implementation {
   int assemble(double t, N_Vector state, bool keep, booleantype* is_new);
   int veto(double t, N_Vector state);
   void accept(double t);
+  std::string worst_place() const;
   std::string failure(int flag) const;
+  std::optional<std::string> too_many_vetoes();
   long count(int (*get)(void*, long*)) const {
     long value = 0;
     get(cvode, &value);
@@ -71,7 +76,9 @@ struct CvodeIntegrator::Implementation {
   double accepted_time = 0, previous_time = 0;
   std::vector<double> previous_state;
   std::int64_t vetoes = 0;
-  std::optional<ContactFault> last_fault;
+  int steps_in_window = 0;
+  std::int64_t vetoes_before_window = 0;
+  std::optional<ContactFault> last_fault, last_veto;
 };
 
 void CvodeIntegrator::Implementation::create() {
@@ -168,6 +175,7 @@ int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   auto fault = dynamics.contact()->check_path(accepted_position, trial_position);
   if (!fault) return 0;
   ++vetoes;
+  last_veto = fault;
   last_fault = std::move(fault);
   return 1;
 }
@@ -181,32 +189,69 @@ void CvodeIntegrator::Implementation::accept(double t) {
   dynamics.expand(t, accepted_state, accepted_position, scratch_velocity);
 }
 
+// The particle whose local error weighs most in the step that failed: where to look.
+std::string CvodeIntegrator::Implementation::worst_place() const {
+  N_Vector error = N_VClone(y), weight = N_VClone(y);
+  CVodeGetEstLocalErrors(cvode, error);
+  CVodeGetErrWeights(cvode, weight);
+  const StateView errors = StateView::of(values(error)), weights = StateView::of(values(weight));
+  std::size_t worst = 0;
+  double largest = -1;
+  for (std::size_t i = 0; i < errors.position.size(); ++i) {
+    const double size = errors.position[i].cwiseProduct(weights.position[i]).squaredNorm() +
+                        errors.velocity[i].cwiseProduct(weights.velocity[i]).squaredNorm();
+    // A value that is not finite is the worst of all.
+    if (size <= largest) continue;
+    largest = size;
+    worst = i;
+    if (!std::isfinite(size)) break;
+  }
+  N_VDestroy(error);
+  N_VDestroy(weight);
+  return ": the error is largest at " + scene.describe_particle(static_cast<int>(worst));
+}
+
 std::string CvodeIntegrator::Implementation::failure(int flag) const {
   const std::string at = " at t = " + number_text(accepted_time) + " s";
   const std::string shortest =
       number_text(scene.source.time.minimum_step) + " s (time.minimum_step)";
-  const std::string contact = last_fault ? ": " + last_fault->describe(scene) : "";
+  const std::string where = last_fault ? ": " + last_fault->describe(scene) : worst_place();
   switch (flag) {
     case CV_ERR_FAILURE:
-      return "no step down to " + shortest + " meets the error tolerance" + at + contact;
+      return "no step down to " + shortest + " meets the error tolerance" + at + where;
     case CV_CONV_FAILURE:
       return "the Newton iteration does not converge with any step down to " + shortest + at +
-             contact;
+             where;
     case CV_REPTD_RHSFUNC_ERR:
     case CV_UNREC_RHSFUNC_ERR:
     case CV_FIRST_RHSFUNC_ERR:
     case CV_RHSFUNC_FAIL:
-      return "the forces cannot be evaluated" + at + contact;
+      return "the forces cannot be evaluated" + at + where;
     case CV_REPTD_PROJFUNC_ERR:
     case CV_PROJFUNC_FAIL:
-      return "no step down to " + shortest + " keeps the surfaces apart" + at + contact;
+      return "no step down to " + shortest + " keeps the surfaces apart" + at + where;
     default: {
       char* name = CVodeGetReturnFlagName(flag);
-      std::string text = "CVODE stopped with " + std::string(name) + at + contact;
+      std::string text = "CVODE stopped with " + std::string(name) + at + where;
       free(name);
       return text;
     }
   }
+}
+
+// A healthy run hardly ever cuts a step because of contact. One that keeps doing so creeps on
+// without end.
+std::optional<std::string> CvodeIntegrator::Implementation::too_many_vetoes() {
+  if (++steps_in_window < veto_window) return std::nullopt;
+  const std::int64_t recent = vetoes - vetoes_before_window;
+  steps_in_window = 0;
+  vetoes_before_window = vetoes;
+  if (recent <= veto_window) return std::nullopt;
+  return number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
+         number_text(veto_window) + " to keep surfaces apart at t = " + number_text(accepted_time) +
+         " s" + (last_veto ? ": " + last_veto->describe(scene) : "") +
+         " (contact.stiffness or contact.damping_time is too small for this impact, or a "
+         "prescribed motion leaves no room)";
 }
 
 CvodeIntegrator::CvodeIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -224,7 +269,7 @@ std::optional<std::string> CvodeIntegrator::step() {
   const int flag = CVode(self.cvode, end, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);
-  return std::nullopt;
+  return self.too_many_vetoes();
 }
 
 double CvodeIntegrator::time() const { return implementation_->accepted_time; }
