@@ -1,11 +1,11 @@
-// What do 100 static obstacles 100 m away cost a run? Prints the ratio of the CPU times with and without them, the
-// two taken in turn, and whether the trajectories have the same bits.
+// What do 100 static obstacles 100 m away cost a run? Prints the ratio of the CPU times with and
+// without them, the two taken in turn, and whether the trajectories have the same bits.
 #include <cstdio>
 #include <cstdlib>
 
 #include "bench/medians.h"
-#include "sim/case_reader.h"
-#include "sim/cvode_integrator.h"
+#include "sim/case/case_reader.h"
+#include "sim/integrator/cvode_integrator.h"
 
 namespace {
 
@@ -51,7 +51,8 @@ Case with_far_obstacles(Case source) {
 int main() {
   constexpr double duration = 0.25;
   constexpr int repeats = 7;
-  const Case source = read_case(std::string(WEFT_CASES_DIR) + "/drape_torus.toml", {"body.sheet.shape.resolution=[33, 33]"});
+  const Case source = read_case(std::string(WEFT_CASES_DIR) + "/drape_torus.toml",
+                                {"body.sheet.shape.resolution=[33, 33]"});
   const auto alone = build_scene(source), crowded = build_scene(with_far_obstacles(source));
   std::vector<double> times_alone, times_crowded, ratios;
   bool same = true;
@@ -62,8 +63,8 @@ int main() {
     ratios.push_back(second.cpu / first.cpu);
     same = same && first.state == second.state;
   }
-  std::printf("alone %.3f s, with 100 far obstacles %.3f s (medians of %d, CPU)\n", weft::bench::median(times_alone),
-              weft::bench::median(times_crowded), repeats);
+  std::printf("alone %.3f s, with 100 far obstacles %.3f s (medians of %d, CPU)\n",
+              weft::bench::median(times_alone), weft::bench::median(times_crowded), repeats);
   std::printf("ratio %.3f (median of the pairs), trajectories %s\n", weft::bench::median(ratios),
               same ? "the same to the bit" : "DIFFERENT");
   return same ? 0 : 1;

@@ -1,4 +1,5 @@
-// Rebuild and traversal of the sphere pyramid: CPU time beside that of a copy of the same positions, in one run.
+// Rebuild and traversal of the sphere pyramid: CPU time beside that of a copy of the same
+// positions, in one run.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -24,7 +25,8 @@ void measure(int n) {
   Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
   std::vector<Vec3> copy(sheet.positions.size());
   const double copy_ms = milliseconds([&] {
-    std::memcpy(static_cast<void*>(copy.data()), sheet.positions.data(), copy.size() * sizeof(Vec3));
+    std::memcpy(static_cast<void*>(copy.data()), sheet.positions.data(),
+                copy.size() * sizeof(Vec3));
   });
   const double fast_ms = milliseconds([&] { static_cast<void>(fast.rebuild(sheet.positions)); });
   const double exact_ms = milliseconds([&] { static_cast<void>(exact.rebuild(sheet.positions)); });
@@ -35,16 +37,17 @@ void measure(int n) {
     counters = {};
     self_traversal(fast, 2e-3, pairs, counters);
   });
-  std::printf("%6d %10.3f %10.3f %10.3f %12.1f %12.3f %12zu %10.1f\n", n, copy_ms, fast_ms, exact_ms, fast_ms / copy_ms,
-              self_ms, pairs.size(), 1e6 * self_ms / static_cast<double>(counters.sphere_tests));
+  std::printf("%6d %10.3f %10.3f %10.3f %12.1f %12.3f %12zu %10.1f\n", n, copy_ms, fast_ms,
+              exact_ms, fast_ms / copy_ms, self_ms, pairs.size(),
+              1e6 * self_ms / static_cast<double>(counters.sphere_tests));
 }
 
 }  // namespace
 
 int main() {
   std::printf("a wavy sheet of n x n vertices, margin 2 mm; CPU ms, medians of 15\n");
-  std::printf("%6s %10s %10s %10s %12s %12s %12s %10s\n", "n", "copy", "fast", "exact", "fast/copy", "self", "quad pairs",
-              "ns/test");
+  std::printf("%6s %10s %10s %10s %12s %12s %12s %10s\n", "n", "copy", "fast", "exact", "fast/copy",
+              "self", "quad pairs", "ns/test");
   for (int n : {65, 129, 257, 513, 1025}) measure(n);
   return 0;
 }

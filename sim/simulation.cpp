@@ -6,9 +6,9 @@
 #include <ctime>
 #include <filesystem>
 
-#include "sim/case_error.h"
-#include "sim/crossings.h"
-#include "sim/frame_recorder.h"
+#include "sim/case/case_error.h"
+#include "sim/trajectory/crossings.h"
+#include "sim/trajectory/frame_recorder.h"
 
 namespace weft::sim {
 
@@ -30,8 +30,9 @@ std::string describe_triangle(const Scene& scene, int body, int triangle) {
 void refuse_crossings(const Scene& scene) {
   std::vector<CrossingSurface> surfaces;
   for (const SceneBody& body : scene.bodies) {
-    surfaces.push_back({std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()),
-                        body.mesh.triangles, body.self_contact});
+    surfaces.push_back(
+        {std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()),
+         body.mesh.triangles, body.self_contact});
   }
   std::vector<Crossing> crossings = find_crossings(surfaces);
   // Obstacles may overlap each other: nothing is simulated between them.
@@ -39,7 +40,8 @@ void refuse_crossings(const Scene& scene) {
     return !scene.bodies[c.surface_a].dynamic && !scene.bodies[c.surface_b].dynamic;
   });
   if (crossings.empty()) return;
-  std::string message = "the initial state has " + std::to_string(crossings.size()) + " intersecting pairs of triangles";
+  std::string message = "the initial state has " + std::to_string(crossings.size()) +
+                        " intersecting pairs of triangles";
   for (std::size_t i = 0; i < std::min(crossings.size(), listed_pairs); ++i) {
     const Crossing& c = crossings[i];
     message += "\n  " + describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +
@@ -57,14 +59,17 @@ void refuse_missing_gaps(const Scene& scene) {
   double smallest_gap = 0;
   const auto fault = contact.check_state(scene.initial_position, &smallest_gap);
   if (fault) {
-    throw CaseError({scene.source.path, 0, 0}, "the initial state cannot be simulated: " + fault->describe(scene),
+    throw CaseError({scene.source.path, 0, 0},
+                    "the initial state cannot be simulated: " + fault->describe(scene),
                     "move the bodies apart, or make thickness smaller");
   }
   if (const auto pair = contact.self_pair_in_reach(scene.initial_position)) {
-    throw CaseError({scene.source.path, 0, 0},
-                    "contact.range is too large for this mesh: in the undeformed shape " + pair->describe(scene),
-                    "expected thickness + contact.range below the distance of features that share no vertex "
-                    "(about 0.7 of the shortest edge)");
+    throw CaseError(
+        {scene.source.path, 0, 0},
+        "contact.range is too large for this mesh: in the undeformed shape " +
+            pair->describe(scene),
+        "expected thickness + contact.range below the distance of features that share no vertex "
+        "(about 0.7 of the shortest edge)");
   }
 }
 
@@ -88,14 +93,16 @@ class Run {
     report_.frames = recorder_.frames();
     report_.counts = integrator_.counts();
     report_.cpu_time = process_cpu_time() - cpu_start;
-    report_.wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
+    report_.wall_time =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
     return report_;
   }
 
  private:
   // Frame times are multiples of the interval; the end of the run is always a frame.
   double frame_time(long frame) const {
-    return std::min(static_cast<double>(frame) / scene_.source.time.frames_per_second, scene_.source.time.duration);
+    return std::min(static_cast<double>(frame) / scene_.source.time.frames_per_second,
+                    scene_.source.time.duration);
   }
 
   void record(double time, std::span<const double> y) {
@@ -148,9 +155,12 @@ class Run {
 
 const char* status_name(RunReport::Status status) {
   switch (status) {
-    case RunReport::Status::done: return "done";
-    case RunReport::Status::failed: return "failed";
-    case RunReport::Status::interrupted: return "interrupted";
+    case RunReport::Status::done:
+      return "done";
+    case RunReport::Status::failed:
+      return "failed";
+    case RunReport::Status::interrupted:
+      return "interrupted";
   }
   return "";
 }

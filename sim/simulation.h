@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "sim/cvode_integrator.h"
-#include "sim/scene.h"
+#include "sim/integrator/cvode_integrator.h"
+#include "sim/scene/scene.h"
 #include "sim/statistics.h"
 
 namespace weft::sim {
@@ -24,7 +24,7 @@ struct RunOptions {
 struct RunReport {
   enum class Status { done, failed, interrupted };
   Status status = Status::done;
-  std::string reason;  // why it failed: what, which bodies, when
+  std::string reason;         // why it failed: what, which bodies, when
   double simulated_time = 0;  // s
   double wall_time = 0;       // s
   double cpu_time = 0;        // s, all threads
@@ -40,13 +40,14 @@ struct RunReport {
 // The status as the words of --json: "done", "failed", "interrupted".
 const char* status_name(RunReport::Status status);
 
-// Refuses (CaseError, listing the pairs) an initial state whose surfaces intersect or leave no gap, and a rest shape
-// whose own features lie within contact range of each other.
+// Refuses (CaseError, listing the pairs) an initial state whose surfaces intersect or leave no gap,
+// and a rest shape whose own features lie within contact range of each other.
 void check_initial_state(const Scene& scene);
 
-// Runs to the end of the case, a failure or a stop; the trajectory then holds every frame so far, and after a failure
-// the last good state as one frame more. Throws CaseError for an initial state that cannot be
-// simulated and TrajectoryError when the file cannot be written; nothing is written in the first case.
+// Runs to the end of the case, a failure or a stop; the trajectory then holds every frame so far,
+// and after a failure the last good state as one frame more. Throws CaseError for an initial state
+// that cannot be simulated and TrajectoryError when the file cannot be written; nothing is written
+// in the first case.
 RunReport run_simulation(const Scene& scene, const RunOptions& options);
 
 }  // namespace weft::sim

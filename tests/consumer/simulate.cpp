@@ -1,5 +1,5 @@
 // The library example of README.md.
-#include "sim/case_reader.h"
+#include "sim/case/case_reader.h"
 #include "sim/simulation.h"
 
 int main(int, char** arguments) {

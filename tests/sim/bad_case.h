@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/case_reader.h"
+#include "sim/case/case_reader.h"
 
 namespace weft::sim {
 

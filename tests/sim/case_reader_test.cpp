@@ -1,4 +1,4 @@
-#include "sim/case_reader.h"
+#include "sim/case/case_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "sim/case_schema.h"
-#include "sim/case_text.h"
-#include "sim/case_writer.h"
+#include "sim/case/case_schema.h"
+#include "sim/case/case_text.h"
+#include "sim/case/case_writer.h"
 
 namespace weft::sim {
 

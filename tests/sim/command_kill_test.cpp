@@ -2,7 +2,7 @@
 // so does one that goes on.
 #include <random>
 
-#include "sim/trajectory.h"
+#include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
 namespace weft::sim {

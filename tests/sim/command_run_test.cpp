@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/run_command.h"
-#include "sim/trajectory.h"
+#include "sim/command/run_command.h"
+#include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
 namespace weft::sim {

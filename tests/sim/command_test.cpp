@@ -1,8 +1,8 @@
 // The weft command as its users meet it: arguments, messages, exit codes; all but the runs.
 #include <nlohmann/json.hpp>
 
-#include "sim/case_reader.h"
-#include "sim/run_command.h"
+#include "sim/case/case_reader.h"
+#include "sim/command/run_command.h"
 #include "tests/sim/weft_process.h"
 
 namespace weft::sim {

@@ -1,19 +1,20 @@
-// Contact: forces against their energy, candidates against brute force, friction against closed forms, and refusal of
-// what would cross.
-#include "sim/contact.h"
+// Contact: forces against their energy, candidates against brute force, friction against closed
+// forms, and refusal of what would cross.
+#include "sim/contact/contact.h"
 
 #include <cmath>
 #include <random>
 
-#include "sim/case_error.h"
-#include "sim/crossings.h"
+#include "sim/case/case_error.h"
 #include "sim/simulation.h"
+#include "sim/trajectory/crossings.h"
 #include "simulated_case.h"
 
 namespace weft::sim {
 namespace {
 
-// Two sheets, crumpled at random, a little above each other, over a sphere: every kind of pair is in reach.
+// Two sheets, crumpled at random, a little above each other, over a sphere: every kind of pair is
+// in reach.
 std::string two_sheets(double friction, double damping) {
   return R"(
 [time]
@@ -97,8 +98,9 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
     Statistics statistics;
     Contact contact(*scene, statistics);
     const RandomState state = random_state(*scene, 2);
-    // The product with gamma K + D at gamma -> 0 leaves D; the friction's dependence on the normal push, which is
-    // not symmetric, is left out by design: the direction is tangential to nothing then only without friction.
+    // The product with gamma K + D at gamma -> 0 leaves D; the friction's dependence on the normal
+    // push, which is not symmetric, is left out by design: the direction is tangential to nothing
+    // then only without friction.
     std::mt19937 random(3);
     std::normal_distribution<double> normal;
     std::vector<Vec3> direction(scene->dynamic_particles);
@@ -109,7 +111,8 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
       ahead.velocity[i] += step * direction[i];
       behind.velocity[i] -= step * direction[i];
     }
-    const std::vector<Vec3> above = forces_at(contact, *scene, ahead), below = forces_at(contact, *scene, behind);
+    const std::vector<Vec3> above = forces_at(contact, *scene, ahead),
+                            below = forces_at(contact, *scene, behind);
     forces_at(contact, *scene, state);
     std::vector<Vec3> product(scene->dynamic_particles, Vec3::Zero());
     const double gamma = 1e-9;
@@ -125,7 +128,8 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
 }
 
 TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
-  const auto scene = build_scene(parse_case(two_sheets(0.3, 1e-3), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
+  const auto scene = build_scene(
+      parse_case(two_sheets(0.3, 1e-3), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
   Statistics statistics;
   Contact contact(*scene, statistics);
   const RandomState state = random_state(*scene, 4);
@@ -139,15 +143,18 @@ TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
   ASSERT_GT(size, 0);
   EXPECT_LT(sum.norm(), 1e-12 * size);
   // What damping and friction add to the barrier takes power from the motion.
-  const auto frictionless = build_scene(parse_case(two_sheets(0, 0), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
+  const auto frictionless =
+      build_scene(parse_case(two_sheets(0, 0), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
   Contact barrier(*frictionless, statistics);
   const std::vector<Vec3> elastic = forces_at(barrier, *frictionless, state);
-  // The barrier acts along the line between the closest points: no torque. (Friction acts at both, a gap apart.)
+  // The barrier acts along the line between the closest points: no torque. (Friction acts at both,
+  // a gap apart.)
   Vec3 torque = Vec3::Zero();
   for (int i = 0; i < scene->dynamic_particles; ++i) torque += state.position[i].cross(elastic[i]);
   EXPECT_LT(torque.norm(), 1e-12 * size);
   double power = 0;
-  for (int i = 0; i < scene->dynamic_particles; ++i) power += (force[i] - elastic[i]).dot(state.velocity[i]);
+  for (int i = 0; i < scene->dynamic_particles; ++i)
+    power += (force[i] - elastic[i]).dot(state.velocity[i]);
   EXPECT_LT(power, 0);
 }
 
@@ -161,7 +168,8 @@ TEST(Contact, EnergyIsThatOfFreshListsAlongAMotion) {
   RandomState state = random_state(*scene, 6);
   for (int step = 0; step < 60; ++step) {
     for (int i = 0; i < scene->dynamic_particles; ++i) {
-      state.position[i] += Vec3(normal(random), normal(random), 0.2 * normal(random) + (i < 81 ? 1e-3 : 0));
+      state.position[i] +=
+          Vec3(normal(random), normal(random), 0.2 * normal(random) + (i < 81 ? 1e-3 : 0));
     }
     const auto fault = kept.evaluate(state.position, state.velocity, 1);
     Contact fresh(*scene, fresh_statistics);
@@ -180,7 +188,7 @@ TEST(Contact, PathsThatCrossAreRefusedHoweverLong) {
   Contact contact(*scene, statistics);
   std::vector<Vec3> through = scene->initial_position, along = scene->initial_position;
   for (int i = 81; i < 162; ++i) {
-    through[i].z() -= 5.0;   // the upper sheet ends far below the lower one
+    through[i].z() -= 5.0;  // the upper sheet ends far below the lower one
     along[i].z() += 5.0;
   }
   const auto fault = contact.check_path(scene->initial_position, through);
@@ -189,7 +197,8 @@ TEST(Contact, PathsThatCrossAreRefusedHoweverLong) {
   EXPECT_FALSE(contact.check_path(scene->initial_position, along));
 }
 
-// A sheet on an inclined plane: sticks while tan(angle) <= mu, else slides with a = g (sin - mu cos).
+// A sheet on an inclined plane: sticks while tan(angle) <= mu, else slides with a = g (sin - mu
+// cos).
 TEST(Contact, FrictionOnASlopeFollowsCoulomb) {
   const auto slide = [](double friction) {
     const std::string text = R"(
@@ -250,7 +259,9 @@ shape = { type = "rectangle", size = [1, 1], resolution = [4, 4] }
 }
 
 TEST(Contact, AnInitialIntersectionIsRefusedWithThePairs) {
-  const auto scene = build_scene(parse_case(two_sheets(0, 0), "test.toml", {"body.upper.position=[0, 0, 0]", "body.upper.rotation_deg=[20, 0, 0]"}));
+  const auto scene = build_scene(
+      parse_case(two_sheets(0, 0), "test.toml",
+                 {"body.upper.position=[0, 0, 0]", "body.upper.rotation_deg=[20, 0, 0]"}));
   try {
     check_initial_state(*scene);
     FAIL() << "accepted";
@@ -263,8 +274,8 @@ TEST(Contact, AnInitialIntersectionIsRefusedWithThePairs) {
 }
 
 TEST(Contact, AMeshFinerThanTheRangeIsRefused) {
-  const auto scene = build_scene(parse_case(two_sheets(0, 0), "test.toml",
-                                            {"contact.range=0.2", "body.upper.position=[0, 0, 3]"}));
+  const auto scene = build_scene(parse_case(
+      two_sheets(0, 0), "test.toml", {"contact.range=0.2", "body.upper.position=[0, 0, 3]"}));
   EXPECT_THROW(check_initial_state(*scene), CaseError);
 }
 

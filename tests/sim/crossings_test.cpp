@@ -1,4 +1,4 @@
-#include "sim/crossings.h"
+#include "sim/trajectory/crossings.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <random>
 #include <set>
 
-#include "sim/exact_predicates.h"
-#include "sim/triangle_intersection.h"
+#include "sim/trajectory/exact_predicates.h"
+#include "sim/trajectory/triangle_intersection.h"
 
 namespace weft::sim {
 namespace {

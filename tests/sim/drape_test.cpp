@@ -1,5 +1,5 @@
 // The main job in small: cloth falls on obstacles and on itself, and nothing passes through.
-#include "sim/crossings.h"
+#include "sim/trajectory/crossings.h"
 #include "simulated_case.h"
 
 namespace weft::sim {
@@ -15,8 +15,10 @@ int crossings_in(const Scene& scene, const std::vector<Vec3>& position) {
 }
 
 // Simulates a shipped case, smaller and shorter, and holds every frame against the exact referee.
-void expect_nothing_passes_through(const std::string& name, const std::vector<std::string>& overrides, double duration) {
-  const auto scene = build_scene(read_case(std::string(WEFT_CASES_DIR) + "/" + name + ".toml", overrides));
+void expect_nothing_passes_through(const std::string& name,
+                                   const std::vector<std::string>& overrides, double duration) {
+  const auto scene =
+      build_scene(read_case(std::string(WEFT_CASES_DIR) + "/" + name + ".toml", overrides));
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
   CvodeIntegrator integrator(*scene, dynamics);
@@ -43,12 +45,18 @@ TEST(Drape, SheetOverATorus) {
 }
 
 TEST(Drape, SheetOnASphereOfSixPatches) {
-  expect_nothing_passes_through("sheet_on_sphere", {"body.sheet.shape.resolution=[25, 25]", "obstacle.sphere.shape.resolution=[17]"}, 0.3);
+  expect_nothing_passes_through(
+      "sheet_on_sphere",
+      {"body.sheet.shape.resolution=[25, 25]", "obstacle.sphere.shape.resolution=[17]"}, 0.3);
 }
 
 TEST(Drape, SheetsFallOnEachOther) {
-  expect_nothing_passes_through("falling_box_of_sheets", {"body.first.shape.resolution=[11, 11]", "body.second.shape.resolution=[11, 11]",
-                                 "body.third.shape.resolution=[11, 11]", "body.fourth.shape.resolution=[11, 11]", "body.fifth.shape.resolution=[11, 11]"}, 0.3);
+  expect_nothing_passes_through(
+      "falling_box_of_sheets",
+      {"body.first.shape.resolution=[11, 11]", "body.second.shape.resolution=[11, 11]",
+       "body.third.shape.resolution=[11, 11]", "body.fourth.shape.resolution=[11, 11]",
+       "body.fifth.shape.resolution=[11, 11]"},
+      0.3);
 }
 
 }  // namespace

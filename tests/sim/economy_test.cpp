@@ -51,15 +51,16 @@ TEST(Economy, NoFrictionTermsAtZeroFriction) {
 TEST(Economy, NoSearchAtAllWithoutContact) {
   SimulatedCase sim(drape(), {"contact.enabled=false"});
   const Counters counters = counters_of(sim, 0.15);
-  EXPECT_EQ(counters.rebuilds + counters.sphere_tests + counters.candidate_pairs + counters.narrow_phase_calls +
-                counters.ccd_calls,
+  EXPECT_EQ(counters.rebuilds + counters.sphere_tests + counters.candidate_pairs +
+                counters.narrow_phase_calls + counters.ccd_calls,
             0);
 }
 
 TEST(Economy, FarObstaclesChangeNeitherTheTrajectoryNorTheWork) {
   std::string far;
   for (int i = 0; i < 100; ++i) {
-    far += "[[obstacle]]\nname = \"far" + std::to_string(i) + "\"\nposition = [100, " + std::to_string(2 * i - 100) +
+    far += "[[obstacle]]\nname = \"far" + std::to_string(i) + "\"\nposition = [100, " +
+           std::to_string(2 * i - 100) +
            ", 0]\nshape = { type = \"sphere\", radius = 0.5, resolution = [9] }\n";
   }
   SimulatedCase alone(drape()), crowded(drape(far));

@@ -1,4 +1,5 @@
-// What error control promises: convergence with the tolerance, conservation, rest, and the same bits every time.
+// What error control promises: convergence with the tolerance, conservation, rest, and the same
+// bits every time.
 #include <cmath>
 
 #include "simulated_case.h"
@@ -34,8 +35,10 @@ TEST(Integrator, ErrorConvergesWithTheTolerance) {
     SimulatedCase sim(pinned_sheet, {tolerance(tol)});
     error.push_back(position_difference(sim.advance_to(0.2), exact));
   }
-  // Order 2 makes the error fall like tolerance^(2/3): by 4.6 a decade, 100 over three; two thirds of it asked for.
-  EXPECT_LT(error[3], error[0] / 30) << error[0] << ' ' << error[1] << ' ' << error[2] << ' ' << error[3];
+  // Order 2 makes the error fall like tolerance^(2/3): by 4.6 a decade, 100 over three; two thirds
+  // of it asked for.
+  EXPECT_LT(error[3], error[0] / 30)
+      << error[0] << ' ' << error[1] << ' ' << error[2] << ' ' << error[3];
   EXPECT_LT(error[1], 1e-3);
   for (std::size_t i = 1; i < error.size(); ++i) EXPECT_LT(error[i], error[i - 1]);
 }
@@ -46,7 +49,8 @@ TEST(Integrator, EnergyIsConservedWithinTheToleranceAndBetterWithATighterOne) {
     SimulatedCase sim(pinned_sheet, {tolerance(tol)});
     const double start = sim.energy(0, sim.advance_to(0));
     const std::vector<double> y = sim.advance_to(0.4);
-    drift.push_back(std::fabs(sim.energy(0.4, y) - start) / sim.dynamics().energies(0.4, y).kinetic);
+    drift.push_back(std::fabs(sim.energy(0.4, y) - start) /
+                    sim.dynamics().energies(0.4, y).kinetic);
   }
   EXPECT_LT(drift[0], 1e-2);
   EXPECT_LT(drift[1], drift[0]);
@@ -119,8 +123,10 @@ TEST(Integrator, RestStaysAtRestForTenSeconds) {
         "{ type = \"torus\", major_radius = 0.5, minor_radius = 0.2, resolution = [16, 12] }",
         "{ type = \"sphere\", radius = 0.5, resolution = [7] }"}) {
     for (const char* model : {"triangles", "springs"}) {
-      SimulatedCase sim(std::string("[time]\nduration = 10\n[world]\ngravity = [0, 0, 0]\n[material.m]\n") +
-                        "bending_stiffness = 1e-4\nmembrane = \"" + model + "\"\n[[body]]\nname = \"b\"\nshape = " + shape);
+      SimulatedCase sim(
+          std::string("[time]\nduration = 10\n[world]\ngravity = [0, 0, 0]\n[material.m]\n") +
+          "bending_stiffness = 1e-4\nmembrane = \"" + model +
+          "\"\n[[body]]\nname = \"b\"\nshape = " + shape);
       const std::vector<double> start = sim.advance_to(0);
       const std::vector<double> end = sim.advance_to(10);
       // Rounding alone may move it: by far less than the tolerance of 1e-5 m.
@@ -151,7 +157,8 @@ shape = { type = "torus", major_radius = 0.6, minor_radius = 0.25, resolution = 
 )";
 
 TEST(Integrator, SameBitsOnEveryRunAndForAnyNumberOfThreads) {
-  SimulatedCase first(small_drape), again(small_drape), threaded(small_drape, {"compute.threads=2"});
+  SimulatedCase first(small_drape), again(small_drape),
+      threaded(small_drape, {"compute.threads=2"});
   const std::vector<double> y = first.advance_to(0.12);
   EXPECT_GT(first.dynamics().contact()->pairs_in_reach(), 0U);
   EXPECT_EQ(y, again.advance_to(0.12));

@@ -1,5 +1,5 @@
 // Prescribed motions: velocities against differences, whole turns, and where they begin.
-#include "sim/motion.h"
+#include "sim/scene/motion.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,8 @@ Moved at(const RigidMotion& motion, double time) {
 
 void expect_velocity_is_the_slope(const RigidMotion& motion, double time) {
   const double step = 1e-6;
-  const Moved now = at(motion, time), before = at(motion, time - step), after = at(motion, time + step);
+  const Moved now = at(motion, time), before = at(motion, time - step),
+              after = at(motion, time + step);
   for (std::size_t i = 0; i < corner.size(); ++i) {
     const Vec3 slope = (after.position[i] - before.position[i]) / (2 * step);
     EXPECT_LT((now.velocity[i] - slope).norm(), 1e-7) << "t = " << time;
@@ -36,7 +37,9 @@ TEST(RigidMotion, VelocityIsTheSlopeOfThePosition) {
   steady.start_time = 0.5;
   steady.stop_time = 1.5;
   MotionCase keyed;
-  keyed.keyframes = {{0.2, {0, 0, 0}, {0, 0, 0}}, {1.0, {0.5, 0, 1}, {0, 300, 0}}, {1.8, {0, 0, 1}, {40, 10, -20}}};
+  keyed.keyframes = {{0.2, {0, 0, 0}, {0, 0, 0}},
+                     {1.0, {0.5, 0, 1}, {0, 300, 0}},
+                     {1.8, {0, 0, 1}, {40, 10, -20}}};
   for (double t : {0.1, 0.7, 1.2, 1.7}) {
     expect_velocity_is_the_slope(RigidMotion(steady, {0, 0, 0}), t);
     expect_velocity_is_the_slope(RigidMotion(keyed, {0.2, 0.1, 0}), t);
@@ -73,7 +76,10 @@ TEST(RigidMotion, LeadsUpToAFirstKeyframe) {
 
 TEST(RigidMotion, RotationVectorsTurnTheRightWay) {
   EXPECT_LT((rotation_from_degrees({0, 0, 90}) * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-15);
-  EXPECT_LT((rotation_from_degrees(Vec3::Constant(120 / std::numbers::sqrt3)) * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-12);
+  EXPECT_LT((rotation_from_degrees(Vec3::Constant(120 / std::numbers::sqrt3)) * Vec3::UnitX() -
+             Vec3::UnitY())
+                .norm(),
+            1e-12);
 }
 
 }  // namespace

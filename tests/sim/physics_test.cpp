@@ -46,7 +46,8 @@ keyframes = [{ time = 0.0 }, { time = 1.0, translation = [-0.25, 0, 0] }]
   EXPECT_NEAR((mean_top - lowest) / reference_value("catenary_sag_over_span"), 1, 0.01);
 }
 
-// Large swings of a point mass on a rod: T / T0 = 1.18034 from horizontal (complete elliptic integral K(sin 45 deg)).
+// Large swings of a point mass on a rod: T / T0 = 1.18034 from horizontal (complete elliptic
+// integral K(sin 45 deg)).
 TEST(Physics, SpringPendulumFromHorizontalHasThePeriodOfTheEllipticIntegral) {
   const std::string text = R"(
 [time]
@@ -81,11 +82,12 @@ edges = ["first_row"]
     }
   }
   const double small_swing_period = 2 * std::numbers::pi * std::sqrt(1.0 / g);
-  EXPECT_NEAR(4 * quarter / small_swing_period, reference_value("pendulum_period_ratio_90_degrees"), 1e-3);
+  EXPECT_NEAR(4 * quarter / small_swing_period, reference_value("pendulum_period_ratio_90_degrees"),
+              1e-3);
 }
 
-// First mode of a chain hung by one end: omega = (j_01 / 2) sqrt(g / L), shape J0(j_01 sqrt(s / L)), s from the free
-// end (D. Bernoulli 1733).
+// First mode of a chain hung by one end: omega = (j_01 / 2) sqrt(g / L), shape J0(j_01 sqrt(s /
+// L)), s from the free end (D. Bernoulli 1733).
 TEST(Physics, HangingStripSwingsAtTheFrequencyOfAHangingChain) {
   const std::string text = R"(
 [time]
@@ -127,17 +129,18 @@ edges = ["last_row"]
   }
   ASSERT_GT(high, 0);
   SimulatedCase again(text);
-  const double at_low = amplitude(again.advance_to(low)), at_high = amplitude(again.advance_to(high));
+  const double at_low = amplitude(again.advance_to(low)),
+               at_high = amplitude(again.advance_to(high));
   const double quarter = low + (high - low) * at_low / (at_low - at_high);
   const double omega = std::numbers::pi / 2 / quarter;
   EXPECT_NEAR(omega / std::sqrt(g) / reference_value("hanging_chain_first_frequency"), 1, 0.01);
 }
 
-// A strip clamped horizontally that sags under its weight, Gamma = sigma g L^3 / D = 10: drop 0.7001997155 L and reach
-// 0.6563537612 L (planar elastica by shooting, 1e-12).
+// A strip clamped horizontally that sags under its weight, Gamma = sigma g L^3 / D = 10: drop
+// 0.7001997155 L and reach 0.6563537612 L (planar elastica by shooting, 1e-12).
 TEST(Physics, ClampedStripSagsLikeTheHeavyElastica) {
-  // The angle at the second held column bends half of the held cell, so the clamp acts in its middle: L = 40.5 cells
-  // = 0.2 m. nu = 0: cylindrical bending.
+  // The angle at the second held column bends half of the held cell, so the clamp acts in its
+  // middle: L = 40.5 cells = 0.2 m. nu = 0: cylindrical bending.
   constexpr double cell = 0.2 / 40.5;
   const std::string text = R"(
 [time]
@@ -168,8 +171,8 @@ cols = [0, 1]
   EXPECT_NEAR(reach / 0.2, reference_value("heavy_elastica_reach_over_length"), 0.005);
 }
 
-// A hung strip of weight w and stiffness E A per length stretches by the StVK relation T = E A (l^3 - l) / 2:
-// tip extension / L = 0.0238607 at w L / E A = 0.05.
+// A hung strip of weight w and stiffness E A per length stretches by the StVK relation T = E A (l^3
+// - l) / 2: tip extension / L = 0.0238607 at w L / E A = 0.05.
 TEST(Physics, HungStripStretchesByTheStVenantKirchhoffLaw) {
   const std::string text = R"(
 [time]
@@ -190,7 +193,8 @@ edges = ["last_row"]
 )";
   SimulatedCase sim(text);
   const std::vector<Vec3> x = sim.positions_at(3.0);
-  EXPECT_NEAR(x[121].z() - x[1].z() - 1.0, reference_value("hung_strip_extension_over_length"), 2e-4);
+  EXPECT_NEAR(x[121].z() - x[1].z() - 1.0, reference_value("hung_strip_extension_over_length"),
+              2e-4);
 }
 
 }  // namespace

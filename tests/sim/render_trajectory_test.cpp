@@ -1,4 +1,4 @@
-#include "sim/render_trajectory.h"
+#include "sim/trajectory/render_trajectory.h"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "bsi/shapes.h"
-#include "sim/trajectory.h"
+#include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/case_reader.h"
-#include "sim/cvode_integrator.h"
-#include "sim/scene.h"
+#include "sim/case/case_reader.h"
+#include "sim/integrator/cvode_integrator.h"
+#include "sim/scene/scene.h"
 
 namespace weft::sim {
 
@@ -40,7 +40,9 @@ class SimulatedCase {
     return position;
   }
   std::vector<Vec3> positions_at(double time) { return positions(time, advance_to(time)); }
-  double energy(double time, const std::vector<double>& y) { return dynamics_.energies(time, y).total(); }
+  double energy(double time, const std::vector<double>& y) {
+    return dynamics_.energies(time, y).total();
+  }
 
   const Scene& scene() const { return *scene_; }
   Dynamics& dynamics() { return dynamics_; }

@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "sim/trajectory.h"
+#include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
 

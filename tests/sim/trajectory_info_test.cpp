@@ -1,4 +1,4 @@
-#include "sim/trajectory_info.h"
+#include "sim/trajectory/trajectory_info.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/trajectory.h"
+#include "sim/trajectory/trajectory.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

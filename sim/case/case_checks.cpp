@@ -1,0 +1,169 @@
+#include "sim/case/case_checks.h"
+
+#include <algorithm>
+#include <map>
+
+#include "sim/case/case_error.h"
+#include "sim/case/case_schema.h"
+#include "sim/case/case_shape_checks.h"
+#include "sim/case/case_text.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Limits from measurements: looser tolerances let a state through whose
+// strain is nonsense, without any sign of it.
+constexpr double position_tolerance_per_range = 0.005;
+constexpr double velocity_tolerance_per_range = 0.5;  // 1/s
+// Orders 3 to 5 go wrong on undamped cloth and at loose tolerances.
+constexpr int highest_unconditional_order = 2;
+constexpr double high_order_tolerance = 1e-6;  // m
+// 0.005 * 2e-3 and 1e-5 differ in the last bit.
+constexpr double rounding = 1 + 1e-9;
+
+class Checker {
+ public:
+  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+
+  void check() const {
+    steps();
+    orders();
+    tolerances();
+    names();
+    materials();
+    for (std::size_t i = 0; i < case_.body.size(); ++i) {
+      const std::string path = join_path("body", i);
+      check_shape(case_.body[i].shape, join_path(path, "shape"), case_.path, locations_);
+      for (std::size_t j = 0; j < case_.body[i].pin.size(); ++j) {
+        const PinCase& pin = case_.body[i].pin[j];
+        const std::string pin_path = join_path(join_path(path, "pin"), j);
+        check_pin(pin, case_.body[i].shape, pin_path, locations_);
+        if (pin.motion) motion(*pin.motion, join_path(pin_path, "motion"));
+      }
+    }
+    for (std::size_t i = 0; i < case_.obstacle.size(); ++i) {
+      const ObstacleCase& obstacle = case_.obstacle[i];
+      const std::string path = join_path("obstacle", i);
+      check_shape(obstacle.shape, join_path(path, "shape"), case_.path, locations_);
+      if (obstacle.motion) motion(*obstacle.motion, join_path(path, "motion"));
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& path, const std::string& message,
+                         const std::string& hint) const {
+    throw CaseError(locations_.value(path), message, hint);
+  }
+
+  void steps() const {
+    const TimeCase& time = case_.time;
+    const double frame = 1 / time.frames_per_second;
+    if (time.minimum_step >= frame) {
+      fail(first_given("time.minimum_step", "time.frames_per_second"),
+           "the minimum_step is " + number_text(time.minimum_step) + " s",
+           "expected less than the time between frames, " + number_text(frame) + " s");
+    }
+    if (time.maximum_step && *time.maximum_step <= time.minimum_step) {
+      fail("time.maximum_step", "the maximum_step is " + number_text(*time.maximum_step) + " s",
+           "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");
+    }
+  }
+
+  // Where the first is left to its default, the second is what breaks the rule.
+  std::string first_given(const std::string& first, const std::string& second) const {
+    return locations_.given(first) ? first : second;
+  }
+
+  void orders() const {
+    if (case_.time.maximum_order <= highest_unconditional_order) return;
+    const std::string order = "order " + std::to_string(case_.time.maximum_order);
+    if (case_.time.position_tolerance > high_order_tolerance * rounding) {
+      fail("time.maximum_order", order + " is wrong at loose tolerances",
+           "expected a position_tolerance <= " + number_text(high_order_tolerance) +
+               " with it, or maximum_order = 2");
+    }
+    for (const MaterialCase& material : case_.material) {
+      if (material.mass_damping > 0 || material.stiffness_damping > 0) continue;
+      fail("time.maximum_order", order + " is wrong without damping",
+           "expected mass_damping or stiffness_damping > 0 in " +
+               heading(join_path("material", material.name)) + ", or maximum_order = 2");
+    }
+  }
+
+  void tolerances() const {
+    if (!case_.contact.enabled) return;
+    const double range = case_.contact.range;
+    const double position_limit = position_tolerance_per_range * range;
+    if (case_.time.position_tolerance > position_limit * rounding) {
+      fail(first_given("time.position_tolerance", "contact.range"),
+           "a position_tolerance of " + number_text(case_.time.position_tolerance) +
+               " m gives nonsense strain with a contact.range of " + number_text(range) + " m",
+           "expected a position_tolerance <= 0.005 of contact.range, " +
+               number_text(position_limit) + " m");
+    }
+    const double velocity_limit = velocity_tolerance_per_range * range;
+    if (case_.time.velocity_tolerance &&
+        *case_.time.velocity_tolerance > velocity_limit * rounding) {
+      fail("time.velocity_tolerance",
+           "a velocity_tolerance of " + number_text(*case_.time.velocity_tolerance) +
+               " m/s gives nonsense strain with a contact.range of " + number_text(range) + " m",
+           "expected a velocity_tolerance <= 0.5 /s of contact.range, " +
+               number_text(velocity_limit) + " m/s");
+    }
+  }
+
+  // Bodies and obstacles share their names: both are bodies of the trajectory.
+  void names() const {
+    std::map<std::string, std::string> owners;  // name -> heading
+    const auto claim = [&](const std::string& name, const std::string& path) {
+      const auto [owner, is_new] = owners.emplace(name, heading(path));
+      if (is_new) return;
+      fail(join_path(path, "name"), "a second " + in_quotes(name),
+           "expected a name that no other body or obstacle has; the first is in " + owner->second);
+    };
+    for (std::size_t i = 0; i < case_.body.size(); ++i) {
+      claim(case_.body[i].name, join_path("body", i));
+    }
+    for (std::size_t i = 0; i < case_.obstacle.size(); ++i) {
+      claim(case_.obstacle[i].name, join_path("obstacle", i));
+    }
+  }
+
+  void materials() const {
+    std::vector<std::string> known;
+    for (const MaterialCase& material : case_.material) known.push_back(material.name);
+    for (std::size_t i = 0; i < case_.body.size(); ++i) {
+      const std::string& name = case_.body[i].material;
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      fail(join_path(join_path("body", i), "material"), "unknown material " + in_quotes(name),
+           name_hint(name, known));
+    }
+  }
+
+  void motion(const MotionCase& target, const std::string& path) const {
+    if (target.stop_time && *target.stop_time <= target.start_time) {
+      fail(join_path(path, "stop_time"), "stop_time is " + number_text(*target.stop_time) + " s",
+           "expected later than start_time, " + number_text(target.start_time) + " s");
+    }
+    for (std::size_t i = 1; i < target.keyframes.size(); ++i) {
+      const double before = target.keyframes[i - 1].time;
+      const double time = target.keyframes[i].time;
+      if (time > before) continue;
+      const std::string keyframe = join_path(join_path(path, "keyframes"), i);
+      fail(join_path(keyframe, "time"), "a keyframe at " + number_text(time) + " s",
+           "expected later than the keyframe before, " + number_text(before) + " s");
+    }
+  }
+
+  const Case& case_;
+  const Locations& locations_;
+};
+
+}  // namespace
+
+void check_case(const Case& target, const Locations& locations) {
+  Checker(target, locations).check();
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,13 @@
+// The rules of a case that compare one value with another.
+#pragma once
+
+#include "sim/case/case.h"
+#include "sim/case/case_locations.h"
+
+namespace weft::sim {
+
+// Throws CaseError at the value that breaks a rule. Every value alone is within its limits
+// (case_schema.h) and every body has the name of a material already.
+void check_case(const Case& target, const Locations& locations);
+
+}  // namespace weft::sim

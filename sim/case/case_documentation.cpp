@@ -1,0 +1,240 @@
+// The JSON schema and the reference page, from the same description as the reader.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/case/case_reader.h"
+#include "sim/case/case_schema.h"
+#include "sim/case/case_text.h"
+#include "sim/case/case_writer.h"
+
+namespace weft::sim {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* identifier_pattern = "^[A-Za-z0-9_-]+$";
+
+Json table_schema(const Table& table);
+
+// What a number may be.
+Json number_schema(const Field& field, const char* type) {
+  Json schema{{"type", type}};
+  const Limits& limits = field.limits;
+  if (std::isfinite(limits.minimum)) {
+    schema[limits.minimum_excluded ? "exclusiveMinimum" : "minimum"] = limits.minimum;
+  }
+  if (std::isfinite(limits.maximum)) {
+    schema[limits.maximum_excluded ? "exclusiveMaximum" : "maximum"] = limits.maximum;
+  }
+  return schema;
+}
+
+Json array_schema(Json items, std::size_t least, std::size_t most) {
+  Json schema{{"type", "array"}, {"items", std::move(items)}, {"minItems", least}};
+  if (most > 0) schema["maxItems"] = most;
+  return schema;
+}
+
+// One overload a kind of member: its type and, where it has a default of its own, that.
+struct FieldSchema {
+  const Field& field;
+
+  Json operator()(const bool* value) const { return {{"type", "boolean"}, {"default", *value}}; }
+  Json operator()(const int* value) const {
+    Json schema = number_schema(field, "integer");
+    if (!field.required) schema["default"] = *value;
+    return schema;
+  }
+  Json operator()(const double* value) const {
+    Json schema = number_schema(field, "number");
+    if (!field.required) schema["default"] = *value;
+    return schema;
+  }
+  Json operator()(const std::optional<double>*) const { return number_schema(field, "number"); }
+  Json operator()(const std::string*) const {
+    Json schema{{"type", "string"}};
+    if (field.identifier) schema["pattern"] = identifier_pattern;
+    return schema;
+  }
+  Json operator()(const Vec3* value) const {
+    Json schema = array_schema(number_schema(field, "number"), 3, 3);
+    schema["default"] = {(*value)[0], (*value)[1], (*value)[2]};
+    return schema;
+  }
+  Json operator()(const std::optional<Vec3>*) const {
+    return array_schema(number_schema(field, "number"), 3, 3);
+  }
+  Json operator()(const std::vector<int>*) const {
+    return entries(number_schema(field, "integer"));
+  }
+  Json operator()(const std::vector<double>*) const {
+    return entries(number_schema(field, "number"));
+  }
+  Json operator()(const std::vector<std::string>*) const {
+    return entries({{"enum", field.names}});
+  }
+  Json operator()(const Choice& choice) const {
+    Json schema{{"enum", choice.names}};
+    if (!field.required) schema["default"] = choice.names[choice.get()];
+    return schema;
+  }
+  Json operator()(const TableMember& member) const { return table_schema(member.open()); }
+  Json operator()(const TableList& list) const {
+    Json entry = table_schema(list.append());
+    if (!list.named) return array_schema(std::move(entry), 1, 0);
+    return {{"type", "object"},
+            {"additionalProperties", std::move(entry)},
+            {"propertyNames", {{"pattern", identifier_pattern}}}};
+  }
+
+ private:
+  Json entries(Json items) const {
+    return array_schema(std::move(items), field.minimum_entries, field.maximum_entries);
+  }
+};
+
+// Which keys one value of a switch needs and forbids.
+Json switch_schema(const Table& table, const Field& switch_field, const std::string& value) {
+  const auto& choice = std::get<Choice>(switch_field.member);
+  Json condition{{"properties", {{switch_field.key, {{"const", value}}}}}};
+  // An absent key has its default: the condition then holds for it too.
+  const bool is_default = !switch_field.required && choice.names[choice.get()] == value;
+  if (!is_default) condition["required"] = {switch_field.key};
+  Json needed = Json::array();
+  Json forbidden = Json::object();
+  for (const Field& field : table.fields) {
+    if (field.switch_key != switch_field.key) continue;
+    const bool belongs = std::find(field.switch_values.begin(), field.switch_values.end(), value) !=
+                         field.switch_values.end();
+    if (!belongs) {
+      forbidden[field.key] = false;
+    } else if (field.required) {
+      needed.push_back(field.key);
+    }
+  }
+  Json consequence{{"properties", std::move(forbidden)}};
+  if (!needed.empty()) consequence["required"] = std::move(needed);
+  return {{"if", std::move(condition)}, {"then", std::move(consequence)}};
+}
+
+// Rules between the keys of one table: switches, and keys that rule others out.
+void add_key_rules(const Table& table, Json& schema) {
+  for (const Field& field : table.fields) {
+    if (const auto* choice = std::get_if<Choice>(&field.member)) {
+      for (const std::string& value : choice->names) {
+        schema["allOf"].push_back(switch_schema(table, field, value));
+      }
+    }
+    if (!field.excluded_by.empty()) {
+      schema["dependentSchemas"][field.excluded_by]["properties"][field.key] = false;
+    }
+  }
+}
+
+Json table_schema(const Table& table) {
+  Json schema{{"type", "object"}, {"additionalProperties", false}};
+  Json required = Json::array();
+  for (const Field& field : table.fields) {
+    Json entry = std::visit(FieldSchema{field}, field.member);
+    entry["description"] = field.meaning;
+    if (!field.unit.empty()) entry["unit"] = field.unit;
+    schema["properties"][field.key] = std::move(entry);
+    if (field.required && field.switch_key.empty()) required.push_back(field.key);
+  }
+  if (!required.empty()) schema["required"] = std::move(required);
+  add_key_rules(table, schema);
+  return schema;
+}
+
+std::string code(const std::string& text) { return '`' + text + '`'; }
+
+std::string default_cell(const Field& field) {
+  if (field.required) return "**required**";
+  if (!field.default_text.empty()) return field.default_text;
+  const std::string value = value_text(field);
+  return value.empty() ? "none" : code(value);
+}
+
+std::string meaning_cell(const Field& field) {
+  std::string text = field.meaning;
+  std::string values;
+  for (const std::string& value : field.switch_values) {
+    values += (values.empty() ? "" : ", ") + code(toml_string(value));
+  }
+  if (!values.empty()) text += " Only with " + code(field.switch_key) + " = " + values + '.';
+  if (!field.excluded_by.empty()) text += " Not with " + code(field.excluded_by) + '.';
+  return text;
+}
+
+void write_page(const Table& table, const std::string& path, std::string& page);
+
+// The section of one table inside another.
+struct Section {
+  const Field& field;
+  const std::string& path;
+  std::string& page;
+
+  void operator()(const TableMember& member) const {
+    begin('[' + path + ']');
+    write_page(member.open(), path, page);
+  }
+  void operator()(const TableList& list) const {
+    const std::string inner = list.named ? path + ".NAME" : path;
+    begin(list.named ? '[' + inner + ']' : "[[" + inner + "]]");
+    write_page(list.append(), inner, page);
+  }
+  template <class Value>
+  void operator()(const Value*) const {}
+  void operator()(const Choice&) const {}
+
+ private:
+  void begin(const std::string& title) const {
+    page +=
+        "\n## " + code(title) + "\n\n" + field.meaning + (field.required ? " Required.\n" : "\n");
+  }
+};
+
+bool is_table(const Field& field) {
+  return std::holds_alternative<TableMember>(field.member) ||
+         std::holds_alternative<TableList>(field.member);
+}
+
+void write_page(const Table& table, const std::string& path, std::string& page) {
+  page += "\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n";
+  for (const Field& field : table.fields) {
+    page += "| " + code(field.key) + " | " + expected_text(field) + " | " +
+            (is_table(field) && !field.required ? "none" : default_cell(field)) + " | " +
+            meaning_cell(field) + " |\n";
+  }
+  for (const Field& field : table.fields) {
+    const std::string inner = join_path(path, field.key);
+    std::visit(Section{field, inner, page}, field.member);
+  }
+}
+
+}  // namespace
+
+std::string case_json_schema() {
+  Case prototype;
+  const Json body = table_schema(describe(prototype));
+  Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+              {"title", "Weft case"},
+              {"description", "A case file of Weft. Units are SI; angles say degrees in the key."}};
+  schema.update(body);
+  return schema.dump(2) + '\n';
+}
+
+std::string case_reference_markdown() {
+  Case prototype;
+  std::string page =
+      "# Case file reference\n\n"
+      "A case is a [TOML](https://toml.io) file. Units are SI; angles are in degrees and say so in "
+      "their keys.\nNumbers are finite; a number may be written without a point, a whole number "
+      "may not be written with one.\n";
+  write_page(describe(prototype), "", page);
+  return page;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,37 @@
+// Where each key and value of a case came from.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "sim/case/case.h"
+
+namespace weft::sim {
+
+// Filled by the reader, by path (case_schema.h), for messages of the rules that compare values.
+class Locations {
+ public:
+  // `file` is what a place that is nowhere in the text is blamed on: its first character.
+  explicit Locations(std::string file) : file_(std::move(file)) {}
+
+  void add(const std::string& path, const SourceLocation& key, const SourceLocation& value) {
+    places_.insert_or_assign(path, Place{key, value});
+  }
+  // Whether the case says anything about this path, rather than leaving it to a default.
+  bool given(const std::string& path) const { return places_.contains(path); }
+  // The key, the value (of a table: its header), or those of the nearest table around it.
+  SourceLocation key(const std::string& path) const;
+  SourceLocation value(const std::string& path) const;
+
+ private:
+  struct Place {
+    SourceLocation key;
+    SourceLocation value;
+  };
+  const Place* nearest(std::string path) const;
+
+  std::string file_;
+  std::map<std::string, Place> places_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,218 @@
+// One `--set KEY=VALUE` into the TOML tree, guided by the schema.
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
+#include "sim/case/case_error.h"
+#include "sim/case/case_schema.h"
+#include "sim/case/case_text.h"
+#include "sim/case/case_tree.h"
+#include "sim/case/case_writer.h"
+
+namespace weft::sim {
+
+namespace {
+
+class Override {
+ public:
+  Override(toml::table& root, const std::string& text) : table_(&root), source_("--set " + text) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) fail("no \"=\"", "expected KEY=VALUE");
+    for (std::size_t begin = 0; begin <= equals;) {
+      const std::size_t end = std::min(text.find('.', begin), equals);
+      keys_.push_back(text.substr(begin, end - begin));
+      begin = end + 1;
+    }
+    value_ = text.substr(equals + 1);
+    schema_ = describe(prototype_);
+  }
+
+  void apply() {
+    while (!done_) step();
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message, const std::string& hint) const {
+    throw CaseError({source_}, message, hint);
+  }
+  const std::string& key() const { return keys_[position_]; }
+  bool at_last_key() const { return position_ + 1 == keys_.size(); }
+
+  // A value that knows the override as its source.
+  toml::table parsed(const std::string& text) const {
+    return toml::parse(std::string_view(text), std::string_view(source_));
+  }
+  // What is not TOML is a string without its quotes; so is everything meant for a string.
+  toml::table value(bool wants_string) const {
+    try {
+      toml::table document = parsed("value = " + value_);
+      const bool usable = document.size() == 1 && (!wants_string || document["value"].is_string());
+      if (usable) return document;
+    } catch (const toml::parse_error&) {
+      // Falls through to the string, whose type the reader then judges.
+    }
+    return parsed("value = " + toml_string(value_));
+  }
+
+  void set(toml::table& table, const std::string& name, toml::table document) const {
+    toml::source_region region = document.source();
+    table.insert_or_assign(toml::key(name, std::move(region)), std::move(*document.get("value")));
+  }
+
+  // The table or array under the current key; an absent table is made.
+  toml::table& child_table() {
+    if (table_->get(key()) == nullptr) set(*table_, key(), parsed("value = {}"));
+    toml::table* child = table_->get(key())->as_table();
+    if (child == nullptr) {
+      fail(in_quotes(key()) + " is " + kind_of(*table_->get(key())) + " in the case",
+           "expected a table");
+    }
+    return *child;
+  }
+  toml::array& child_array() const {
+    toml::node* child = table_->get(key());
+    if (child == nullptr) {
+      fail("the case has no " + in_quotes(join_path(path_, key())),
+           "expected it in the case file, or all of it in one override");
+    }
+    if (!child->is_array()) {
+      fail(in_quotes(key()) + " is " + kind_of(*child) + " in the case", "expected an array");
+    }
+    return *child->as_array();
+  }
+
+  // One key further into the tree, or the end of it.
+  void step() {
+    const Field* field = schema_.find(key());
+    if (field == nullptr) {
+      fail("unknown key " + in_quotes(key()) + " in " + heading(path_),
+           name_hint(key(), schema_.keys()));
+    }
+    if (at_last_key()) {
+      const bool wants_string = std::holds_alternative<std::string*>(field->member) ||
+                                std::holds_alternative<Choice>(field->member);
+      set(*table_, key(), value(wants_string));
+      done_ = true;
+    } else if (const auto* member = std::get_if<TableMember>(&field->member)) {
+      Table inner = member->open();
+      table_ = &child_table();
+      path_ = join_path(path_, key());
+      schema_ = std::move(inner);
+      ++position_;
+    } else if (const auto* list = std::get_if<TableList>(&field->member)) {
+      Table inner = list->append();
+      if (list->named) {
+        enter_named(child_table());
+      } else {
+        enter_entry(child_array());
+      }
+      schema_ = std::move(inner);
+    } else {
+      set_entry(*field);
+    }
+  }
+
+  // From the list of a [list.NAME] to one entry, or to a new value of it.
+  void enter_named(toml::table& list) {
+    const std::string list_key = key();
+    ++position_;
+    std::vector<std::string> names;
+    for (auto&& [name, node] : list) names.emplace_back(name.str());
+    // The material that stands in where a case has none can be changed too.
+    if (names.empty()) names.emplace_back("default");
+    if (std::find(names.begin(), names.end(), key()) == names.end()) {
+      fail("the case has no " + in_quotes(list_key + '.' + key()), name_hint(key(), names));
+    }
+    if (at_last_key()) {
+      set(list, key(), value(false));
+      done_ = true;
+      return;
+    }
+    table_ = &list;
+    table_ = &child_table();
+    path_ = join_path(join_path(path_, list_key), key());
+    ++position_;
+  }
+
+  // From a list of tables to the entry with this name, else with this index.
+  void enter_entry(toml::array& list) {
+    const std::string list_key = key();
+    ++position_;
+    std::vector<std::string> names;
+    for (toml::node& node : list) {
+      const toml::table* entry = node.as_table();
+      const auto name = entry == nullptr ? std::nullopt : (*entry)["name"].value<std::string>();
+      names.push_back(name.value_or(""));
+    }
+    const auto named = std::find(names.begin(), names.end(), key());
+    const std::size_t index =
+        named != names.end() ? static_cast<std::size_t>(named - names.begin()) : index_key(list);
+    if (index >= list.size()) {
+      std::erase(names, "");
+      fail("the case has no " + in_quotes(list_key + '.' + key()),
+           names.empty() ? index_hint(list) : name_hint(key(), names));
+    }
+    if (at_last_key()) fail("an entry cannot be replaced as a whole", "expected a key of it");
+    table_ = list[index].as_table();
+    if (table_ == nullptr)
+      fail(in_quotes(list_key + '.' + key()) + " is not a table", "expected a table");
+    path_ = join_path(join_path(path_, list_key), index);
+    ++position_;
+  }
+
+  // One number or name of an array.
+  void set_entry(const Field& field) {
+    const bool is_array = std::holds_alternative<Vec3*>(field.member) ||
+                          std::holds_alternative<std::optional<Vec3>*>(field.member) ||
+                          std::holds_alternative<std::vector<int>*>(field.member) ||
+                          std::holds_alternative<std::vector<double>*>(field.member) ||
+                          std::holds_alternative<std::vector<std::string>*>(field.member);
+    if (!is_array) {
+      fail(in_quotes(key()) + " has no keys of its own", "expected " + expected_text(field));
+    }
+    // The entries beside it stay as they are by default.
+    const std::string by_default = value_text(field);
+    if (table_->get(key()) == nullptr && !by_default.empty()) {
+      set(*table_, key(), parsed("value = " + by_default));
+    }
+    toml::array& list = child_array();
+    ++position_;
+    const std::size_t index = index_key(list);
+    if (index >= list.size() || !at_last_key()) {
+      fail(in_quotes(field.key) + " has no entry " + in_quotes(key()), index_hint(list));
+    }
+    const bool wants_string = std::holds_alternative<std::vector<std::string>*>(field.member);
+    toml::table document = value(wants_string);
+    list.replace(list.cbegin() + static_cast<std::ptrdiff_t>(index),
+                 std::move(*document.get("value")));
+    done_ = true;
+  }
+
+  static std::string index_hint(const toml::array& list) {
+    if (list.empty()) return "";
+    return "expected an index from 0 to " + std::to_string(list.size() - 1);
+  }
+  // list.size() where the key is no index of it.
+  std::size_t index_key(const toml::array& list) const {
+    std::size_t index = 0;
+    const char* end = key().data() + key().size();
+    const auto [stop, error] = std::from_chars(key().data(), end, index);
+    return error == std::errc() && stop == end ? std::min(index, list.size()) : list.size();
+  }
+
+  toml::table* table_;  // where the walk is in the tree ...
+  Table schema_;        // ... and in the schema
+  Case prototype_;      // what the schema describes while the walk lasts
+  std::string source_;
+  std::vector<std::string> keys_;
+  std::string value_;
+  std::size_t position_ = 0;
+  std::string path_;  // of table_, for messages
+  bool done_ = false;
+};
+
+}  // namespace
+
+void apply_override(toml::table& root, const std::string& text) { Override(root, text).apply(); }
+
+}  // namespace weft::sim

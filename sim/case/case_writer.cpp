@@ -1,0 +1,138 @@
+#include "sim/case/case_writer.h"
+
+#include <array>
+#include <cstdio>
+
+#include "sim/case/case_schema.h"
+#include "sim/case/case_text.h"
+
+namespace weft::sim {
+
+namespace {
+
+template <class Entries, class Text>
+std::string toml_array(const Entries& entries, Text text) {
+  std::string list;
+  for (const auto& entry : entries) list += (list.empty() ? "" : ", ") + text(entry);
+  return '[' + list + ']';
+}
+
+// The value of a member that is not a table; empty for one that is absent.
+struct ValueText {
+  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const int* value) const { return std::to_string(*value); }
+  std::string operator()(const double* value) const { return toml_number(*value); }
+  std::string operator()(const std::optional<double>* value) const {
+    return *value ? toml_number(**value) : "";
+  }
+  std::string operator()(const std::string* value) const { return toml_string(*value); }
+  std::string operator()(const Vec3* value) const {
+    return toml_array(std::array{(*value)[0], (*value)[1], (*value)[2]}, toml_number);
+  }
+  std::string operator()(const std::optional<Vec3>* value) const {
+    return *value ? (*this)(&**value) : "";
+  }
+  std::string operator()(const std::vector<int>* value) const {
+    return value->empty() ? ""
+                          : toml_array(*value, [](int entry) { return std::to_string(entry); });
+  }
+  std::string operator()(const std::vector<double>* value) const {
+    return value->empty() ? "" : toml_array(*value, toml_number);
+  }
+  std::string operator()(const std::vector<std::string>* value) const {
+    return value->empty() ? "" : toml_array(*value, toml_string);
+  }
+  std::string operator()(const Choice& choice) const {
+    return toml_string(choice.names[choice.get()]);
+  }
+  std::string operator()(const TableMember&) const { return ""; }
+  std::string operator()(const TableList&) const { return ""; }
+};
+
+bool is_table(const Field& field) {
+  return std::holds_alternative<TableMember>(field.member) ||
+         std::holds_alternative<TableList>(field.member);
+}
+
+// Whether a key that rules this one out is in use.
+bool is_excluded(const Field& field, const Table& table) {
+  if (field.excluded_by.empty()) return false;
+  return std::get<TableList>(table.find(field.excluded_by)->member).size() > 0;
+}
+
+void write_table(const Table& table, const std::string& header, std::string& text);
+
+struct TableWriter {
+  std::string key;  // dotted, without indices
+  std::string& text;
+
+  void operator()(const TableMember& member) const {
+    if (!member.present()) return;
+    text += "\n[" + key + "]\n";
+    write_table(member.open(), key, text);
+  }
+  void operator()(const TableList& list) const {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Table entry = list.at(i);
+      const std::string name = list.named ? key + '.' + *entry.name : key;
+      text += list.named ? "\n[" + name + "]\n" : "\n[[" + name + "]]\n";
+      write_table(entry, name, text);
+    }
+  }
+  template <class Value>
+  void operator()(const Value*) const {}
+  void operator()(const Choice&) const {}
+};
+
+// Values first: in TOML, what follows a table's header belongs to that table.
+void write_table(const Table& table, const std::string& header, std::string& text) {
+  for (const Field& field : table.fields) {
+    if (is_table(field) || !applies(field, table) || is_excluded(field, table)) continue;
+    const std::string value = value_text(field);
+    if (!value.empty()) {
+      text += field.key + " = " + value + '\n';
+    } else if (!field.default_text.empty()) {
+      text += "# " + field.key + ": " + field.default_text + '\n';
+    }
+  }
+  for (const Field& field : table.fields) {
+    std::visit(TableWriter{join_path(header, field.key), text}, field.member);
+  }
+}
+
+}  // namespace
+
+std::string value_text(const Field& field) { return std::visit(ValueText{}, field.member); }
+
+std::string toml_number(double value) {
+  std::string text = number_text(value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string toml_string(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      result += '\\';
+      result += c;
+    } else if (code < 0x20 || code == 0x7f) {
+      std::array<char, 8> escape{};
+      std::snprintf(escape.data(), escape.size(), "\\u%04X", static_cast<unsigned>(code));
+      result += escape.data();
+    } else {
+      result += c;
+    }
+  }
+  return result + '"';
+}
+
+std::string case_text(const Case& source) {
+  Case copy = source;  // descriptions point into what they could change
+  std::string text;
+  write_table(describe(copy), "", text);
+  return text;
+}
+
+}  // namespace weft::sim

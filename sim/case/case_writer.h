@@ -1,0 +1,25 @@
+// From a Case back to TOML.
+#pragma once
+
+#include <string>
+
+#include "sim/case/case.h"
+#include "sim/case/case_schema.h"
+
+namespace weft::sim {
+
+// The case with every default written out, in the order of case_schema.cpp;
+// defaults that are worked out later stand as comments. Parsed again next to the same files, it
+// gives an equal case and the same text, bit for bit.
+std::string case_text(const Case& source);
+
+// The value of a field as TOML; empty for a table, a list without entries or an absent value.
+std::string value_text(const Field& field);
+
+// A TOML basic string, quoted and escaped, on one line.
+std::string toml_string(const std::string& text);
+
+// A TOML float that reads back as the same bits: 1.0, 1e-05.
+std::string toml_number(double value);
+
+}  // namespace weft::sim

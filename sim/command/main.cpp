@@ -1,0 +1,188 @@
+// The weft command.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <limits>
+
+#include "sim/case/case_reader.h"
+#include "sim/case/case_text.h"
+#include "sim/command/run_command.h"
+#include "sim/trajectory/render_trajectory.h"
+#include "sim/trajectory/trajectory.h"
+#include "sim/trajectory/trajectory_info.h"
+
+namespace {
+
+constexpr const char* description =
+    R"(Weft simulates cloth, shells and particles stored as geometry images, integrated under error control.
+
+  weft run cases/drape_torus.toml                    simulate; writes out/drape_torus.h5 and .xdmf
+  weft run CASE -o DIR --set time.duration=0.5       the same with any case key overridden
+  weft check CASE                                    what the scene needs, what it skips, and why
+  weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
+  weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
+  weft schema                                        the case file's JSON schema (--markdown: reference page)
+
+Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad case or usage,
+4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the step in hand.)";
+
+using namespace weft::sim;
+
+int show_info(const std::string& path, bool crossings, bool json) {
+  try {
+    if (!crossings) {
+      const TrajectorySummary summary = summarise_trajectory(path);
+      std::cout << (json ? to_json(summary) : to_text(summary));
+      return exit_code::done;
+    }
+    const std::vector<FrameCrossings> frames = count_crossings(path);
+    std::cout << (json ? to_json(frames) : to_text(frames));
+    return exit_code::done;
+  } catch (const TrajectoryError& error) {
+    std::cerr << error.what() << '\n';
+    return exit_code::input_output;
+  }
+}
+
+int render(const std::string& path, const std::string& directory, RenderOptions options) {
+  try {
+    options.progress = [](int done, int all) {
+      std::cerr << "\rpicture " << done << " of " << all << std::flush;
+    };
+    const RenderReport report = render_trajectory(path, directory, options);
+    std::cerr << '\n';
+    std::cout << report.pictures << " pictures in " << directory << '\n'
+              << (report.movie.empty() ? report.why_no_movie : report.movie) << '\n';
+    return exit_code::done;
+  } catch (const std::runtime_error& error) {
+    std::cerr << error.what() << '\n';
+    return exit_code::input_output;
+  }
+}
+
+// What the arguments say.
+struct Arguments {
+  RunCommand command;
+  std::string trajectory;
+  bool crossings = false, json = false;
+  std::string pictures = "pictures";
+  RenderOptions drawing;
+  bool markdown = false;
+  int code = exit_code::done;  // of the command that ran
+};
+
+void add_case_arguments(CLI::App& sub, Arguments& arguments) {
+  sub.add_option("case", arguments.command.case_path, "TOML case file")->required();
+  sub.add_option(
+         "--set", arguments.command.overrides,
+         "Override a case key: KEY=VALUE, for example contact.friction=0.3; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+void add_run_and_check(CLI::App& app, Arguments& arguments) {
+  CLI::App* run = app.add_subcommand("run", "Simulate a case");
+  add_case_arguments(*run, arguments);
+  run->add_option("-o,--output", arguments.command.directory, "Folder of the trajectory")
+      ->capture_default_str();
+  run->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
+  run->add_flag("--json", arguments.command.json, "Print the report as one JSON object");
+  run->add_flag("--quiet", arguments.command.quiet, "No progress bar");
+  run->callback([&] { arguments.code = run_case(arguments.command); });
+
+  CLI::App* check =
+      app.add_subcommand("check", "Say what a case needs and skips, without running it");
+  add_case_arguments(*check, arguments);
+  check->callback([&] { arguments.code = check_case(arguments.command); });
+}
+
+void add_info_and_render(CLI::App& app, Arguments& arguments) {
+  CLI::App* info = app.add_subcommand("info", "Summarise a trajectory");
+  info->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
+  info->add_flag("--crossings", arguments.crossings,
+                 "Count the triangles that pass through each other, frame by frame, exactly");
+  info->add_flag("--json", arguments.json, "Print one JSON object");
+  info->callback([&] {
+    arguments.code = show_info(arguments.trajectory, arguments.crossings, arguments.json);
+  });
+
+  CLI::App* pictures = app.add_subcommand("render", "Draw the frames of a trajectory");
+  RenderOptions& drawing = arguments.drawing;
+  pictures->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
+  pictures->add_option("-o,--output", arguments.pictures, "Folder of the pictures")
+      ->capture_default_str();
+  pictures->add_option("--every", drawing.every, "Draw every Nth frame")
+      ->check(CLI::Range(1, std::numeric_limits<int>::max()))
+      ->capture_default_str();
+  pictures->add_option("--width", drawing.width, "Pixels")
+      ->check(CLI::Range(1, 8192))
+      ->capture_default_str();
+  pictures->add_option("--height", drawing.height, "Pixels")
+      ->check(CLI::Range(1, 8192))
+      ->capture_default_str();
+  pictures->callback(
+      [&] { arguments.code = render(arguments.trajectory, arguments.pictures, drawing); });
+}
+
+void add_schema(CLI::App& app, Arguments& arguments) {
+  CLI::App* schema = app.add_subcommand("schema", "Print the JSON schema of case files");
+  schema->add_flag("--markdown", arguments.markdown, "The reference page instead");
+  schema->callback(
+      [&] { std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema()); });
+}
+
+// `did you mean "--force"?` for the first argument that no command or option takes.
+std::string hint_for_unknown(const CLI::App& app) {
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty()) return "";
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  std::vector<std::string> names;
+  if (unknown[0].starts_with("-")) {
+    const CLI::App& command = chosen.empty() ? app : *chosen.front();
+    for (const CLI::Option* option : command.get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  } else if (chosen.empty()) {
+    for (const CLI::App* command : app.get_subcommands(nullptr))
+      names.push_back(command->get_name());
+  }
+  const std::string name = unknown[0].substr(0, unknown[0].find('='));
+  return in_quotes(name) + " is unknown" + (names.empty() ? "" : "; " + name_hint(name, names));
+}
+
+int refuse_arguments(const CLI::App& app, const CLI::ParseError& error, bool no_arguments) {
+  if (no_arguments) {
+    std::cerr << app.help();
+    return exit_code::bad_case;
+  }
+  const std::string hint = hint_for_unknown(app);
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  std::cerr << "weft: " << (hint.empty() ? error.what() : hint) << '\n'
+            << "See weft " << (chosen.empty() ? "" : chosen.front()->get_name() + " ")
+            << "--help\n";
+  return exit_code::bad_case;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{description};
+  app.set_version_flag("--version", "weft " WEFT_VERSION);
+  app.require_subcommand(1);
+  Arguments arguments;
+  add_run_and_check(app, arguments);
+  add_info_and_render(app, arguments);
+  add_schema(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    app.exit(asked);  // prints the help or the version
+  } catch (const CLI::ParseError& error) {
+    return refuse_arguments(app, error, argc == 1);
+  }
+  // Both streams: results that were not delivered are a failure of their own.
+  if (std::fflush(stdout) != 0 || !std::cout.flush()) {
+    std::cerr << "weft: cannot write to standard output\n";
+    return exit_code::input_output;
+  }
+  return arguments.code;
+}

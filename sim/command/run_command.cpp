@@ -1,0 +1,138 @@
+#include "sim/command/run_command.h"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "sim/case/case_reader.h"
+#include "sim/command/progress_bar.h"
+#include "sim/simulation.h"
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::atomic<int> caught_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
+
+// The first signal asks for a stop after the step in hand; the second ends the process as usual.
+void catch_stop_signals() {
+  for (int signal : {SIGINT, SIGTERM}) {
+    std::signal(signal, [](int caught) {
+      caught_signal = caught;
+      std::signal(caught, SIG_DFL);
+    });
+  }
+}
+
+nlohmann::ordered_json report_json(const RunReport& report) {
+  nlohmann::ordered_json json;
+  json["status"] = status_name(report.status);
+  if (!report.reason.empty()) json["reason"] = report.reason;
+  json["simulated_s"] = report.simulated_time;
+  json["wall_s"] = report.wall_time;
+  json["cpu_s"] = report.cpu_time;
+  json["frames"] = report.frames;
+  json["steps"] = report.counts.steps;
+  json["vetoed_steps"] = report.counts.vetoed_steps;
+  json["error_test_failures"] = report.counts.error_test_failures;
+  json["convergence_failures"] = report.counts.convergence_failures;
+  json["newton_iterations"] = report.counts.newton_iterations;
+  json["linear_iterations"] = report.counts.linear_iterations;
+  json["linear_setups"] = report.counts.linear_setups;
+  json["min_gap_m"] = report.smallest_gap ? nlohmann::ordered_json(*report.smallest_gap) : nullptr;
+  json["max_stretch"] = report.largest_stretch;
+  const Counters& counters = report.statistics.counters;
+  json["counters"] = {{"rebuilds", counters.rebuilds},
+                      {"self_traversals", counters.self_traversals},
+                      {"pair_traversals", counters.pair_traversals},
+                      {"sphere_tests", counters.sphere_tests},
+                      {"candidate_pairs", counters.candidate_pairs},
+                      {"narrow_phase_calls", counters.narrow_phase_calls},
+                      {"ccd_calls", counters.ccd_calls},
+                      {"friction_terms", counters.friction_terms},
+                      {"force_evaluations", counters.force_evaluations},
+                      {"matrix_assemblies", counters.matrix_assemblies}};
+  const PhaseTimes& phases = report.statistics.phases;
+  json["phases_s"] = {{"rebuild", phases.rebuild},           {"traverse", phases.traverse},
+                      {"narrow_phase", phases.narrow_phase}, {"forces", phases.forces},
+                      {"linear_solve", phases.linear_solve}, {"record", phases.record}};
+  json["trajectory"] = report.trajectory;
+  return json;
+}
+
+void print_summary(const RunReport& report) {
+  std::printf("%s  %.4g s simulated in %.3g s (%.3g s of CPU), %d frames\n",
+              status_name(report.status), report.simulated_time, report.wall_time, report.cpu_time,
+              report.frames);
+  std::printf("  steps %lld (%lld vetoed), Newton iterations %lld, linear iterations %lld\n",
+              static_cast<long long>(report.counts.steps),
+              static_cast<long long>(report.counts.vetoed_steps),
+              static_cast<long long>(report.counts.newton_iterations),
+              static_cast<long long>(report.counts.linear_iterations));
+  if (report.smallest_gap) std::printf("  smallest gap %.3g mm\n", 1e3 * *report.smallest_gap);
+  std::printf("  largest stretch %.2f %%\n", 100 * report.largest_stretch);
+  std::printf("  trajectory %s\n", report.trajectory.c_str());
+}
+
+// The case and its scene, or the exit code of what is wrong with them.
+int with_scene(const RunCommand& command, const auto& use) {
+  try {
+    const Case source = read_case(command.case_path, command.overrides);
+    const std::unique_ptr<const Scene> scene = build_scene(source);
+    return use(*scene);
+  } catch (const CaseError& error) {
+    std::cerr << error.what() << '\n';
+    return exit_code::bad_case;
+  } catch (const TrajectoryError& error) {
+    std::cerr << error.what() << '\n';
+    return exit_code::input_output;
+  }
+}
+
+int finish(const RunCommand& command, const RunReport& report) {
+  if (command.json) {
+    std::cout << report_json(report).dump(2) << '\n';
+  } else {
+    print_summary(report);
+  }
+  if (report.status == RunReport::Status::failed) {
+    std::cerr << "weft: " << report.reason << '\n';
+    return exit_code::numerical_failure;
+  }
+  if (report.status == RunReport::Status::interrupted) return 128 + caught_signal;
+  return exit_code::done;
+}
+
+}  // namespace
+
+int run_case(const RunCommand& command) {
+  return with_scene(command, [&](const Scene& scene) {
+    catch_stop_signals();
+    RunOptions options;
+    const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
+    options.trajectory = (std::filesystem::path(command.directory) / name).string();
+    options.force = command.force;
+    options.stop_signal = &caught_signal;
+    ProgressBar bar(scene.source.time.duration, !command.quiet);
+    options.progress = [&](double time) { bar.show(time); };
+    const RunReport report = run_simulation(scene, options);
+    bar.clear();
+    return finish(command, report);
+  });
+}
+
+int check_case(const RunCommand& command) {
+  return with_scene(command, [&](const Scene& scene) {
+    check_initial_state(scene);
+    std::cout << describe_scene(scene);
+    return exit_code::done;
+  });
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,33 @@
+// `weft run` and `weft check`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace weft::sim {
+
+struct RunCommand {
+  std::string case_path;
+  std::string directory = "out";
+  std::vector<std::string> overrides;  // key=value
+  bool force = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+// Exit codes of the weft command.
+namespace exit_code {
+inline constexpr int done = 0;
+inline constexpr int numerical_failure = 1;
+inline constexpr int bad_case = 2;
+inline constexpr int input_output = 4;
+}  // namespace exit_code
+
+// Runs a case; the trajectory is DIRECTORY/NAME.h5, NAME being that of the case file. Results go to
+// standard output, progress and errors to standard error. Returns the exit code: 130 or 143 after
+// SIGINT or SIGTERM.
+int run_case(const RunCommand& command);
+// Prints what the scene needs and skips.
+int check_case(const RunCommand& command);
+
+}  // namespace weft::sim

@@ -1,0 +1,114 @@
+// Contact forces: barrier, contact damping and friction on every pair of features in reach, smooth
+// functions of the state, so that the integrator's error control covers them.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bsi/proximity.h"
+#include "sim/contact/contact_search.h"
+#include "sim/forces/block_matrix.h"
+#include "sim/scene/scene.h"
+#include "sim/statistics.h"
+
+namespace weft::sim {
+
+// Why a state or a step cannot be taken.
+struct ContactFault {
+  enum class Kind { not_finite, touching, crossing, in_reach };
+  Kind kind = Kind::touching;
+  std::array<int, 4> nodes{-1, -1, -1,
+                           -1};  // the pair (global particles); not_finite: the first only
+  double gap = 0;                // m
+  std::string describe(const Scene& scene) const;
+};
+
+// For a pair at distance d, with gap g = d - thickness < range:
+//   barrier         W = m(c) b(g), force -dW/dx  (materials/contact.h; m is 1 but for near-parallel
+//   edges) contact damping F_n = -beta W''(g) g'        (along the normal) friction        F_t =
+//   -mu N f(|v_t|)/|v_t| v_t  (N = -W'(g), not lagged)
+// with v_t the relative velocity of the closest points across the normal. The Newton matrix keeps,
+// per pair, a 3x3 block between the closest points: the stiffness (W'' + beta W''' g') n n^T and
+// the slopes of damping and friction in the velocity. How the mollifier, the normal and the push
+// turn with x is left to the iteration.
+class Contact {
+ public:
+  Contact(const Scene& scene, Statistics& statistics);
+
+  // Finds the pairs in reach and their forces. `position` and `velocity` are of all particles (m,
+  // m/s).
+  [[nodiscard]] std::optional<ContactFault> evaluate(std::span<const Vec3> position,
+                                                     std::span<const Vec3> velocity, int threads);
+  // The rest is about the last evaluate(); arrays are of the dynamic particles.
+  void add_forces(std::span<Vec3> force) const;
+  double energy() const;
+  // Adds (gamma^2 K + gamma D) * in, and its diagonal blocks.
+  void add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const;
+  // Subtracts factor * K * in.
+  void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
+  void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  std::size_t pairs_in_reach() const { return active_.size(); }
+  // Smallest gap of the pairs in reach; nothing where there are none.
+  std::optional<double> smallest_gap() const;
+
+  // Is every pair of features certain to keep apart along the straight paths start -> end, and to
+  // end with a positive gap?
+  [[nodiscard]] std::optional<ContactFault> check_path(std::span<const Vec3> start,
+                                                       std::span<const Vec3> end);
+  // Smallest gap within the range at `position` (infinite where none is); a fault where one is not
+  // positive.
+  [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
+                                                        double* smallest_gap);
+  // A pair of features of one body closer than thickness + range at `position`, if any.
+  [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
+
+ private:
+  struct Active {
+    std::array<int, 4> nodes{};
+    std::array<double, 4> weight{};
+    double gap = 0;
+    double energy = 0;
+    Vec3 force{0, 0, 0};  // on the first feature's closest point, N
+    Mat3 stiffness = Mat3::Zero();
+    Mat3 damping = Mat3::Zero();
+  };
+  // What the mollifier of near-parallel edges adds to the forces on the four nodes.
+  struct MollifierForce {
+    std::array<int, 4> nodes{};
+    std::array<Vec3, 4> force;
+  };
+  struct Pair {
+    std::array<int, 4> nodes{};
+    bool edges = false;
+    double thickness = 0;
+    double area = 0;  // m^2
+  };
+  enum class Reach { out, in, touching };
+
+  template <class Block>
+  void add_pair_products(const Block& block, std::span<const Vec3> in, std::span<Vec3> out) const;
+  template <class Visit>
+  void visit_candidates(double reach, const Visit& visit) const;
+  Pair make_pair(const CandidateList& list, int kind, const FeaturePair& features) const;
+  double pair_area(const std::array<int, 4>& nodes, int split) const;
+  Reach measure(const Pair& pair, std::span<const Vec3> position, std::span<const Vec3> velocity,
+                Active& active, MollifierForce& mollified, bool& has_mollified) const;
+  void add_damping_and_friction(const bsi::Closest& closest, const Vec3& relative_velocity,
+                                double slope, double curvature, double third, Active& active) const;
+  double mollify(const Pair& pair, std::span<const Vec3> position, double barrier_value,
+                 MollifierForce& mollified, bool& has_mollified) const;
+  std::vector<Pair> pairs_within(double reach) const;
+
+  const Scene& scene_;
+  Statistics& statistics_;
+  ContactSearch search_;
+  double range_, stiffness_, damping_time_, friction_, friction_speed_;
+  std::vector<Vec3> rest_;  // of all particles: edge lengths scale the mollifier
+  std::vector<Active> active_;
+  std::vector<MollifierForce> mollified_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,254 @@
+#include "sim/contact/contact_search.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "bsi/proximity.h"
+#include "sim/contact/feature_collector.h"
+
+namespace weft::sim {
+
+namespace {
+
+// A quarter of the mean edge: lists a few times longer than what touches, and rebuilt every few
+// tens of steps.
+double default_slack(const Scene& scene) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const SceneBody& body = scene.bodies[b];
+    for (const bsi::Edge& edge : body.mesh.edges) {
+      sum += (body.rest[edge.vertex[0]] - body.rest[edge.vertex[1]]).norm();
+    }
+    count += body.mesh.edges.size();
+  }
+  return 0.25 * sum / static_cast<double>(count);
+}
+
+// Any sphere around the points will do: this one is only asked how far two bodies are apart.
+bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> second) {
+  Vec3 low = first[0], high = first[0];
+  for (const auto& points : {first, second}) {
+    for (const Vec3& p : points) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  const Eigen::Vector3f centre = (0.5 * (low + high)).cast<float>();
+  const double radius = (high - low).norm() / 2 + 1e-6 * (low.cwiseAbs() + high.cwiseAbs()).norm();
+  return {centre[0], centre[1], centre[2], std::nextafter(static_cast<float>(radius), INFINITY)};
+}
+
+}  // namespace
+
+ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics)
+    : scene_(scene),
+      statistics_(statistics),
+      range_(scene.source.contact.range),
+      slack_(scene.source.contact.search_slack.value_or(default_slack(scene))),
+      tracked_(scene.bodies.size()) {
+  const int bodies = static_cast<int>(scene.bodies.size());
+  for (int a = 0; a < scene.dynamic_bodies; ++a) {
+    for (int b = a; b < bodies; ++b) {
+      if (a == b && !scene.bodies[a].self_contact) continue;
+      CandidateList list;
+      list.body_a = a;
+      list.body_b = b;
+      list.thickness = 0.5 * (scene.bodies[a].thickness + scene.bodies[b].thickness);
+      lists_.push_back(std::move(list));
+    }
+  }
+  states_.resize(lists_.size());
+}
+
+std::span<const Vec3> ContactSearch::of_body(std::span<const Vec3> all, int body) const {
+  return all.subspan(scene_.bodies[body].first_particle, scene_.bodies[body].particle_count());
+}
+
+ContactSearch::Displacement ContactSearch::displacement(int body,
+                                                        std::span<const Vec3> position) const {
+  const std::vector<Vec3>& snapshot = tracked_[body].snapshot;
+  const std::span<const Vec3> now = of_body(position, body);
+  Displacement moved;
+  for (std::size_t i = 0; i < snapshot.size(); ++i) moved.mean += now[i] - snapshot[i];
+  moved.mean /= static_cast<double>(std::max<std::size_t>(1, snapshot.size()));
+  double largest = 0;
+  for (std::size_t i = 0; i < snapshot.size(); ++i) {
+    largest = std::max(largest, (now[i] - snapshot[i] - moved.mean).squaredNorm());
+  }
+  moved.residual = std::sqrt(largest);
+  return moved;
+}
+
+std::optional<int> ContactSearch::track(std::span<const Vec3> position) {
+  for (std::size_t b = 0; b < tracked_.size(); ++b) {
+    if (tracked_[b].snapshot.empty()) continue;
+    tracked_[b].now = displacement(static_cast<int>(b), position);
+    // A sum keeps a NaN that a maximum would swallow.
+    if (!tracked_[b].now.mean.allFinite()) {
+      const auto body = of_body(position, static_cast<int>(b));
+      const auto bad =
+          std::find_if(body.begin(), body.end(), [](const Vec3& p) { return !p.allFinite(); });
+      return scene_.bodies[b].first_particle + static_cast<int>(bad - body.begin());
+    }
+  }
+  return std::nullopt;
+}
+
+double ContactSearch::drift(const CandidateList& list) const {
+  const Displacement& a = tracked_[list.body_a].now;
+  const Displacement& b = tracked_[list.body_b].now;
+  if (list.is_self()) return 2 * a.residual;
+  return a.residual + b.residual + (a.mean - b.mean).norm();
+}
+
+bool ContactSearch::is_valid(std::size_t list) const {
+  const CandidateList& candidates = lists_[list];
+  const ListState& state = states_[list];
+  if (!state.built) return false;
+  if (state.near) return drift(candidates) <= slack_;
+  const Tracked& a = tracked_[candidates.body_a];
+  const Tracked& b = tracked_[candidates.body_b];
+  const double gone =
+      a.path_length + a.now.largest() + b.path_length + b.now.largest() - state.path_length;
+  return gone <= state.clearance;
+}
+
+// The bodies of the lists that ran out and, since a new snapshot voids every list built from the
+// old one, all moving bodies tied to them by further lists.
+std::vector<char> ContactSearch::bodies_to_refresh() const {
+  std::vector<char> marked(tracked_.size(), 0);
+  const auto mark = [&](int body) {
+    const bool fresh =
+        marked[body] == 0 && (scene_.bodies[body].moves || tracked_[body].bounds.radius < 0);
+    marked[body] |= fresh;
+    return fresh;
+  };
+  for (std::size_t l = 0; l < lists_.size(); ++l) {
+    if (is_valid(l)) continue;
+    mark(lists_[l].body_a);
+    mark(lists_[l].body_b);
+  }
+  for (bool grew = true; grew;) {
+    grew = false;
+    for (std::size_t l = 0; l < lists_.size(); ++l) {
+      if (!states_[l].near) continue;
+      if (marked[lists_[l].body_a] != 0 && mark(lists_[l].body_b)) grew = true;
+      if (marked[lists_[l].body_b] != 0 && mark(lists_[l].body_a)) grew = true;
+    }
+  }
+  return marked;
+}
+
+std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
+  if (const auto bad = track(position)) return bad;
+  refresh(position, position);
+  return std::nullopt;
+}
+
+std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
+                                              std::span<const Vec3> end) {
+  // Distances change along a straight path by no more than at one of its ends.
+  if (const auto bad = track(start)) return bad;
+  std::vector<Displacement> at_start;
+  for (const Tracked& tracked : tracked_) at_start.push_back(tracked.now);
+  if (const auto bad = track(end)) return bad;
+  for (std::size_t b = 0; b < tracked_.size(); ++b) {
+    Displacement& now = tracked_[b].now;
+    now.residual =
+        std::max(now.residual, at_start[b].residual) + (now.mean - at_start[b].mean).norm();
+  }
+  refresh(start, end);
+  return std::nullopt;
+}
+
+void ContactSearch::refresh(std::span<const Vec3> start, std::span<const Vec3> end) {
+  const std::vector<char> marked = bodies_to_refresh();
+  std::vector<char> stale(lists_.size(), 0);
+  for (std::size_t l = 0; l < lists_.size(); ++l) {
+    const bool new_snapshot = marked[lists_[l].body_a] != 0 || marked[lists_[l].body_b] != 0;
+    stale[l] = !is_valid(l) || (states_[l].near && new_snapshot);
+  }
+  for (std::size_t b = 0; b < tracked_.size(); ++b) {
+    if (marked[b] != 0) refresh_body(static_cast<int>(b), start, end);
+  }
+  for (std::size_t l = 0; l < lists_.size(); ++l) {
+    if (stale[l] != 0) build_list(l, start, end);
+    lists_[l].drift = drift(lists_[l]);
+  }
+}
+
+void ContactSearch::refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end) {
+  Tracked& tracked = tracked_[body];
+  tracked.path_length += tracked.now.largest();
+  tracked.now = {};
+  const auto position = of_body(end, body);
+  if (scene_.bodies[body].moves) tracked.snapshot.assign(position.begin(), position.end());
+  tracked.bounds = sphere_around(of_body(start, body), position);
+  tracked.pyramid_built = false;
+}
+
+void ContactSearch::build_pyramid(int body, std::span<const Vec3> start,
+                                  std::span<const Vec3> end) {
+  Tracked& tracked = tracked_[body];
+  if (tracked.pyramid_built) return;
+  PhaseTimer timer(statistics_.phases.rebuild);
+  const SceneBody& scene_body = scene_.bodies[body];
+  // A static body is built once and asked many times: the tighter radii pay.
+  if (!tracked.pyramid) {
+    tracked.pyramid.emplace(scene_body.atlas,
+                            scene_body.moves ? bsi::RadiusPolicy::fast : bsi::RadiusPolicy::exact);
+  }
+  const bool swept = start.data() != end.data() && scene_body.moves;
+  const auto bad = swept ? tracked.pyramid->rebuild_swept(of_body(start, body), of_body(end, body))
+                         : tracked.pyramid->rebuild(of_body(end, body));
+  assert(!bad && "track() has refused what is not finite");
+  static_cast<void>(bad);
+  tracked.pyramid_built = true;
+  ++statistics_.counters.rebuilds;
+}
+
+void ContactSearch::build_list(std::size_t l, std::span<const Vec3> start,
+                               std::span<const Vec3> end) {
+  CandidateList& list = lists_[l];
+  ListState& state = states_[l];
+  const Tracked& a = tracked_[list.body_a];
+  const Tracked& b = tracked_[list.body_b];
+  list.vertex_triangle.clear();
+  list.triangle_vertex.clear();
+  list.edge_edge.clear();
+  state.built = true;
+  if (!list.is_self()) {
+    ++statistics_.counters.sphere_tests;
+    const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
+    state.near = clearance <= slack_;
+    if (!state.near) {
+      // The spheres bound the bodies at their snapshots: what has been gone since then counts
+      // already.
+      state.clearance = clearance;
+      state.path_length = a.path_length + b.path_length;
+      return;
+    }
+  }
+  state.near = true;
+  build_pyramid(list.body_a, start, end);
+  build_pyramid(list.body_b, start, end);
+  quad_pairs_.clear();
+  bsi::TraversalCounters tests;
+  {
+    PhaseTimer timer(statistics_.phases.traverse);
+    if (list.is_self()) {
+      bsi::self_traversal(*a.pyramid, reach(list), quad_pairs_, tests);
+      ++statistics_.counters.self_traversals;
+    } else {
+      bsi::dual_traversal(*a.pyramid, *b.pyramid, reach(list), quad_pairs_, tests);
+      ++statistics_.counters.pair_traversals;
+    }
+  }
+  statistics_.counters.sphere_tests += tests.sphere_tests;
+  PhaseTimer timer(statistics_.phases.narrow_phase);
+  collect_features(scene_, start, end, quad_pairs_, reach(list), list, statistics_.counters);
+}
+
+}  // namespace weft::sim

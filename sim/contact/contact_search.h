@@ -1,0 +1,106 @@
+// Which features may touch: candidate lists from the pyramids, kept while nothing can have moved
+// into reach.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bsi/pyramid.h"
+#include "bsi/traversal.h"
+#include "sim/scene/scene.h"
+#include "sim/statistics.h"
+
+namespace weft::sim {
+
+// A vertex and a triangle, or two edges, by their numbers in the meshes of their bodies.
+struct FeaturePair {
+  int a = 0;
+  int b = 0;
+  float distance = 0;  // a lower bound, m, where the list was built
+};
+
+// The candidates of two bodies (or of one with itself). Each list is sorted by (a, b), so that the
+// pairs in reach come in the same order however the list was found.
+struct CandidateList {
+  int body_a = 0;
+  int body_b = 0;
+  double thickness = 0;                      // mean of the two, m
+  std::vector<FeaturePair> vertex_triangle;  // vertex of a, triangle of b
+  std::vector<FeaturePair> triangle_vertex;  // vertex of b, triangle of a; empty for self
+  std::vector<FeaturePair> edge_edge;        // edge of a, edge of b; for self a < b
+  double drift = 0;  // how far any distance can have changed since the list was built, m
+
+  bool is_self() const { return body_a == body_b; }
+};
+
+// Keeps, for every pair of bodies that may touch, all feature pairs closer than
+// thickness + range at the positions last given to update(). Lists are built with a slack and
+// remain valid until the bodies have moved by it, translations of a whole body (for self pairs) and
+// common translations (for two) taken out. Two bodies whose bounding spheres lie further apart than
+// the slack reach are not looked at again until they could have met: far obstacles cost one sphere
+// test.
+//
+// Pairs all of whose vertices follow prescribed paths are left out: no force could part them.
+class ContactSearch {
+ public:
+  ContactSearch(const Scene& scene, Statistics& statistics);
+
+  // Makes the lists complete at `position` (all particles). Returns a particle that is not finite,
+  // if any.
+  [[nodiscard]] std::optional<int> update(std::span<const Vec3> position);
+  // Makes them complete for every point of the straight paths start -> end.
+  [[nodiscard]] std::optional<int> update_path(std::span<const Vec3> start,
+                                               std::span<const Vec3> end);
+
+  std::span<const CandidateList> lists() const { return lists_; }
+  double slack() const { return slack_; }
+
+ private:
+  // How far a body has moved since its snapshot: |x - x_snapshot - mean| <= residual.
+  struct Displacement {
+    Vec3 mean{0, 0, 0};
+    double residual = 0;
+    double largest() const { return mean.norm() + residual; }
+  };
+  struct Tracked {
+    std::vector<Vec3> snapshot;  // empty for a body that does not move
+    double path_length = 0;      // displacements summed over the snapshots left behind, m
+    Displacement now;
+    std::optional<bsi::Pyramid> pyramid;  // made when first needed
+    bool pyramid_built = false;
+    bsi::Sphere
+        bounds;  // of the body at its snapshot (of its path, after update_path); unset: radius < 0
+  };
+  struct ListState {
+    bool near = false;  // built from the pyramids; otherwise ruled out by the bounding spheres
+    bool built = false;
+    double clearance =
+        0;  // of a ruled-out pair: how far both may go before it must be looked at again, m
+    double path_length = 0;  // of both bodies when it was ruled out
+  };
+
+  std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
+  Displacement displacement(int body, std::span<const Vec3> position) const;
+  std::optional<int> track(std::span<const Vec3> position);
+  double drift(const CandidateList& list) const;
+  bool is_valid(std::size_t list) const;
+  std::vector<char> bodies_to_refresh() const;
+  void refresh(std::span<const Vec3> start, std::span<const Vec3> end);
+  void refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end);
+  void build_pyramid(int body, std::span<const Vec3> start, std::span<const Vec3> end);
+  void build_list(std::size_t list, std::span<const Vec3> start, std::span<const Vec3> end);
+  double reach(const CandidateList& list) const { return list.thickness + range_ + slack_; }
+
+  const Scene& scene_;
+  Statistics& statistics_;
+  double range_ = 0;
+  double slack_ = 0;
+  std::vector<Tracked> tracked_;
+  std::vector<CandidateList> lists_;
+  std::vector<ListState> states_;
+  std::vector<bsi::QuadPair> quad_pairs_;  // scratch
+};
+
+}  // namespace weft::sim

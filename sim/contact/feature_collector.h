@@ -1,0 +1,19 @@
+// From pairs of quads to pairs of features.
+#pragma once
+
+#include <span>
+
+#include "bsi/traversal.h"
+#include "sim/contact/contact_search.h"
+
+namespace weft::sim {
+
+// Fills the three lists of `list` from its quad pairs: every vertex-triangle and edge-edge pair
+// that comes within `reach` somewhere on the straight paths start -> end, each once, sorted by (a,
+// b). Left out: features that share a vertex, and pairs without a free vertex. Distances are lower
+// bounds over the path.
+void collect_features(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
+                      std::span<const bsi::QuadPair> quad_pairs, double reach, CandidateList& list,
+                      Counters& counters);
+
+}  // namespace weft::sim

@@ -1,0 +1,42 @@
+// What every force offers: an array of stencils with one dispatch an array.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "sim/forces/block_matrix.h"
+
+namespace weft::sim {
+
+struct Scene;
+
+// Positions and velocities of every particle of the dynamic bodies (m, m/s).
+struct Kinematics {
+  std::span<const Vec3> position;
+  std::span<const Vec3> velocity;
+};
+
+class Force {
+ public:
+  virtual ~Force() = default;
+  // Name of its energy in the trajectory: /series/energy_NAME.
+  virtual std::string_view name() const = 0;
+  virtual double energy(const Kinematics& state, int threads) = 0;  // J
+  // Adds to `force` (N), one entry a particle.
+  virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;
+  // Names the pairs of particles its derivatives couple.
+  virtual void add_couplings(std::vector<std::vector<int>>& neighbours) const = 0;
+  // Called once, when the pattern is known.
+  virtual void attach(const BlockPattern& pattern) = 0;
+  // Adds -dF/dx (N/m) and -dF/dv (N s/m).
+  virtual void add_derivatives(const Kinematics& state, BlockMatrix& stiffness,
+                               BlockMatrix& damping, int threads) = 0;
+};
+
+// Every force the scene needs: one line a force in the table of force.cpp; arrays that would be
+// empty are not made.
+std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene);
+
+}  // namespace weft::sim

@@ -1,0 +1,17 @@
+// Makers of the force arrays; each returns null when the scene has no use for it.
+#pragma once
+
+#include <memory>
+
+#include "sim/forces/force.h"
+
+namespace weft::sim {
+
+std::unique_ptr<Force> make_membrane_force(
+    const Scene& scene);  // triangle springs (St. Venant-Kirchhoff)
+std::unique_ptr<Force> make_spring_force(const Scene& scene);  // structural, shear and bend springs
+std::unique_ptr<Force> make_bending_force(
+    const Scene& scene);                                     // isotropic bending from edge angles
+std::unique_ptr<Force> make_drag_force(const Scene& scene);  // wind on triangles
+
+}  // namespace weft::sim

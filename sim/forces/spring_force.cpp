@@ -1,0 +1,148 @@
+#include "materials/spring.h"
+
+#include <set>
+
+#include "sim/forces/force_arrays.h"
+#include "sim/forces/stencil_array.h"
+#include "sim/parallel.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+namespace {
+
+using materials::Spring;
+
+class SpringForce final : public Force {
+ public:
+  SpringForce(std::vector<std::array<int, 2>> ends, std::vector<Spring> springs, int particle_count)
+      : ends_(std::move(ends), particle_count), springs_(std::move(springs)) {}
+
+  std::string_view name() const override { return "springs"; }
+
+  double energy(const Kinematics& state, int threads) override {
+    return parallel_sum(ends_.count(), threads, [&](int first, int last) {
+      double sum = 0;
+      for (int i = first; i < last; ++i) {
+        sum += materials::spring_energy(springs_[i], state.position[ends_[i][0]],
+                                        state.position[ends_[i][1]]);
+      }
+      return sum;
+    });
+  }
+
+  void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
+    ends_.for_each(threads, [&](int i) {
+      const auto [a, b] = ends_[i];
+      const Vec3 f = materials::spring_force(springs_[i], state.position[a], state.position[b],
+                                             state.velocity[a], state.velocity[b]);
+      force[a] += f;
+      force[b] -= f;
+    });
+  }
+
+  void add_couplings(std::vector<std::vector<int>>& neighbours) const override {
+    ends_.add_couplings(neighbours);
+  }
+  void attach(const BlockPattern& pattern) override { ends_.attach(pattern); }
+
+  void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
+                       int threads) override {
+    ends_.for_each(threads, [&](int i) {
+      const auto [a, b] = ends_[i];
+      add_pair(i,
+               materials::spring_stiffness(springs_[i], state.position[a], state.position[b],
+                                           state.velocity[a], state.velocity[b]),
+               stiffness);
+      if (springs_[i].damping_time > 0) {
+        add_pair(i, materials::spring_damping(springs_[i], state.position[a], state.position[b]),
+                 damping);
+      }
+    });
+  }
+
+ private:
+  void add_pair(int i, const Mat3& value, BlockMatrix& matrix) const {
+    ends_.block(i, 0, 0, matrix) += value;
+    ends_.block(i, 1, 1, matrix) += value;
+    ends_.block(i, 0, 1, matrix) -= value;
+    ends_.block(i, 1, 0, matrix) -= value;
+  }
+
+  StencilArray<2> ends_;
+  std::vector<Spring> springs_;
+};
+
+// Collects springs along steps of the image; a pair of particles that two patches share is taken
+// once.
+class SpringCollector {
+ public:
+  SpringCollector(const SceneBody& body, double damping_time)
+      : body_(body), damping_time_(damping_time) {}
+
+  void add(int row_step, int col_step, double stiffness) {
+    if (stiffness == 0) return;
+    for (std::size_t p = 0; p < body_.atlas.patches().size(); ++p) {
+      const bsi::Patch& patch = body_.atlas.patches()[p];
+      for (int r = 0; r < patch.rows; ++r) {
+        for (int c = 0; c < patch.cols; ++c) {
+          add_one(static_cast<int>(p), r, c, r + row_step, c + col_step, stiffness);
+        }
+      }
+    }
+  }
+
+  std::vector<std::array<int, 2>> ends;
+  std::vector<Spring> springs;
+
+ private:
+  void add_one(int p, int row, int col, int other_row, int other_col, double stiffness) {
+    const bsi::Patch& patch = body_.atlas.patches()[p];
+    const auto wrap = [](int i, int count, bool wraps) { return wraps ? (i + count) % count : i; };
+    other_row = wrap(other_row, patch.rows, patch.wrap_v);
+    other_col = wrap(other_col, patch.cols, patch.wrap_u);
+    if (other_row < 0 || other_row >= patch.rows || other_col < 0 || other_col >= patch.cols)
+      return;
+    const int a = body_.atlas.particle(p, row, col),
+              b = body_.atlas.particle(p, other_row, other_col);
+    if (a == b || !seen_.insert({std::min(a, b), std::max(a, b)}).second) return;
+    ends.push_back({a + body_.first_particle, b + body_.first_particle});
+    springs.push_back({(body_.rest[b] - body_.rest[a]).norm(), stiffness, damping_time_});
+  }
+
+  const SceneBody& body_;
+  double damping_time_;
+  std::set<std::pair<int, int>> seen_;
+};
+
+}  // namespace
+
+std::unique_ptr<Force> make_spring_force(const Scene& scene) {
+  std::vector<std::array<int, 2>> ends;
+  std::vector<Spring> springs;
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const SceneBody& body = scene.bodies[b];
+    const MaterialCase& material = *body.material;
+    if (material.membrane != MembraneModel::springs) continue;
+    // A square lattice with both diagonals is isotropic when k_d = k_s / 2, and then E h = 4 k_s
+    // / 3.
+    const double structural =
+        material.structural_stiffness.value_or(0.75 * material.membrane_stiffness);
+    const double shear = material.shear_stiffness.value_or(0.5 * structural);
+    const double bend = material.bend_stiffness.value_or(0.0);
+    SpringCollector collector(body, material.stiffness_damping);
+    collector.add(0, 1, structural);
+    collector.add(1, 0, structural);
+    collector.add(1, 1, shear);
+    collector.add(1, -1, shear);
+    collector.add(0, 2, bend);
+    collector.add(2, 0, bend);
+    ends.insert(ends.end(), collector.ends.begin(), collector.ends.end());
+    springs.insert(springs.end(), collector.springs.begin(), collector.springs.end());
+  }
+  if (ends.empty()) return nullptr;
+  return std::make_unique<SpringForce>(std::move(ends), std::move(springs),
+                                       scene.dynamic_particles);
+}
+
+}  // namespace weft::sim

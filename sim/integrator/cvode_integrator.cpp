@@ -1,0 +1,274 @@
+#include "sim/integrator/cvode_integrator.h"
+
+#include <cvode/cvode.h>
+#include <cvode/cvode_ls.h>
+#include <cvode/cvode_proj.h>
+#include <nvector/nvector_serial.h>
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "sim/case/case_text.h"
+#include "sim/integrator/newton_solver.h"
+#include "sim/integrator/vector_operations.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::span<double> values(N_Vector v) {
+  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
+}
+
+// CVODE's tolerance of the linear solve, as a fraction of the Newton tolerance; its default, 0.05,
+// takes a third longer for the same error.
+constexpr double linear_tolerance_factor = 0.3;
+
+// A step refused this often because of contact, each time with a quarter of the length, is
+// impossible. (The shortest step is reached long before, for any sensible time.minimum_step.)
+constexpr int most_vetoes_of_a_step = 40;
+
+}  // namespace
+
+struct CvodeIntegrator::Implementation {
+  Implementation(const Scene& scene_, Dynamics& dynamics_) : scene(scene_), dynamics(dynamics_) {}
+  ~Implementation() {
+    CVodeFree(&cvode);
+    if (newton_solver != nullptr) SUNLinSolFree(newton_solver);
+    for (N_Vector v : {y, work}) {
+      if (v != nullptr) N_VDestroy(v);
+    }
+    SUNContext_Free(&context);
+  }
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  void create();
+  void set_options();
+  int rate(double t, N_Vector state, N_Vector out);
+  int error_weights(N_Vector state, N_Vector weight) const;
+  int assemble(double t, N_Vector state, bool keep, booleantype* is_new);
+  int veto(double t, N_Vector state);
+  void accept(double t);
+  std::string failure(int flag) const;
+  long count(int (*get)(void*, long*)) const {
+    long value = 0;
+    get(cvode, &value);
+    return value;
+  }
+
+  const Scene& scene;
+  Dynamics& dynamics;
+  SUNContext context = nullptr;
+  void* cvode = nullptr;
+  N_Vector y = nullptr, work = nullptr;
+  SUNLinearSolver newton_solver = nullptr;
+  double time = 0;
+  double position_tolerance = 0, velocity_tolerance = 0, relative_tolerance = 0;
+  std::vector<double> accepted_state;
+  std::vector<Vec3> previous_position, accepted_position, trial_position, scratch_velocity;
+  double accepted_time = 0, previous_time = 0;
+  std::vector<double> previous_state;
+  std::int64_t vetoes = 0;
+  std::optional<ContactFault> last_fault;
+};
+
+void CvodeIntegrator::Implementation::create() {
+  SUNContext_Create(nullptr, &context);
+  const auto size = static_cast<sunindextype>(dynamics.state_size());
+  y = make_vector(size, dynamics.threads(), context);
+  work = N_VClone(y);
+  accepted_state = dynamics.initial_state();
+  previous_state = accepted_state;
+  std::copy(accepted_state.begin(), accepted_state.end(), values(y).begin());
+  dynamics.expand(0, accepted_state, accepted_position, scratch_velocity);
+  previous_position = trial_position = accepted_position;
+  cvode = CVodeCreate(CV_BDF, context);
+  CVodeInit(
+      cvode,
+      [](realtype t, N_Vector state, N_Vector out, void* self) {
+        return static_cast<Implementation*>(self)->rate(t, state, out);
+      },
+      0.0, y);
+  set_options();
+}
+
+void CvodeIntegrator::Implementation::set_options() {
+  const TimeCase& options = scene.source.time;
+  position_tolerance = options.position_tolerance;
+  velocity_tolerance = options.velocity_tolerance.value_or(100 * options.position_tolerance);
+  relative_tolerance = options.relative_tolerance;
+  CVodeSetUserData(cvode, this);
+  // What went wrong is told by step(), in our own words.
+  CVodeSetErrHandlerFn(
+      cvode, [](int, const char*, const char*, char*, void*) {}, nullptr);
+  CVodeWFtolerances(cvode, [](N_Vector state, N_Vector weight, void* self) {
+    return static_cast<Implementation*>(self)->error_weights(state, weight);
+  });
+  CVodeSetMaxOrd(cvode, options.maximum_order);
+  CVodeSetMinStep(cvode, options.minimum_step);
+  if (options.maximum_step) CVodeSetMaxStep(cvode, *options.maximum_step);
+  CVodeSetMaxNumSteps(cvode, std::numeric_limits<int>::max());
+  CVodeSetMaxConvFails(cvode, 40);
+  CVodeSetMaxErrTestFails(cvode, 40);
+  newton_solver = make_newton_solver(dynamics, cvode, context);
+  CVodeSetLinearSolver(cvode, newton_solver, nullptr);
+  CVodeSetPreconditioner(
+      cvode,
+      [](realtype t, N_Vector state, N_Vector, booleantype keep, booleantype* is_new, realtype,
+         void* self) {
+        return static_cast<Implementation*>(self)->assemble(t, state, keep != SUNFALSE, is_new);
+      },
+      nullptr);
+  CVodeSetEpsLin(cvode, linear_tolerance_factor);
+  if (dynamics.contact() == nullptr) return;
+  CVodeSetProjFn(
+      cvode, [](realtype t, N_Vector state, N_Vector correction, realtype, N_Vector, void* self) {
+        N_VConst(0, correction);
+        return static_cast<Implementation*>(self)->veto(t, state);
+      });
+  CVodeSetProjErrEst(cvode, SUNFALSE);
+  CVodeSetProjFrequency(cvode, 1);
+  CVodeSetMaxNumProjFails(cvode, most_vetoes_of_a_step);
+  CVodeSetProjFailEta(cvode, 0.25);
+}
+
+int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out) {
+  auto fault = dynamics.rate(t, values(state), values(out));
+  if (!fault) return 0;
+  last_fault = std::move(fault);
+  return 1;  // recoverable: CVODE cuts the step
+}
+
+// One weight for the three components of a vector: the test does not depend on the axes.
+int CvodeIntegrator::Implementation::error_weights(N_Vector state, N_Vector weight) const {
+  const std::span<double> w = values(weight);
+  const StateView view = StateView::of(values(state));
+  const std::size_t half = w.size() / 2;
+  std::fill_n(w.begin(), half, 1 / position_tolerance);
+  for (std::size_t i = 0; i < view.velocity.size(); ++i) {
+    const double value = 1 / (velocity_tolerance + relative_tolerance * view.velocity[i].norm());
+    if (!std::isfinite(value)) return -1;
+    std::fill_n(w.begin() + static_cast<std::ptrdiff_t>(half + 3 * i), 3, value);
+  }
+  return 0;
+}
+
+// `keep`: CVODE wants a new matrix for another gamma only; K and D of a few steps ago will do.
+int CvodeIntegrator::Implementation::assemble(double t, N_Vector state, bool keep,
+                                              booleantype* is_new) {
+  *is_new = keep ? SUNFALSE : SUNTRUE;
+  if (!keep) dynamics.assemble(t, values(state));
+  return 0;
+}
+
+int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
+  dynamics.expand(t, values(state), trial_position, scratch_velocity);
+  auto fault = dynamics.contact()->check_path(accepted_position, trial_position);
+  if (!fault) return 0;
+  ++vetoes;
+  last_fault = std::move(fault);
+  return 1;
+}
+
+void CvodeIntegrator::Implementation::accept(double t) {
+  previous_time = accepted_time;
+  accepted_time = t;
+  previous_state.swap(accepted_state);
+  std::copy(values(y).begin(), values(y).end(), accepted_state.begin());
+  previous_position.swap(accepted_position);
+  dynamics.expand(t, accepted_state, accepted_position, scratch_velocity);
+}
+
+std::string CvodeIntegrator::Implementation::failure(int flag) const {
+  const std::string at = " at t = " + number_text(accepted_time) + " s";
+  const std::string shortest =
+      number_text(scene.source.time.minimum_step) + " s (time.minimum_step)";
+  const std::string contact = last_fault ? ": " + last_fault->describe(scene) : "";
+  switch (flag) {
+    case CV_ERR_FAILURE:
+      return "no step down to " + shortest + " meets the error tolerance" + at + contact;
+    case CV_CONV_FAILURE:
+      return "the Newton iteration does not converge with any step down to " + shortest + at +
+             contact;
+    case CV_REPTD_RHSFUNC_ERR:
+    case CV_UNREC_RHSFUNC_ERR:
+    case CV_FIRST_RHSFUNC_ERR:
+    case CV_RHSFUNC_FAIL:
+      return "the forces cannot be evaluated" + at + contact;
+    case CV_REPTD_PROJFUNC_ERR:
+    case CV_PROJFUNC_FAIL:
+      return "no step down to " + shortest + " keeps the surfaces apart" + at + contact;
+    default: {
+      char* name = CVodeGetReturnFlagName(flag);
+      std::string text = "CVODE stopped with " + std::string(name) + at + contact;
+      free(name);
+      return text;
+    }
+  }
+}
+
+CvodeIntegrator::CvodeIntegrator(const Scene& scene, Dynamics& dynamics)
+    : implementation_(std::make_unique<Implementation>(scene, dynamics)) {
+  implementation_->create();
+}
+
+CvodeIntegrator::~CvodeIntegrator() = default;
+
+std::optional<std::string> CvodeIntegrator::step() {
+  Implementation& self = *implementation_;
+  self.last_fault.reset();
+  // The end only scales CVODE's guess of the first step; steps go past it where they fall.
+  const double end = self.scene.source.time.duration;
+  const int flag = CVode(self.cvode, end, self.y, &self.time, CV_ONE_STEP);
+  if (flag < 0) return self.failure(flag);
+  self.accept(self.time);
+  return std::nullopt;
+}
+
+double CvodeIntegrator::time() const { return implementation_->accepted_time; }
+
+double CvodeIntegrator::last_step() const {
+  double step = 0;
+  CVodeGetLastStep(implementation_->cvode, &step);
+  return step;
+}
+
+int CvodeIntegrator::last_order() const {
+  int order = 0;
+  CVodeGetLastOrder(implementation_->cvode, &order);
+  return order;
+}
+
+std::span<const double> CvodeIntegrator::state() const { return implementation_->accepted_state; }
+
+void CvodeIntegrator::state_at(double time, std::span<double> y) const {
+  Implementation& self = *implementation_;
+  assert(time >= self.previous_time && time <= self.accepted_time &&
+         y.size() == self.accepted_state.size());
+  CVodeGetDky(self.cvode, time, 0, self.work);
+  std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
+  if (self.dynamics.contact() == nullptr) return;
+  self.dynamics.expand(time, y, self.trial_position, self.scratch_velocity);
+  if (!self.dynamics.contact()->check_path(self.previous_position, self.trial_position)) return;
+  const double s = (time - self.previous_time) / (self.accepted_time - self.previous_time);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    y[i] = (1 - s) * self.previous_state[i] + s * self.accepted_state[i];
+  }
+}
+
+IntegratorCounts CvodeIntegrator::counts() const {
+  const Implementation& self = *implementation_;
+  IntegratorCounts counts;
+  counts.steps = self.count(CVodeGetNumSteps);
+  counts.vetoed_steps = self.vetoes;
+  counts.error_test_failures = self.count(CVodeGetNumErrTestFails);
+  counts.convergence_failures = self.count(CVodeGetNumNonlinSolvConvFails);
+  counts.newton_iterations = self.count(CVodeGetNumNonlinSolvIters);
+  counts.linear_iterations = self.count(CVodeGetNumLinIters);
+  counts.linear_setups = self.count(CVodeGetNumLinSolvSetups);
+  return counts;
+}
+
+}  // namespace weft::sim

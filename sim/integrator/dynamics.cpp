@@ -1,0 +1,189 @@
+#include "sim/integrator/dynamics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "sim/parallel.h"
+
+namespace weft::sim {
+
+StateView StateView::of(std::span<const double> y) {
+  static_assert(sizeof(Vec3) == 3 * sizeof(double));
+  const std::size_t count = y.size() / 6;
+  const auto* vectors = reinterpret_cast<const Vec3*>(y.data());
+  return {{vectors, count}, {vectors + count, count}};
+}
+
+double Energies::total() const {
+  double sum = kinetic + gravitational + contact;
+  for (const auto& [name, value] : elastic) sum += value;
+  return sum;
+}
+
+Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
+    : scene_(scene),
+      statistics_(statistics),
+      threads_(scene.source.compute.threads),
+      forces_(make_forces(scene)),
+      position_(scene.initial_position),
+      velocity_(scene.initial_velocity),
+      force_(scene.dynamic_particles) {
+  if (scene.source.contact.enabled) contact_.emplace(scene, statistics);
+  std::vector<std::vector<int>> neighbours(scene.dynamic_particles);
+  for (const auto& force : forces_) force->add_couplings(neighbours);
+  const auto pattern = std::make_shared<const BlockPattern>(neighbours);
+  for (const auto& force : forces_) force->attach(*pattern);
+  stiffness_ = BlockMatrix(pattern);
+  damping_ = BlockMatrix(pattern);
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const MaterialCase& material = *scene.bodies[b].material;
+    mass_damping_.insert(mass_damping_.end(), scene.bodies[b].particle_count(),
+                         material.mass_damping);
+    has_damping_ |= material.mass_damping > 0 || material.stiffness_damping > 0 ||
+                    material.bending_damping > 0 || material.normal_drag > 0 ||
+                    material.tangential_drag > 0;
+  }
+}
+
+std::vector<double> Dynamics::initial_state() const {
+  std::vector<double> y;
+  y.reserve(state_size());
+  for (const auto* values : {&scene_.initial_position, &scene_.initial_velocity}) {
+    for (int i = 0; i < scene_.dynamic_particles; ++i) {
+      // Prescribed particles take no part in the integration: their velocity stays zero in the
+      // state.
+      const bool still = values == &scene_.initial_velocity && scene_.pinned[i] != 0;
+      for (int axis = 0; axis < 3; ++axis) y.push_back(still ? 0.0 : (*values)[i][axis]);
+    }
+  }
+  return y;
+}
+
+Kinematics Dynamics::kinematics() const {
+  const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
+  return {std::span(position_).first(count), std::span(velocity_).first(count)};
+}
+
+void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>& position,
+                      std::vector<Vec3>& velocity) const {
+  assert(y.size() == state_size());
+  if (position.empty()) {
+    position = scene_.initial_position;
+    velocity = scene_.initial_velocity;
+  }
+  assert(static_cast<int>(position.size()) == scene_.particle_count &&
+         position.size() == velocity.size());
+  const StateView state = StateView::of(y);
+  std::copy(state.position.begin(), state.position.end(), position.begin());
+  std::copy(state.velocity.begin(), state.velocity.end(), velocity.begin());
+  std::vector<Vec3> moved, rate;
+  for (const PrescribedMotion& held : scene_.prescribed) {
+    if (held.moves) {
+      moved.resize(held.start.size());
+      rate.resize(held.start.size());
+      held.motion.apply(time, held.start, moved, rate);
+    }
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      position[held.particles[i]] = held.moves ? moved[i] : held.start[i];
+      velocity[held.particles[i]] = held.moves ? rate[i] : Vec3(Vec3::Zero());
+    }
+  }
+}
+
+std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> y,
+                                           std::span<double> rate) {
+  ++statistics_.counters.force_evaluations;
+  expand(time, y, position_, velocity_);
+  {
+    PhaseTimer timer(statistics_.phases.forces);
+    std::fill(force_.begin(), force_.end(), Vec3::Zero());
+    for (const auto& force : forces_) force->add_forces(kinematics(), force_, threads_);
+  }
+  if (contact_) {
+    if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
+    contact_->add_forces(force_);
+  }
+  const int count = scene_.dynamic_particles;
+  auto* x_rate = reinterpret_cast<Vec3*>(rate.data());
+  Vec3* v_rate = x_rate + count;
+  const Vec3 gravity = scene_.source.world.gravity;
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < count; ++i) {
+    const bool is_free = scene_.pinned[i] == 0;
+    x_rate[i] = is_free ? velocity_[i] : Vec3(Vec3::Zero());
+    v_rate[i] = is_free
+                    ? Vec3(gravity + force_[i] / scene_.mass[i] - mass_damping_[i] * velocity_[i])
+                    : Vec3(Vec3::Zero());
+    sum += v_rate[i];
+  }
+  if (!sum.allFinite()) {
+    const int bad = static_cast<int>(
+        std::find_if(v_rate, v_rate + count, [](const Vec3& a) { return !a.allFinite(); }) -
+        v_rate);
+    return ContactFault{ContactFault::Kind::not_finite, {std::min(bad, count - 1), -1, -1, -1}};
+  }
+  return std::nullopt;
+}
+
+void Dynamics::assemble(double time, std::span<const double> y) {
+  ++statistics_.counters.matrix_assemblies;
+  PhaseTimer timer(statistics_.phases.linear_solve);
+  expand(time, y, position_, velocity_);
+  stiffness_.set_zero();
+  damping_.set_zero();
+  for (const auto& force : forces_)
+    force->add_derivatives(kinematics(), stiffness_, damping_, threads_);
+  for (int i = 0; i < scene_.dynamic_particles; ++i) {
+    if (mass_damping_[i] == 0) continue;
+    damping_.block(damping_.pattern().diagonal_slot(i)).diagonal().array() +=
+        mass_damping_[i] * scene_.mass[i];
+  }
+}
+
+std::vector<std::string> Dynamics::force_names() const {
+  std::vector<std::string> names;
+  for (const auto& force : forces_) names.emplace_back(force->name());
+  return names;
+}
+
+Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y) {
+  expand(time, y, position_, velocity_);
+  Energies energies;
+  const Vec3 gravity = scene_.source.world.gravity;
+  for (int i = 0; i < scene_.dynamic_particles; ++i) {
+    energies.kinetic += 0.5 * scene_.mass[i] * velocity_[i].squaredNorm();
+    energies.gravitational -= scene_.mass[i] * gravity.dot(position_[i]);
+  }
+  for (const auto& force : forces_) {
+    energies.elastic.emplace_back(force->name(), force->energy(kinematics(), threads_));
+  }
+  if (contact_) energies.contact = contact_->energy();
+  return energies;
+}
+
+Energies Dynamics::energies(double time, std::span<const double> y) {
+  if (contact_) {
+    expand(time, y, position_, velocity_);
+    // A fault leaves no pairs in reach; the states recorded here have been accepted and have none.
+    static_cast<void>(contact_->evaluate(position_, velocity_, threads_));
+  }
+  return energies_at_last_rate(time, y);
+}
+
+double Dynamics::largest_stretch(std::span<const Vec3> position) const {
+  double largest = -1;
+  for (int b = 0; b < scene_.dynamic_bodies; ++b) {
+    const SceneBody& body = scene_.bodies[b];
+    const Vec3* x = position.data() + body.first_particle;
+    for (const bsi::Edge& edge : body.mesh.edges) {
+      const auto [p, q] = edge.vertex;
+      const double ratio =
+          (x[p] - x[q]).squaredNorm() / (body.rest[p] - body.rest[q]).squaredNorm();
+      largest = std::max(largest, ratio);
+    }
+  }
+  return std::sqrt(std::max(0.0, largest)) - 1;
+}
+
+}  // namespace weft::sim

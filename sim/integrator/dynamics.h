@@ -1,0 +1,90 @@
+// The equations of motion: y = (x, v), x' = v, M v' = forces.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/contact/contact.h"
+#include "sim/forces/block_matrix.h"
+#include "sim/forces/force.h"
+#include "sim/scene/scene.h"
+#include "sim/statistics.h"
+
+namespace weft::sim {
+
+// A state as the integrator holds it: positions (m), then velocities (m/s) of the dynamic
+// particles. Pinned ones are carried along unchanged; where they are is known from the time alone.
+struct StateView {
+  std::span<const Vec3> position;
+  std::span<const Vec3> velocity;
+  // Of an array of 6 * particles doubles.
+  static StateView of(std::span<const double> y);
+};
+
+struct Energies {
+  double kinetic = 0;                                   // J
+  double gravitational = 0;                             // J, zero at the origin
+  double contact = 0;                                   // J
+  std::vector<std::pair<std::string, double>> elastic;  // by force, J
+  double total() const;
+};
+
+// Evaluates forces and their derivatives. Workspace only: it holds no state of the simulation.
+class Dynamics {
+ public:
+  Dynamics(const Scene& scene, Statistics& statistics);
+
+  const Scene& scene() const { return scene_; }
+  int particle_count() const { return scene_.dynamic_particles; }
+  int threads() const { return threads_; }
+  Statistics& statistics() { return statistics_; }
+  std::size_t state_size() const { return 6 * static_cast<std::size_t>(scene_.dynamic_particles); }
+  std::vector<double> initial_state() const;
+
+  // y' at (t, y). Returns why it has none: two surfaces without a gap, or a value that is not
+  // finite.
+  [[nodiscard]] std::optional<ContactFault> rate(double time, std::span<const double> y,
+                                                 std::span<double> rate);
+
+  // Stores K = -dF/dx and D = -dF/dv of all forces but contact, whose own matrices are always those
+  // of the last rate(). Mass damping is part of D.
+  void assemble(double time, std::span<const double> y);
+  const BlockMatrix& stiffness() const { return stiffness_; }
+  const BlockMatrix& damping() const { return damping_; }
+  bool has_damping() const { return has_damping_; }
+  const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
+  Contact* contact() { return contact_ ? &*contact_ : nullptr; }
+
+  // Positions and velocities of all particles, prescribed ones put where they belong. Both lists
+  // must be empty or come from an earlier call: obstacles at rest are written once, however many
+  // they are.
+  void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
+              std::vector<Vec3>& velocity) const;
+  std::vector<std::string> force_names() const;
+  // Evaluates contact anew where it is on.
+  Energies energies(double time, std::span<const double> y);
+  // The same with the contact energy of the last rate(), which a step leaves within its tolerance
+  // of y.
+  Energies energies_at_last_rate(double time, std::span<const double> y);
+  // Largest l / L - 1 over the edges of all bodies.
+  double largest_stretch(std::span<const Vec3> position) const;
+
+ private:
+  Kinematics kinematics() const;
+
+  const Scene& scene_;
+  Statistics& statistics_;
+  int threads_ = 1;
+  std::vector<std::unique_ptr<Force>> forces_;
+  std::optional<Contact> contact_;
+  BlockMatrix stiffness_, damping_;
+  bool has_damping_ = false;
+  std::vector<double> mass_damping_;  // 1/s, by particle
+  std::vector<Vec3> position_, velocity_, force_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,206 @@
+#include "sim/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "sim/case/case_error.h"
+#include "sim/scene/pins.h"
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim {
+
+namespace {
+
+bsi::Surface make_shape(const ShapeCase& shape, const std::string& case_path) {
+  const auto rows = [&] { return shape.resolution[0]; };
+  const auto cols = [&] { return shape.resolution[1]; };
+  try {
+    switch (shape.type) {
+      case ShapeType::rectangle:
+        return bsi::make_rectangle(shape.size[0], shape.size[1], rows(), cols());
+      case ShapeType::cylinder:
+        return bsi::make_cylinder(*shape.radius, *shape.length, rows(), cols());
+      case ShapeType::torus:
+        return bsi::make_torus(*shape.major_radius, *shape.minor_radius, rows(), cols());
+      case ShapeType::sphere:
+        return bsi::make_sphere(*shape.radius, shape.resolution[0]);
+      case ShapeType::file: {
+        const auto path = std::filesystem::path(case_path).parent_path() / shape.path;
+        const TexelFile file = read_texels(path.string(), shape.dataset);
+        return bsi::make_from_texels(file.patches, file.rows, file.cols, file.texels, shape.wrap_u,
+                                     shape.wrap_v);
+      }
+    }
+  } catch (const std::invalid_argument& error) {
+    throw CaseError(shape.location, error.what());
+  } catch (const TrajectoryError& error) {
+    throw CaseError(shape.location, error.what());
+  }
+  throw CaseError(shape.location, "shape type without a builder");
+}
+
+// Area of each particle: a third of every triangle around it.
+std::vector<double> particle_areas(const SceneBody& body, const SourceLocation& where) {
+  std::vector<double> area(body.particle_count(), 0.0);
+  for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = body.mesh.triangles[t];
+    const Vec3 u = body.rest[b] - body.rest[a], v = body.rest[c] - body.rest[a];
+    const double doubled = u.cross(v).norm();
+    // A triangle this thin has no usable rest shape: its stiffness would swamp every other.
+    if (!(doubled > 1e-10 * (u.squaredNorm() + v.squaredNorm()))) {
+      const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
+      throw CaseError(where, "the rest shape of \"" + body.name +
+                                 "\" has a triangle without area at patch " +
+                                 std::to_string(at.patch) + ", row " + std::to_string(at.row) +
+                                 ", column " + std::to_string(at.col));
+    }
+    for (int particle : {a, b, c}) area[particle] += doubled / 6;
+  }
+  return area;
+}
+
+Vec3 mean_of(std::span<const Vec3> points) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& p : points) sum += p;
+  return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
+}
+
+SceneBody make_body(const std::string& name, const ShapeCase& shape, const std::string& case_path) {
+  bsi::Surface surface = make_shape(shape, case_path);
+  SceneBody body;
+  body.name = name;
+  try {
+    body.mesh = bsi::build_mesh(surface.atlas);
+  } catch (const std::invalid_argument& error) {
+    throw CaseError(shape.location, error.what());
+  }
+  body.atlas = std::move(surface.atlas);
+  body.rest = std::move(surface.positions);
+  return body;
+}
+
+void append_positions(Scene& scene, const SceneBody& body, const Vec3& position,
+                      const Vec3& rotation_deg) {
+  const Eigen::Matrix3d rotation = rotation_from_degrees(rotation_deg);
+  for (const Vec3& p : body.rest) scene.initial_position.push_back(rotation * p + position);
+}
+
+const MaterialCase* find_material(const Case& source, const std::string& name) {
+  const auto found = std::find_if(source.material.begin(), source.material.end(),
+                                  [&](const MaterialCase& m) { return m.name == name; });
+  return found == source.material.end() ? nullptr : &*found;
+}
+
+void add_dynamic_body(Scene& scene, const BodyCase& from) {
+  SceneBody body = make_body(from.name, from.shape, scene.source.path);
+  body.first_particle = scene.particle_count;
+  body.thickness = from.thickness;
+  body.self_contact = from.self_contact && scene.source.contact.enabled;
+  body.material = find_material(scene.source, from.material);
+  if (body.material == nullptr)
+    throw CaseError(from.location, "unknown material \"" + from.material + "\"");
+  const std::vector<double> area = particle_areas(body, from.shape.location);
+  append_positions(scene, body, from.position, from.rotation_deg);
+  const int count = body.particle_count();
+  const Vec3 spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
+  const auto placed = std::span<const Vec3>(scene.initial_position).last(count);
+  const Vec3 centre = mean_of(placed);
+  for (int i = 0; i < count; ++i) {
+    scene.mass.push_back(area[i] * body.material->density);
+    scene.contact_area.push_back(area[i]);
+    scene.initial_velocity.push_back(from.velocity + spin.cross(placed[i] - centre));
+  }
+  scene.pinned.resize(scene.mass.size(), 0);
+  scene.particle_count += count;
+  scene.bodies.push_back(std::move(body));
+}
+
+void add_obstacle(Scene& scene, const ObstacleCase& from) {
+  SceneBody body = make_body(from.name, from.shape, scene.source.path);
+  body.first_particle = scene.particle_count;
+  body.thickness = from.thickness;
+  body.dynamic = false;
+  body.moves = from.motion.has_value();
+  const std::vector<double> area = particle_areas(body, from.shape.location);
+  append_positions(scene, body, from.position, from.rotation_deg);
+  const int count = body.particle_count();
+  scene.contact_area.insert(scene.contact_area.end(), area.begin(), area.end());
+  scene.initial_velocity.resize(scene.initial_velocity.size() + count, Vec3::Zero());
+  scene.particle_count += count;
+  if (body.moves) {
+    PrescribedMotion moved;
+    for (int i = 0; i < count; ++i) moved.particles.push_back(body.first_particle + i);
+    moved.start.assign(scene.initial_position.end() - count, scene.initial_position.end());
+    moved.motion = RigidMotion(*from.motion, mean_of(moved.start));
+    scene.prescribed.push_back(std::move(moved));
+  }
+  scene.bodies.push_back(std::move(body));
+}
+
+void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body) {
+  for (const PinCase& pin : from.pin) {
+    const auto positions = std::span<const Vec3>(scene.initial_position)
+                               .subspan(body.first_particle, body.particle_count());
+    PrescribedMotion held;
+    for (int local : select_pinned(pin, body.atlas, positions)) {
+      const int particle = body.first_particle + local;
+      if (scene.pinned[particle] != 0) continue;  // the first pin that names a vertex holds it
+      scene.pinned[particle] = 1;
+      held.particles.push_back(particle);
+      held.start.push_back(scene.initial_position[particle]);
+    }
+    held.moves = pin.motion.has_value();
+    if (held.moves) held.motion = RigidMotion(*pin.motion, mean_of(held.start));
+    scene.prescribed.push_back(std::move(held));
+  }
+}
+
+// Prescribed particles start where and as fast as their motion says.
+void apply_initial_motions(Scene& scene) {
+  for (const PrescribedMotion& held : scene.prescribed) {
+    std::vector<Vec3> position(held.start), velocity(held.start.size(), Vec3::Zero());
+    if (held.moves) held.motion.apply(0.0, held.start, position, velocity);
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      scene.initial_position[held.particles[i]] = position[i];
+      scene.initial_velocity[held.particles[i]] = velocity[i];
+    }
+  }
+}
+
+}  // namespace
+
+int Scene::body_index_of_particle(int particle) const {
+  const auto after =
+      std::upper_bound(bodies.begin(), bodies.end(), particle,
+                       [](int p, const SceneBody& body) { return p < body.first_particle; });
+  return static_cast<int>(after - bodies.begin()) - 1;
+}
+
+const SceneBody& Scene::body_of_particle(int particle) const {
+  return bodies[body_index_of_particle(particle)];
+}
+
+std::string Scene::describe_particle(int particle) const {
+  const SceneBody& body = body_of_particle(particle);
+  const bsi::TexelAddress at = body.atlas.particle_address(particle - body.first_particle);
+  std::string text = (body.dynamic ? "body \"" : "obstacle \"") + body.name + "\", ";
+  if (body.atlas.patches().size() > 1) text += "patch " + std::to_string(at.patch) + ", ";
+  return text + "row " + std::to_string(at.row) + ", column " + std::to_string(at.col);
+}
+
+std::unique_ptr<const Scene> build_scene(const Case& source) {
+  auto scene = std::make_unique<Scene>();
+  scene->source = source;
+  for (const BodyCase& body : source.body) add_dynamic_body(*scene, body);
+  scene->dynamic_bodies = static_cast<int>(scene->bodies.size());
+  scene->dynamic_particles = scene->particle_count;
+  for (const ObstacleCase& obstacle : source.obstacle) add_obstacle(*scene, obstacle);
+  for (std::size_t b = 0; b < source.body.size(); ++b)
+    add_pins(*scene, source.body[b], scene->bodies[b]);
+  apply_initial_motions(*scene);
+  return scene;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,71 @@
+// The compiled case: everything a simulation needs to know and never changes.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bsi/geometry_image.h"
+#include "bsi/shapes.h"
+#include "sim/case/case.h"
+#include "sim/scene/motion.h"
+
+namespace weft::sim {
+
+// A body of the scene. Its particles are first_particle .. first_particle + atlas.particle_count()
+// - 1.
+struct SceneBody {
+  std::string name;
+  bsi::Atlas atlas;
+  bsi::Mesh mesh;          // indices local to the body
+  std::vector<Vec3> rest;  // the undeformed shape, in its own frame, m
+  int first_particle = 0;
+  bool dynamic = true;  // false: an obstacle
+  bool moves = true;    // false: an obstacle at rest
+  bool self_contact = false;
+  double thickness = 0;                    // m
+  const MaterialCase* material = nullptr;  // null for obstacles; points into Scene::source
+
+  int particle_count() const { return atlas.particle_count(); }
+};
+
+// Particles whose path is prescribed.
+struct PrescribedMotion {
+  RigidMotion motion;
+  bool moves = true;
+  std::vector<int> particles;  // global indices
+  std::vector<Vec3> start;     // positions at t = 0, m
+};
+
+// Particles are numbered through: those of the dynamic bodies first, then those of the obstacles.
+struct Scene {
+  Case source;
+  std::vector<SceneBody> bodies;  // dynamic ones first
+  int dynamic_bodies = 0;
+  int dynamic_particles = 0;
+  int particle_count = 0;
+
+  std::vector<Vec3> initial_position;  // m, all particles
+  std::vector<Vec3> initial_velocity;  // m/s, all particles
+  std::vector<double> mass;            // kg, dynamic particles
+  std::vector<double>
+      contact_area;          // m^2, a third of the triangles around each particle; all particles
+  std::vector<char> pinned;  // dynamic particles: 1 where prescribed
+  std::vector<PrescribedMotion> prescribed;
+
+  bool is_free(int particle) const { return particle < dynamic_particles && pinned[particle] == 0; }
+  const SceneBody& body_of_particle(int particle) const;
+  int body_index_of_particle(int particle) const;
+  // "body 'sheet', row 3, column 7" (with the patch where there are several), for messages.
+  std::string describe_particle(int particle) const;
+};
+
+// Builds shapes, masses, pins and motions. Throws CaseError, with the place in the case, for what
+// only shows then: a shape file that cannot be read, a pin that selects nothing, triangles without
+// area.
+std::unique_ptr<const Scene> build_scene(const Case& source);
+
+// What the scene needs, what it skips and why: the text of `weft check`.
+std::string describe_scene(const Scene& scene);
+
+}  // namespace weft::sim

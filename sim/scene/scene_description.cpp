@@ -1,0 +1,101 @@
+// The text of `weft check`: what a scene needs, what it skips, and why.
+#include <cstdio>
+#include <sstream>
+
+#include "sim/forces/force.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::string size_of(const bsi::Atlas& atlas) {
+  const bsi::Patch& patch = atlas.patches().front();
+  std::string text = std::to_string(patch.rows) + " x " + std::to_string(patch.cols) + " vertices";
+  if (atlas.patches().size() > 1)
+    text = std::to_string(atlas.patches().size()) + " patches of " + text;
+  if (patch.wrap_u) text += ", columns closed";
+  if (patch.wrap_v) text += ", rows closed";
+  return text;
+}
+
+void describe_bodies(const Scene& scene, std::ostream& out) {
+  for (const SceneBody& body : scene.bodies) {
+    out << (body.dynamic ? "body      " : "obstacle  ") << body.name << ": " << size_of(body.atlas)
+        << ", " << body.mesh.triangles.size() << " triangles, thickness " << 1e3 * body.thickness
+        << " mm\n";
+    if (!body.dynamic) continue;
+    double mass = 0;
+    int pinned = 0;
+    for (int i = 0; i < body.particle_count(); ++i) {
+      mass += scene.mass[body.first_particle + i];
+      pinned += scene.pinned[body.first_particle + i];
+    }
+    out << "            material " << body.material->name << ", mass " << mass << " kg, " << pinned
+        << " pinned vertices\n";
+  }
+}
+
+void describe_forces(const Scene& scene, std::ostream& out) {
+  out << "forces    gravity";
+  for (const auto& force : make_forces(scene)) out << ", " << force->name();
+  out << '\n';
+  bool bending = false, drag = false, damping = false;
+  for (const BodyCase& body : scene.source.body) {
+    for (const MaterialCase& material : scene.source.material) {
+      if (material.name != body.material) continue;
+      bending |= material.bending_stiffness > 0;
+      drag |= material.normal_drag > 0 || material.tangential_drag > 0;
+      damping |= material.mass_damping > 0 || material.stiffness_damping > 0 ||
+                 material.bending_damping > 0;
+    }
+  }
+  if (!bending) out << "  skipped bending: every bending_stiffness is 0\n";
+  if (!drag) out << "  skipped drag and wind: every drag coefficient is 0\n";
+  if (!damping) out << "  skipped material damping: every damping is 0\n";
+}
+
+void describe_contact(const Scene& scene, std::ostream& out) {
+  const ContactCase& contact = scene.source.contact;
+  if (!contact.enabled) {
+    out << "contact   skipped, with pyramids, candidate search and collision checks: "
+           "contact.enabled is false\n";
+    return;
+  }
+  int self = 0;
+  for (const SceneBody& body : scene.bodies) self += body.self_contact ? 1 : 0;
+  const int dynamic = scene.dynamic_bodies;
+  const int obstacles = static_cast<int>(scene.bodies.size()) - dynamic;
+  out << "contact   range " << 1e3 * contact.range << " mm; " << dynamic * (dynamic - 1) / 2
+      << " pairs of bodies, " << dynamic * obstacles << " of body and obstacle, " << self
+      << " bodies with themselves\n";
+  for (const SceneBody& body : scene.bodies) {
+    if (body.dynamic && !body.self_contact)
+      out << "  skipped self-traversal of " << body.name << ": self_contact is false\n";
+    if (!body.dynamic && !body.moves)
+      out << "  pyramid of " << body.name << " built once at the most: it does not move\n";
+  }
+  if (obstacles > 1) out << "  skipped pairs of obstacles: nothing is simulated between them\n";
+  if (contact.friction == 0) out << "  skipped friction: contact.friction is 0\n";
+  out << "  skipped pyramids of bodies whose bounding spheres stay out of each other's reach\n";
+}
+
+}  // namespace
+
+std::string describe_scene(const Scene& scene) {
+  std::ostringstream out;
+  const TimeCase& time = scene.source.time;
+  out << (scene.source.title.empty() ? scene.source.path : scene.source.title) << '\n';
+  describe_bodies(scene, out);
+  describe_forces(scene, out);
+  describe_contact(scene, out);
+  out << "time      " << time.duration << " s, " << time.frames_per_second
+      << " frames/s; CVODE, BDF of order 1 to " << time.maximum_order << ", position tolerance "
+      << time.position_tolerance << " m a step\n";
+  out << "  skipped GL context: pictures are made by `weft render`\n";
+  if (!scene.source.output.velocity)
+    out << "  skipped velocities in the trajectory: output.velocity is false\n";
+  return out.str();
+}
+
+}  // namespace weft::sim

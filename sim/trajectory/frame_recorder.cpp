@@ -1,0 +1,181 @@
+#include "sim/trajectory/frame_recorder.h"
+
+#include <limits>
+
+namespace weft::sim {
+
+namespace {
+
+using Series = TrajectoryWriter::Series;
+
+// The counters and times of a frame: one line each.
+struct StatisticColumn {
+  const char* name;
+  const char* units;
+  double (*value)(const Statistics&, const IntegratorCounts&);
+};
+
+template <class Integer>
+double number(Integer value) {
+  return static_cast<double>(value);
+}
+
+constexpr StatisticColumn statistic_columns[] = {
+    {"steps", "1", [](const Statistics&, const IntegratorCounts& c) { return number(c.steps); }},
+    {"vetoed_steps", "1",
+     [](const Statistics&, const IntegratorCounts& c) { return number(c.vetoed_steps); }},
+    {"newton_iterations", "1",
+     [](const Statistics&, const IntegratorCounts& c) { return number(c.newton_iterations); }},
+    {"linear_iterations", "1",
+     [](const Statistics&, const IntegratorCounts& c) { return number(c.linear_iterations); }},
+    {"rebuilds", "1",
+     [](const Statistics& s, const IntegratorCounts&) { return number(s.counters.rebuilds); }},
+    {"sphere_tests", "1",
+     [](const Statistics& s, const IntegratorCounts&) { return number(s.counters.sphere_tests); }},
+    {"candidate_pairs", "1",
+     [](const Statistics& s, const IntegratorCounts&) {
+       return number(s.counters.candidate_pairs);
+     }},
+    {"narrow_phase_calls", "1",
+     [](const Statistics& s, const IntegratorCounts&) {
+       return number(s.counters.narrow_phase_calls);
+     }},
+    {"ccd_calls", "1",
+     [](const Statistics& s, const IntegratorCounts&) { return number(s.counters.ccd_calls); }},
+    {"force_evaluations", "1",
+     [](const Statistics& s, const IntegratorCounts&) {
+       return number(s.counters.force_evaluations);
+     }},
+    {"matrix_assemblies", "1",
+     [](const Statistics& s, const IntegratorCounts&) {
+       return number(s.counters.matrix_assemblies);
+     }},
+    {"wall_rebuild", "s",
+     [](const Statistics& s, const IntegratorCounts&) { return s.phases.rebuild; }},
+    {"wall_traverse", "s",
+     [](const Statistics& s, const IntegratorCounts&) { return s.phases.traverse; }},
+    {"wall_narrow_phase", "s",
+     [](const Statistics& s, const IntegratorCounts&) { return s.phases.narrow_phase; }},
+    {"wall_forces", "s",
+     [](const Statistics& s, const IntegratorCounts&) { return s.phases.forces; }},
+    {"wall_linear_solve", "s",
+     [](const Statistics& s, const IntegratorCounts&) { return s.phases.linear_solve; }},
+    {"wall_record", "s",
+     [](const Statistics& s, const IntegratorCounts&) { return s.phases.record; }},
+};
+
+std::vector<TrajectoryBody> trajectory_bodies(const Scene& scene) {
+  std::vector<TrajectoryBody> bodies;
+  for (const SceneBody& body : scene.bodies) {
+    bodies.push_back({body.name, body.atlas, body.moves, !body.dynamic, body.thickness});
+  }
+  return bodies;
+}
+
+std::vector<std::span<const Vec3>> split_by_body(const Scene& scene, std::span<const Vec3> all) {
+  std::vector<std::span<const Vec3>> parts;
+  for (const SceneBody& body : scene.bodies) {
+    parts.push_back(all.subspan(body.first_particle, body.particle_count()));
+  }
+  return parts;
+}
+
+// Energies, then what the step took.
+std::vector<Series> energy_series(const Dynamics& dynamics) {
+  std::vector<Series> series{
+      {"energy_kinetic", "J"}, {"energy_gravitational", "J"}, {"energy_contact", "J"}};
+  for (const std::string& name : dynamics.force_names()) series.push_back({"energy_" + name, "J"});
+  series.push_back({"energy_total", "J"});
+  return series;
+}
+
+std::vector<Series> step_series(const Dynamics& dynamics) {
+  std::vector<Series> series{{"time", "s"},
+                             {"step_size", "s"},
+                             {"order", "1"},
+                             {"newton_iterations", "1"},
+                             {"linear_iterations", "1"},
+                             {"vetoes", "1"},
+                             {"contact_pairs", "1"},
+                             {"smallest_gap", "m"}};
+  const std::vector<Series> energies = energy_series(dynamics);
+  series.insert(series.end(), energies.begin(), energies.end());
+  return series;
+}
+
+void append_energies(const Energies& energies, std::vector<double>& values) {
+  values.insert(values.end(), {energies.kinetic, energies.gravitational, energies.contact});
+  for (const auto& [name, value] : energies.elastic) values.push_back(value);
+  values.push_back(energies.total());
+}
+
+double gap_or_nan(const Dynamics& dynamics) {
+  const auto gap =
+      dynamics.contact() != nullptr ? dynamics.contact()->smallest_gap() : std::nullopt;
+  return gap.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+}  // namespace
+
+FrameRecorder::FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path,
+                             bool force)
+    : scene_(scene),
+      dynamics_(dynamics),
+      writer_(path, trajectory_bodies(scene), frame_series(),
+              {scene.source.title, scene.source.resolved_text, scene.source.output.velocity, force,
+               step_series(dynamics)},
+              split_by_body(scene, scene.initial_position)) {}
+
+std::vector<Series> FrameRecorder::frame_series() const {
+  std::vector<Series> series = energy_series(dynamics_);
+  series.push_back({"smallest_gap", "m"});
+  series.push_back({"largest_stretch", "1"});
+  for (const StatisticColumn& column : statistic_columns)
+    series.push_back({column.name, column.units});
+  return series;
+}
+
+std::vector<double> FrameRecorder::frame_values(const Energies& energies, double largest_stretch,
+                                                const IntegratorCounts& counts) const {
+  std::vector<double> values;
+  append_energies(energies, values);
+  values.push_back(gap_or_nan(dynamics_));
+  values.push_back(largest_stretch);
+  for (const StatisticColumn& column : statistic_columns) {
+    values.push_back(column.value(dynamics_.statistics(), counts));
+  }
+  return values;
+}
+
+void FrameRecorder::add_step(const CvodeIntegrator& integrator) {
+  PhaseTimer timer(dynamics_.statistics().phases.record);
+  const IntegratorCounts counts = integrator.counts();
+  const double pairs =
+      dynamics_.contact() != nullptr ? number(dynamics_.contact()->pairs_in_reach()) : 0.0;
+  step_rows_.insert(
+      step_rows_.end(),
+      {integrator.time(), integrator.last_step(), number(integrator.last_order()),
+       number(counts.newton_iterations - last_counts_.newton_iterations),
+       number(counts.linear_iterations - last_counts_.linear_iterations),
+       number(counts.vetoed_steps - last_counts_.vetoed_steps), pairs, gap_or_nan(dynamics_)});
+  append_energies(dynamics_.energies_at_last_rate(integrator.time(), integrator.state()),
+                  step_rows_);
+  last_counts_ = counts;
+}
+
+double FrameRecorder::add_frame(double time, std::span<const double> y,
+                                const IntegratorCounts& counts) {
+  const Energies energies = dynamics_.energies(time, y);
+  PhaseTimer timer(dynamics_.statistics().phases.record);
+  dynamics_.expand(time, y, position_, velocity_);
+  const double largest_stretch = dynamics_.largest_stretch(position_);
+  const std::vector<std::span<const Vec3>> velocities = scene_.source.output.velocity
+                                                            ? split_by_body(scene_, velocity_)
+                                                            : std::vector<std::span<const Vec3>>{};
+  writer_.write_frame(time, split_by_body(scene_, position_), velocities,
+                      frame_values(energies, largest_stretch, counts), step_rows_);
+  step_rows_.clear();
+  return largest_stretch;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,37 @@
+// Which numbers a run records, and how they come from its state.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/integrator/cvode_integrator.h"
+#include "sim/integrator/dynamics.h"
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim {
+
+// Writes frames (positions, energies, counters, times) and, between them, one row a step.
+class FrameRecorder {
+ public:
+  FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force);
+
+  // A row of /steps: kept until the next frame, which flushes it.
+  void add_step(const CvodeIntegrator& integrator);
+  // A frame of the state `y` at `time`. Returns the largest stretch in it.
+  double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts);
+  int frames() const { return writer_.frames(); }
+
+ private:
+  std::vector<TrajectoryWriter::Series> frame_series() const;
+  std::vector<double> frame_values(const Energies& energies, double largest_stretch,
+                                   const IntegratorCounts& counts) const;
+
+  const Scene& scene_;
+  Dynamics& dynamics_;
+  IntegratorCounts last_counts_;
+  std::vector<Vec3> position_, velocity_;
+  std::vector<double> step_rows_;
+  TrajectoryWriter writer_;
+};
+
+}  // namespace weft::sim

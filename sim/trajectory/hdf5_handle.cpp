@@ -1,0 +1,143 @@
+#include "sim/trajectory/hdf5_handle.h"
+
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim::hdf5 {
+namespace {
+
+herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
+  if (position == 0 && error->desc != nullptr) *static_cast<std::string*>(text) = error->desc;
+  return 0;
+}
+
+herr_t append_name(hid_t, const char* name, const H5L_info_t*, void* names) {
+  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+  return 0;
+}
+
+Handle string_type() {
+  Handle type(H5Tcopy(H5T_C_S1));
+  H5Tset_size(type.get(), H5T_VARIABLE);
+  H5Tset_cset(type.get(), H5T_CSET_UTF8);
+  return type;
+}
+
+}  // namespace
+
+QuietErrors::QuietErrors() {
+  H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+QuietErrors::~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+
+std::string error_text() {
+  std::string text;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &text);
+  return text.empty() ? "HDF5 gave no reason" : text;
+}
+
+Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum) {
+  return Handle(H5Screate_simple(static_cast<int>(dimensions.size()), dimensions.data(),
+                                 maximum.empty() ? nullptr : maximum.data()));
+}
+
+void Access::fail(const std::string& action) const {
+  throw TrajectoryError(path_ + ": cannot " + action + ": " + error_text());
+}
+
+void Access::reject(const std::string& reason) const {
+  throw TrajectoryError(path_ + ": " + reason);
+}
+
+void Access::write_attribute(hid_t object, const std::string& name,
+                             const std::string& value) const {
+  const std::string action = "write attribute " + name;
+  const Handle type = string_type();
+  const Handle space(H5Screate(H5S_SCALAR));
+  const Handle attribute = handle(
+      H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), action);
+  const char* text = value.c_str();
+  check(H5Awrite(attribute.get(), type.get(), &text), action);
+}
+
+void Access::write_attribute(hid_t object, const std::string& name, double value) const {
+  const std::string action = "write attribute " + name;
+  const Handle space(H5Screate(H5S_SCALAR));
+  const Handle attribute = handle(
+      H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      action);
+  check(H5Awrite(attribute.get(), H5T_NATIVE_DOUBLE, &value), action);
+}
+
+void Access::write_attribute(hid_t object, const std::string& name,
+                             const std::vector<int>& values) const {
+  const std::string action = "write attribute " + name;
+  const Handle space = values.size() == 1 ? Handle(H5Screate(H5S_SCALAR))
+                                          : make_space({static_cast<hsize_t>(values.size())});
+  const Handle attribute =
+      handle(H5Acreate2(object, name.c_str(), H5T_STD_I32LE, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+             action);
+  check(H5Awrite(attribute.get(), H5T_NATIVE_INT, values.data()), action);
+}
+
+std::string Access::read_string(hid_t object, const std::string& name) const {
+  const std::string action = "read attribute " + name;
+  const Handle attribute = handle(H5Aopen(object, name.c_str(), H5P_DEFAULT), action);
+  const Handle stored(H5Aget_type(attribute.get()));
+  const Handle space(H5Aget_space(attribute.get()));
+  if (H5Tis_variable_str(stored.get()) <= 0 || H5Sget_simple_extent_npoints(space.get()) != 1) {
+    reject("attribute " + name + " is not a string");
+  }
+  char* text = nullptr;
+  check(H5Aread(attribute.get(), string_type().get(), &text), action);
+  std::string value = text == nullptr ? "" : text;
+  H5free_memory(text);
+  return value;
+}
+
+double Access::read_double(hid_t object, const std::string& name) const {
+  const std::string action = "read attribute " + name;
+  const Handle attribute = handle(H5Aopen(object, name.c_str(), H5P_DEFAULT), action);
+  const Handle space(H5Aget_space(attribute.get()));
+  if (H5Sget_simple_extent_npoints(space.get()) != 1) reject("attribute " + name + " is a list");
+  double value = 0;
+  check(H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, &value), action);
+  return value;
+}
+
+std::vector<int> Access::read_integers(hid_t object, const std::string& name) const {
+  const std::string action = "read attribute " + name;
+  const Handle attribute = handle(H5Aopen(object, name.c_str(), H5P_DEFAULT), action);
+  const Handle space(H5Aget_space(attribute.get()));
+  const hssize_t count = check(H5Sget_simple_extent_npoints(space.get()), action);
+  std::vector<int> values(static_cast<std::size_t>(count));
+  if (count > 0) check(H5Aread(attribute.get(), H5T_NATIVE_INT, values.data()), action);
+  return values;
+}
+
+Handle Access::open_dataset(hid_t parent, const std::string& name) const {
+  return handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), "open dataset " + name);
+}
+
+Handle Access::open_group(hid_t parent, const std::string& name) const {
+  return handle(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), "open group " + name);
+}
+
+std::vector<hsize_t> Access::dimensions(hid_t dataset) const {
+  const Handle space = handle(H5Dget_space(dataset), "read a shape");
+  const int rank = check(H5Sget_simple_extent_ndims(space.get()), "read a shape");
+  std::vector<hsize_t> result(static_cast<std::size_t>(rank));
+  check(H5Sget_simple_extent_dims(space.get(), result.data(), nullptr), "read a shape");
+  return result;
+}
+
+std::vector<std::string> Access::members(hid_t group) const {
+  std::vector<std::string> names;
+  hsize_t position = 0;
+  check(H5Literate(group, H5_INDEX_CRT_ORDER, H5_ITER_INC, &position, append_name, &names),
+        "list a group");
+  return names;
+}
+
+}  // namespace weft::sim::hdf5

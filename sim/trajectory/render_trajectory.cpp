@@ -1,0 +1,195 @@
+#include "sim/trajectory/render_trajectory.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "gpu/renderer.h"
+#include "sim/trajectory/movie_file.h"
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim {
+namespace {
+
+// The points farthest out in many directions: enough to place a camera by, however many frames go
+// in. What they leave out is within 2 % of the size, less than the camera's margin.
+class Extent {
+ public:
+  Extent() : directions_(count, 3), points_(count, Vec3::Zero()) {
+    const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < count; ++i) {
+      const double height = 1 - 2 * (i + 0.5) / count;
+      const double radius = std::sqrt(1 - height * height);
+      directions_.row(i) << radius * std::cos(golden_angle * i),
+          radius * std::sin(golden_angle * i), height;
+    }
+  }
+
+  void add(const Vec3& point) {
+    const Eigen::Matrix<double, count, 1> distances = directions_ * point;
+    for (int i = 0; i < count; ++i) {
+      if (distances[i] > distances_[i]) {
+        distances_[i] = distances[i];
+        points_[i] = point;
+      }
+    }
+    lowest_ = lowest_.cwiseMin(point);
+    highest_ = highest_.cwiseMax(point);
+  }
+
+  bool empty() const { return lowest_.x() > highest_.x(); }
+  const std::vector<Vec3>& points() const { return points_; }
+  const Vec3& lowest() const { return lowest_; }
+  const Vec3& highest() const { return highest_; }
+
+ private:
+  static constexpr int count = 128;
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  Eigen::Matrix<double, count, 3> directions_;
+  Eigen::Matrix<double, count, 1> distances_ = Eigen::Matrix<double, count, 1>::Constant(-infinity);
+  std::vector<Vec3> points_;
+  Vec3 lowest_ = Vec3::Constant(infinity);
+  Vec3 highest_ = Vec3::Constant(-infinity);
+};
+
+// A body as it is drawn: what stays the same over the frames, and the positions of one of them.
+struct RenderedBody {
+  int index = 0;
+  bool moves = true;
+  bool is_obstacle = false;
+  bsi::Mesh mesh;
+  std::vector<std::array<int, 2>> lines;
+  gpu::SurfaceColours colours;
+  std::vector<Vec3> positions;
+};
+
+std::vector<RenderedBody> rendered_bodies(const TrajectoryReader& reader) {
+  std::vector<RenderedBody> bodies;
+  int coloured = 0;
+  for (int index = 0; index < static_cast<int>(reader.bodies().size()); ++index) {
+    const TrajectoryBody& body = reader.bodies()[index];
+    RenderedBody& rendered = bodies.emplace_back();
+    rendered.index = index;
+    rendered.moves = body.moves;
+    rendered.is_obstacle = body.is_obstacle;
+    rendered.mesh = bsi::build_mesh(body.atlas);
+    if (body.is_obstacle) {
+      rendered.colours = gpu::obstacle_colours();
+    } else {
+      rendered.lines = gpu::grid_lines(body.atlas);
+      rendered.colours = gpu::palette(coloured++);
+    }
+  }
+  return bodies;
+}
+
+// Positions that stay are read once.
+void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body) {
+  if (!body.moves && !body.positions.empty()) return;
+  body.positions = reader.positions(body.index, frame);
+  for (const Vec3& position : body.positions) {
+    if (position.allFinite()) continue;
+    throw std::runtime_error("cannot draw frame " + std::to_string(frame) + ": body '" +
+                             reader.bodies()[body.index].name +
+                             "' has a position that is not finite");
+  }
+}
+
+// What the camera must see: everything that is simulated, over all frames, and of the obstacles
+// what lies within a sixth of its size; with nothing else in the file, the obstacles.
+Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
+                     std::vector<RenderedBody>& bodies) {
+  Extent simulated;
+  for (const int frame : frames) {
+    for (RenderedBody& body : bodies) {
+      if (body.is_obstacle || (!body.moves && frame != frames.front())) continue;
+      read_positions(reader, frame, body);
+      for (const Vec3& position : body.positions) simulated.add(position);
+    }
+  }
+  const Vec3 growth =
+      Vec3::Constant(simulated.empty() ? std::numeric_limits<double>::infinity()
+                                       : (simulated.highest() - simulated.lowest()).norm() / 6);
+  Extent extent = simulated;
+  for (RenderedBody& body : bodies) {
+    if (!body.is_obstacle) continue;
+    read_positions(reader, frames.front(), body);
+    for (const Vec3& position : body.positions) {
+      extent.add(simulated.empty() ? position
+                                   : Vec3(position.cwiseMax(simulated.lowest() - growth)
+                                              .cwiseMin(simulated.highest() + growth)));
+    }
+  }
+  return extent;
+}
+
+std::string picture_path(const std::string& directory, int number) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "frame_%05d.png", number);
+  return (std::filesystem::path(directory) / name.data()).string();
+}
+
+// As many as follow without a gap.
+void remove_older_pictures(const std::string& directory, int first) {
+  for (int number = first; std::filesystem::remove(picture_path(directory, number)); ++number) {
+  }
+}
+
+double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames,
+                  const RenderOptions& options) {
+  if (options.frames_per_second) return *options.frames_per_second;
+  const double duration = reader.time(frames.back()) - reader.time(frames.front());
+  if (!(duration > 0)) return 25;
+  return std::clamp(static_cast<double>(frames.size() - 1) / duration, 1.0, 120.0);
+}
+
+}  // namespace
+
+RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
+                               const RenderOptions& options) {
+  assert(options.every >= 1 && options.frames_per_second.value_or(1) > 0);
+  const TrajectoryReader reader(trajectory);
+  std::vector<int> frames;
+  for (int frame = 0; frame < reader.frames(); frame += options.every) frames.push_back(frame);
+  std::vector<RenderedBody> bodies = rendered_bodies(reader);
+  if (frames.empty() || bodies.empty()) {
+    throw std::runtime_error("'" + trajectory + "' has no complete frame to draw");
+  }
+  // Before the scan for the camera, so that what cannot be done fails at once.
+  gpu::Renderer renderer(options.width, options.height);
+  std::filesystem::create_directories(directory);
+  const Extent extent = extent_to_see(reader, frames, bodies);
+  const gpu::Camera camera =
+      gpu::camera_for_points(extent.points(), static_cast<double>(options.width) / options.height);
+
+  RenderReport report;
+  for (const int frame : frames) {
+    std::vector<gpu::DrawnSurface> surfaces;
+    for (RenderedBody& body : bodies) {
+      read_positions(reader, frame, body);
+      surfaces.push_back(
+          {body.positions, body.mesh.triangles, body.colours.front, body.colours.back, body.lines});
+    }
+    gpu::write_png(picture_path(directory, report.pictures), renderer.draw(surfaces, camera));
+    ++report.pictures;
+    if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
+  }
+  remove_older_pictures(directory, report.pictures);
+  const std::filesystem::path movie_path = std::filesystem::path(directory) / "movie.mp4";
+  std::filesystem::remove(movie_path);  // it would show other pictures than these
+
+  report.frames_per_second = movie_rate(reader, frames, options);
+  if (!options.movie) return report;
+  const MovieResult movie = write_movie(directory, report.pictures, report.frames_per_second);
+  if (movie.written) report.movie = movie_path.string();
+  report.why_no_movie = movie.reason;
+  return report;
+}
+
+}  // namespace weft::sim

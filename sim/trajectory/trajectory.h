@@ -1,0 +1,129 @@
+// Trajectories on disk: HDF5 with an XDMF sidecar.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bsi/geometry_image.h"
+
+namespace weft::sim {
+
+using bsi::Vec3;
+
+// A body as the trajectory knows it. All patches of a body have the same size. Names are unique,
+// not empty, and contain no '/'.
+struct TrajectoryBody {
+  std::string name;
+  bsi::Atlas atlas;
+  bool moves = true;  // false: positions are written once, not per frame
+  bool is_obstacle = false;
+  double thickness = 0;  // m
+};
+
+// Thrown for what the file system or HDF5 refuses (exit code 4); the text starts with the path.
+class TrajectoryError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Layout (format version 1; docs/trajectory.md has the whole reference). Only the first
+// N = len(/time) entries of every per-frame dataset are complete frames: a killed run may leave
+// one entry more elsewhere.
+//   /                        attributes: format = "weft-trajectory", version, weft_version, title
+//   /case                    string: the resolved case (TOML); a dataset, since HDF5 limits small
+//                            attributes to 64 KiB
+//   /time[N]                 float64, s; extended last: the commit mark
+//   /body/NAME               attributes: moves, obstacle, thickness_m, wrap_u, wrap_v (one integer,
+//                            or one a patch)
+//   /body/NAME/position      float32, m: [N, rows, cols, 3], or [N, patches, rows, cols, 3] for
+//                            more than one patch; without N where the body does not move
+//   /body/NAME/velocity      float32, m/s, the same shape: on request, moving bodies only
+//   /body/NAME/particle      int32 [patches, rows, cols]: particle of each texel (sewn bodies only)
+//   /body/NAME/triangles     int32 [triangles, 3]: texels, by the rule of bsi::quad_triangles
+//   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
+//   /steps/NAME[S]           float64, attribute units: one entry an accepted step, written with the
+//                            frame that follows it; the first /series/steps[n] belong to frame n
+//   /frame/F÷16384/F÷128/F/position/NAME   virtual dataset [texels, 3]: frame F for the sidecar
+//                            (and velocity/NAME)
+class TrajectoryWriter {
+ public:
+  struct Series {
+    std::string name;
+    std::string units;
+  };
+  struct Options {
+    std::string title = {};
+    std::string case_text = {};
+    bool velocity = false;
+    bool force = false;  // overwrite
+    std::vector<Series> step_series = {};
+  };
+  // Creates `path` (under a temporary name, renamed once complete and flushed) and its sidecar;
+  // throws TrajectoryError when one of them exists without `force`, or cannot be written.
+  // `initial_positions` are by particle, one list a body; only bodies that do not move need one.
+  TrajectoryWriter(const std::string& path, std::vector<TrajectoryBody> bodies,
+                   std::vector<Series> series, Options options,
+                   const std::vector<std::span<const Vec3>>& initial_positions);
+  ~TrajectoryWriter();
+  TrajectoryWriter(const TrajectoryWriter&) = delete;
+  TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
+
+  // Appends a frame and flushes it: afterwards it can be read whatever becomes of this process,
+  // and the sidecar PATH with .xdmf lists it. A process killed within this call leaves the frame
+  // out or in, never half of it. Lists are by body (velocities empty unless asked for; entries of
+  // bodies that do not move are not read) and by series;
+  // `step_rows` holds the steps since the last frame, each as one value a step series. Throws
+  // TrajectoryError, after which the frames before stand and no other can be written. O(texels), no
+  // fsync.
+  void write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
+                   const std::vector<std::span<const Vec3>>& velocities,
+                   std::span<const double> series, std::span<const double> step_rows = {});
+  int frames() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+// Opens a trajectory, also one whose run was killed or goes on: frames() counts the frames that
+// were complete when it was opened. Frames and bodies out of range are programmer's errors; what
+// the file lacks or has wrong is a TrajectoryError. One thread at a time (so is HDF5).
+class TrajectoryReader {
+ public:
+  explicit TrajectoryReader(const std::string& path);
+  ~TrajectoryReader();
+  TrajectoryReader(const TrajectoryReader&) = delete;
+  TrajectoryReader& operator=(const TrajectoryReader&) = delete;
+  int frames() const;
+  double time(int frame) const;
+  std::string title() const;
+  std::string weft_version() const;  // that wrote it
+  std::string case_text() const;
+  const std::vector<TrajectoryBody>& bodies() const;
+  // By particle, m.
+  std::vector<Vec3> positions(int body, int frame) const;
+  // By particle, m/s; empty where velocities were not recorded.
+  std::vector<Vec3> velocities(int body, int frame) const;
+  std::vector<TrajectoryWriter::Series> series() const;
+  // One value a frame.
+  std::vector<double> series_values(const std::string& name) const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+// A file shape: [rows, cols, 3] or [patches, rows, cols, 3] from an HDF5 file. Throws
+// TrajectoryError.
+struct TexelFile {
+  int patches = 0, rows = 0, cols = 0;
+  std::vector<Vec3> texels;
+};
+TexelFile read_texels(const std::string& path, const std::string& dataset);
+
+}  // namespace weft::sim

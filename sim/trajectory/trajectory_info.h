@@ -1,0 +1,68 @@
+// What `weft info` says about a trajectory.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bsi/geometry_image.h"
+
+namespace weft::sim {
+
+struct BodySummary {
+  std::string name;
+  int patches = 0, rows = 0, cols = 0;  // rows and columns of each patch
+  int particles = 0, triangles = 0;
+  bool moves = true;
+  bool is_obstacle = false;
+  double thickness = 0;  // m
+  // Bounds at the last frame, m; false where a body that moves has no frame yet.
+  bool has_bounds = false;
+  bsi::Vec3 lower = bsi::Vec3::Zero(), upper = bsi::Vec3::Zero();
+};
+
+struct SeriesSummary {
+  std::string name, units;
+  // Over all frames; zero without frames. Values that are not finite do not count for the extremes
+  // (both zero when none is).
+  double last = 0, minimum = 0, maximum = 0;
+};
+
+struct TrajectorySummary {
+  std::string path, title, weft_version;
+  int format_version = 1;
+  int frames = 0;
+  double first_time = 0, last_time = 0;  // s; zero without frames
+  bool has_velocity = false;
+  std::vector<BodySummary> bodies;
+  std::vector<SeriesSummary> series;
+};
+
+// Reads everything but the frames before the last. Throws TrajectoryError.
+TrajectorySummary summarise_trajectory(const std::string& path);
+// Lines for people.
+std::string to_text(const TrajectorySummary& summary);
+// One JSON object, whose keys are the names above with units: "last_time_s", "thickness_m", ...
+std::string to_json(const TrajectorySummary& summary);
+
+// Triangles that intersect in one frame. Obstacles are not held against each other nor against
+// themselves: they may be built from overlapping parts.
+struct CrossingPlace {
+  std::string body;
+  bsi::TexelAddress texel;  // the first corner of the triangle's quad
+};
+struct FrameCrossings {
+  int frame = 0;
+  double time = 0;     // s
+  int count = 0;       // pairs of triangles
+  CrossingPlace a, b;  // the first pair, where count > 0
+};
+
+// One entry a frame, by the exact referee (sim/trajectory/crossings.h): positions are those on
+// disk, float32. Throws TrajectoryError.
+std::vector<FrameCrossings> count_crossings(const std::string& path);
+std::string to_text(const std::vector<FrameCrossings>& frames);
+// {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place, place]}...]}; a
+// place is {"body", "patch", "row", "col"}.
+std::string to_json(const std::vector<FrameCrossings>& frames);
+
+}  // namespace weft::sim

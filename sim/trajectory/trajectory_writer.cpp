@@ -1,0 +1,512 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cassert>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "sim/trajectory/commit_driver.h"
+#include "sim/trajectory/hdf5_handle.h"
+#include "sim/trajectory/trajectory.h"
+#include "sim/trajectory/xdmf_file.h"
+
+namespace weft::sim {
+namespace {
+
+using hdf5::Handle;
+using hdf5::make_space;
+
+constexpr hsize_t series_chunk = 128;  // values: 1 KiB rewritten a frame
+// Members of a group below /frame: as many links as fit into one page of metadata, with their
+// names.
+constexpr int links_per_group = 128;
+constexpr int frame_name_length = 8;
+
+std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
+  std::vector<int> result;
+  for (int p = 0; p < static_cast<int>(atlas.patches().size()); ++p) {
+    const bsi::Patch& patch = atlas.patches()[p];
+    const auto texel = [&](int row, int col) {
+      return atlas.first_texel(p) + (row % patch.rows) * patch.cols + col % patch.cols;
+    };
+    for (int row = 0; row < patch.quad_rows(); ++row) {
+      for (int col = 0; col < patch.quad_cols(); ++col) {
+        for (const auto& triangle :
+             bsi::quad_triangles({texel(row, col), texel(row, col + 1), texel(row + 1, col),
+                                  texel(row + 1, col + 1)})) {
+          result.insert(result.end(), triangle.begin(), triangle.end());
+        }
+      }
+    }
+  }
+  return result;
+}
+
+// The shape of one frame: [rows, cols, 3] or [patches, rows, cols, 3].
+std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas) {
+  const bsi::Patch& first = atlas.patches().front();
+  std::vector<hsize_t> shape = {static_cast<hsize_t>(first.rows), static_cast<hsize_t>(first.cols),
+                                3};
+  if (atlas.patches().size() > 1) shape.insert(shape.begin(), atlas.patches().size());
+  return shape;
+}
+
+void gather_texels(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
+                   std::vector<float>& texels) {
+  assert(static_cast<int>(by_particle.size()) == atlas.particle_count());
+  texels.clear();
+  for (int texel = 0; texel < atlas.texel_count(); ++texel) {
+    const Vec3& value = by_particle[atlas.particle_of_texel(texel)];
+    for (int axis = 0; axis < 3; ++axis) texels.push_back(static_cast<float>(value[axis]));
+  }
+}
+
+// Properties of a group that grows: links stay in the object header (the commit driver relies on
+// it), which has room for `links` of them at once.
+Handle growing_group_properties(int links, int name_length) {
+  Handle properties(H5Pcreate(H5P_GROUP_CREATE));
+  H5Pset_link_phase_change(properties.get(), 65535, 0);
+  H5Pset_est_link_info(properties.get(), static_cast<unsigned>(links),
+                       static_cast<unsigned>(name_length));
+  H5Pset_obj_track_times(properties.get(), false);
+  return properties;
+}
+
+// Without times of creation: the same run makes the same bytes.
+Handle dataset_properties() {
+  Handle properties(H5Pcreate(H5P_DATASET_CREATE));
+  H5Pset_obj_track_times(properties.get(), false);
+  return properties;
+}
+
+[[maybe_unused]] bool same_size(const bsi::Atlas& atlas) {
+  for (const bsi::Patch& patch : atlas.patches()) {
+    if (patch.rows != atlas.patches().front().rows || patch.cols != atlas.patches().front().cols) {
+      return false;
+    }
+  }
+  return !atlas.patches().empty();
+}
+
+}  // namespace
+
+struct TrajectoryWriter::Implementation {
+  struct BodyDatasets {
+    Handle position, velocity;
+  };
+
+  Implementation(const std::string& path, std::vector<TrajectoryBody> body_list,
+                 std::vector<Series> series_list, Options option_list)
+      : access(path),
+        bodies(std::move(body_list)),
+        series(std::move(series_list)),
+        options(std::move(option_list)) {}
+  ~Implementation() {
+    const hdf5::QuietErrors quiet;
+    close_objects();
+    file.close();
+    if (!temporary.empty()) unlink(temporary.c_str());
+  }
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  void refuse_existing() const;
+  void create_file();
+  void create_root();
+  void create_body(const TrajectoryBody& body, std::span<const Vec3> initial_positions);
+  Handle make_group(hid_t parent, const std::string& name, const Handle& properties) const;
+  Handle create_list(hid_t group, const std::string& name);
+  Handle create_frames(hid_t group, const std::string& name, const bsi::Atlas& atlas,
+                       const std::string& units);
+  void write_whole(hid_t group, const std::string& name, hid_t file_type, hid_t memory_type,
+                   const std::vector<hsize_t>& shape, const void* data, const std::string& units);
+  void publish();
+  void flush(const std::string& action) const;
+  void close_objects();
+
+  void append_frame(hid_t dataset, const bsi::Atlas& atlas, std::span<const Vec3> values);
+  void append_values(hid_t dataset, hsize_t start, std::span<const double> values);
+  void append_steps(std::span<const double> rows);
+  void link_views(std::vector<XdmfSurface>& surfaces);
+  std::string link_view(hid_t group, const std::string& group_name, const std::string& name,
+                        const TrajectoryBody& body, const std::string& source);
+
+  hdf5::Access access;
+  std::vector<TrajectoryBody> bodies;
+  std::vector<Series> series;
+  Options options;
+  std::string temporary;  // empty once renamed
+  std::string sidecar_path;
+  Handle file, body_group, series_group, step_group, frame_group, shelf_group, block_group, time;
+  std::vector<BodyDatasets> body_datasets;
+  std::vector<Handle> series_datasets, step_datasets;
+  XdmfFile sidecar;
+  std::vector<float> texels;  // scratch
+  int frames = 0;
+  hsize_t steps = 0;
+  bool failed = false;
+};
+
+void TrajectoryWriter::Implementation::refuse_existing() const {
+  for (const std::string& name : {access.path(), sidecar_path}) {
+    std::error_code error;
+    const auto status = std::filesystem::symlink_status(name, error);
+    if (std::filesystem::is_directory(status)) access.reject(name + " is a directory");
+    if (!options.force && std::filesystem::exists(status)) {
+      throw TrajectoryError(name + ": exists already, and is only overwritten by force (--force)");
+    }
+  }
+}
+
+void TrajectoryWriter::Implementation::create_file() {
+  temporary = access.path() + "." + std::to_string(getpid()) + ".tmp";
+  unlink(temporary.c_str());  // left by a dead process of the same number, if any
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE));
+  const Handle file_access(H5Pcreate(H5P_FILE_ACCESS));
+  access.check(set_commit_driver(file_access.get()), "set up HDF5");
+  access.check(set_commit_allocation(creation.get()), "set up HDF5");
+  H5Pset_obj_track_times(creation.get(), false);
+  H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED);
+  file = access.handle(
+      H5Fcreate(temporary.c_str(), H5F_ACC_EXCL, creation.get(), file_access.get()), "create");
+}
+
+void TrajectoryWriter::Implementation::create_root() {
+  access.write_attribute(file.get(), "format", std::string("weft-trajectory"));
+  access.write_attribute(file.get(), "version", std::vector<int>{1});
+  access.write_attribute(file.get(), "weft_version", std::string(WEFT_VERSION));
+  access.write_attribute(file.get(), "title", options.title);
+
+  const Handle text_type(H5Tcopy(H5T_C_S1));
+  H5Tset_size(text_type.get(), H5T_VARIABLE);
+  H5Tset_cset(text_type.get(), H5T_CSET_UTF8);
+  const Handle scalar(H5Screate(H5S_SCALAR));
+  const Handle properties = dataset_properties();
+  const Handle text = access.handle(H5Dcreate2(file.get(), "case", text_type.get(), scalar.get(),
+                                               H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                                    "write the case");
+  const char* contents = options.case_text.c_str();
+  access.check(H5Dwrite(text.get(), text_type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &contents),
+               "write the case");
+
+  // Bodies and series keep their order: readers list them by creation.
+  const Handle ordered(H5Pcreate(H5P_GROUP_CREATE));
+  H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  H5Pset_obj_track_times(ordered.get(), false);
+  const Handle growing = growing_group_properties(links_per_group, frame_name_length);
+  body_group = make_group(file.get(), "body", ordered);
+  series_group = make_group(file.get(), "series", ordered);
+  step_group = make_group(file.get(), "steps", ordered);
+  frame_group = make_group(file.get(), "frame", growing);
+}
+
+Handle TrajectoryWriter::Implementation::make_group(hid_t parent, const std::string& name,
+                                                    const Handle& properties) const {
+  return access.handle(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                       "create group " + name);
+}
+
+void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::string& name,
+                                                   hid_t file_type, hid_t memory_type,
+                                                   const std::vector<hsize_t>& shape,
+                                                   const void* data, const std::string& units) {
+  const std::string action = "write dataset " + name;
+  const Handle space = make_space(shape);
+  const Handle properties = dataset_properties();
+  const Handle dataset = access.handle(H5Dcreate2(group, name.c_str(), file_type, space.get(),
+                                                  H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                                       action);
+  access.check(H5Dwrite(dataset.get(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), action);
+  if (!units.empty()) access.write_attribute(dataset.get(), "units", units);
+}
+
+// A dataset of frames, one chunk each, written without HDF5's chunk cache: straight from `texels`.
+Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::string& name,
+                                                       const bsi::Atlas& atlas,
+                                                       const std::string& units) {
+  std::vector<hsize_t> shape = frame_shape(atlas);
+  shape.insert(shape.begin(), 1);
+  const Handle properties = dataset_properties();
+  H5Pset_chunk(properties.get(), static_cast<int>(shape.size()), shape.data());
+  const Handle dataset_access(H5Pcreate(H5P_DATASET_ACCESS));
+  H5Pset_chunk_cache(dataset_access.get(), 0, 0, 0);
+  std::vector<hsize_t> maximum = shape;
+  shape[0] = 0;
+  maximum[0] = H5S_UNLIMITED;
+  Handle dataset = access.handle(
+      H5Dcreate2(group, name.c_str(), H5T_IEEE_F32LE, make_space(shape, maximum).get(), H5P_DEFAULT,
+                 properties.get(), dataset_access.get()),
+      "create dataset " + name);
+  access.write_attribute(dataset.get(), "units", units);
+  return dataset;
+}
+
+Handle TrajectoryWriter::Implementation::create_list(hid_t group, const std::string& name) {
+  const Handle properties = dataset_properties();
+  H5Pset_chunk(properties.get(), 1, &series_chunk);
+  return access.handle(
+      H5Dcreate2(group, name.c_str(), H5T_IEEE_F64LE, make_space({0}, {H5S_UNLIMITED}).get(),
+                 H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      "create dataset " + name);
+}
+
+void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
+                                                   std::span<const Vec3> initial_positions) {
+  assert(same_size(body.atlas));
+  const bsi::Atlas& atlas = body.atlas;
+  const Handle properties(H5Pcreate(H5P_GROUP_CREATE));
+  H5Pset_obj_track_times(properties.get(), false);
+  const Handle group = access.handle(
+      H5Gcreate2(body_group.get(), body.name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      "create group " + body.name);
+  std::vector<int> wrap_u, wrap_v;
+  for (const bsi::Patch& patch : atlas.patches()) {
+    wrap_u.push_back(patch.wrap_u);
+    wrap_v.push_back(patch.wrap_v);
+  }
+  access.write_attribute(group.get(), "moves", std::vector<int>{body.moves});
+  access.write_attribute(group.get(), "obstacle", std::vector<int>{body.is_obstacle});
+  access.write_attribute(group.get(), "thickness_m", body.thickness);
+  access.write_attribute(group.get(), "wrap_u", wrap_u);
+  access.write_attribute(group.get(), "wrap_v", wrap_v);
+
+  const std::vector<int> triangles = triangle_texels(atlas);
+  write_whole(group.get(), "triangles", H5T_STD_I32LE, H5T_NATIVE_INT, {triangles.size() / 3, 3},
+              triangles.data(), "");
+  if (!atlas.is_identity()) {
+    std::vector<int> particles;
+    particles.reserve(static_cast<std::size_t>(atlas.texel_count()));
+    for (int t = 0; t < atlas.texel_count(); ++t) particles.push_back(atlas.particle_of_texel(t));
+    const auto rows = static_cast<hsize_t>(atlas.patches().front().rows);
+    const auto cols = static_cast<hsize_t>(atlas.patches().front().cols);
+    write_whole(group.get(), "particle", H5T_STD_I32LE, H5T_NATIVE_INT,
+                {atlas.patches().size(), rows, cols}, particles.data(), "");
+  }
+  BodyDatasets datasets;
+  if (body.moves) {
+    datasets.position = create_frames(group.get(), "position", atlas, "m");
+    if (options.velocity) {
+      datasets.velocity = create_frames(group.get(), "velocity", atlas, "m/s");
+    }
+  } else {
+    gather_texels(atlas, initial_positions, texels);
+    write_whole(group.get(), "position", H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, frame_shape(atlas),
+                texels.data(), "m");
+  }
+  body_datasets.push_back(std::move(datasets));
+}
+
+void TrajectoryWriter::Implementation::publish() {
+  flush("create");
+  // RENAME_NOREPLACE closes the gap between the look and the rename; not every file system has it.
+  const unsigned flags = options.force ? 0 : RENAME_NOREPLACE;
+  int result = renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, access.path().c_str(), flags);
+  if (result != 0 && (errno == EINVAL || errno == ENOSYS)) {
+    refuse_existing();
+    result = std::rename(temporary.c_str(), access.path().c_str());
+  }
+  if (result != 0) {
+    throw TrajectoryError(access.path() + ": cannot create: " + std::strerror(errno));
+  }
+  temporary.clear();
+  sidecar.create(sidecar_path, std::filesystem::path(access.path()).filename().string());
+}
+
+void TrajectoryWriter::Implementation::flush(const std::string& action) const {
+  access.check(H5Fflush(file.get(), H5F_SCOPE_GLOBAL), action);
+  const std::string failure = commit_failure(file.get());
+  if (!failure.empty()) access.reject("cannot " + action + ": " + failure);
+}
+
+// Everything open in the file, so that closing the file closes it on disk too.
+void TrajectoryWriter::Implementation::close_objects() {
+  body_datasets.clear();
+  series_datasets.clear();
+  step_datasets.clear();
+  for (Handle* handle :
+       {&time, &block_group, &shelf_group, &frame_group, &step_group, &series_group, &body_group}) {
+    handle->close();
+  }
+}
+
+void TrajectoryWriter::Implementation::append_frame(hid_t dataset, const bsi::Atlas& atlas,
+                                                    std::span<const Vec3> values) {
+  const std::string action = "write frame " + std::to_string(frames);
+  gather_texels(atlas, values, texels);
+  std::vector<hsize_t> shape = frame_shape(atlas);
+  shape.insert(shape.begin(), static_cast<hsize_t>(frames) + 1);
+  access.check(H5Dset_extent(dataset, shape.data()), action);
+  const Handle target(H5Dget_space(dataset));
+  std::vector<hsize_t> start(shape.size(), 0);
+  start[0] = static_cast<hsize_t>(frames);
+  shape[0] = 1;
+  access.check(H5Sselect_hyperslab(target.get(), H5S_SELECT_SET, start.data(), nullptr,
+                                   shape.data(), nullptr),
+               action);
+  access.check(H5Dwrite(dataset, H5T_NATIVE_FLOAT, make_space(shape).get(), target.get(),
+                        H5P_DEFAULT, texels.data()),
+               action);
+}
+
+void TrajectoryWriter::Implementation::append_values(hid_t dataset, hsize_t start,
+                                                     std::span<const double> values) {
+  const std::string action = "write frame " + std::to_string(frames);
+  const hsize_t count = values.size();
+  const hsize_t size = start + count;
+  access.check(H5Dset_extent(dataset, &size), action);
+  const Handle target(H5Dget_space(dataset));
+  access.check(H5Sselect_hyperslab(target.get(), H5S_SELECT_SET, &start, nullptr, &count, nullptr),
+               action);
+  access.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, make_space({count}).get(), target.get(),
+                        H5P_DEFAULT, values.data()),
+               action);
+}
+
+void TrajectoryWriter::Implementation::append_steps(std::span<const double> rows) {
+  const std::size_t columns = options.step_series.size();
+  if (rows.empty()) return;
+  assert(columns > 0 && rows.size() % columns == 0);
+  std::vector<double> column(rows.size() / columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    for (std::size_t row = 0; row < column.size(); ++row) column[row] = rows[row * columns + c];
+    append_values(step_datasets[c].get(), steps, column);
+  }
+  steps += column.size();
+}
+
+// A dataset [texels, 3] that shows one frame of `source`: what ParaView's readers understand (not
+// all of them take XDMF hyperslabs).
+std::string TrajectoryWriter::Implementation::link_view(hid_t group, const std::string& group_name,
+                                                        const std::string& name,
+                                                        const TrajectoryBody& body,
+                                                        const std::string& source) {
+  const std::string action = "write frame " + std::to_string(frames);
+  std::vector<hsize_t> shape = frame_shape(body.atlas);
+  shape.insert(shape.begin(), static_cast<hsize_t>(frames) + 1);
+  std::vector<hsize_t> start(shape.size(), 0);
+  start[0] = static_cast<hsize_t>(frames);
+  const Handle source_space = make_space(shape);
+  shape[0] = 1;
+  H5Sselect_hyperslab(source_space.get(), H5S_SELECT_SET, start.data(), nullptr, shape.data(),
+                      nullptr);
+  const Handle view_space = make_space({static_cast<hsize_t>(body.atlas.texel_count()), 3});
+  const Handle properties = dataset_properties();
+  access.check(
+      H5Pset_virtual(properties.get(), view_space.get(), ".", source.c_str(), source_space.get()),
+      action);
+  const Handle view =
+      access.handle(H5Dcreate2(group, name.c_str(), H5T_IEEE_F32LE, view_space.get(), H5P_DEFAULT,
+                               properties.get(), H5P_DEFAULT),
+                    action);
+  return group_name + "/" + name;
+}
+
+void TrajectoryWriter::Implementation::link_views(std::vector<XdmfSurface>& surfaces) {
+  const Handle growing = growing_group_properties(links_per_group, frame_name_length);
+  // Three levels, so that no group outgrows its page before the two-millionth frame.
+  constexpr int frames_per_shelf = links_per_group * links_per_group;
+  const std::string shelf = std::to_string(frames / frames_per_shelf);
+  const std::string block = std::to_string(frames / links_per_group);
+  if (frames % frames_per_shelf == 0) {
+    shelf_group = make_group(frame_group.get(), shelf, growing);
+  }
+  if (frames % links_per_group == 0) block_group = make_group(shelf_group.get(), block, growing);
+  const std::string frame = std::to_string(frames);
+  const std::string frame_name = "/frame/" + shelf + "/" + block + "/" + frame;
+  const Handle properties = growing_group_properties(static_cast<int>(bodies.size()) + 1, 16);
+  const Handle group = make_group(block_group.get(), frame, properties);
+  const Handle positions = make_group(group.get(), "position", properties);
+  const Handle velocities =
+      options.velocity ? make_group(group.get(), "velocity", properties) : Handle();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const TrajectoryBody& body = bodies[b];
+    const std::string home = "/body/" + body.name;
+    XdmfSurface surface;
+    surface.name = body.name;
+    surface.points = body.atlas.texel_count();
+    surface.triangles = 2 * body.atlas.quad_count();
+    surface.triangle_dataset = home + "/triangles";
+    surface.position_dataset = home + "/position";
+    if (body.moves) {
+      surface.position_dataset =
+          link_view(positions.get(), frame_name + "/position", body.name, body, home + "/position");
+      if (options.velocity) {
+        surface.velocity_dataset = link_view(velocities.get(), frame_name + "/velocity", body.name,
+                                             body, home + "/velocity");
+      }
+    }
+    surfaces.push_back(std::move(surface));
+  }
+}
+
+TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<TrajectoryBody> bodies,
+                                   std::vector<Series> series, Options options,
+                                   const std::vector<std::span<const Vec3>>& initial_positions)
+    : implementation_(std::make_unique<Implementation>(path, std::move(bodies), std::move(series),
+                                                       std::move(options))) {
+  Implementation& self = *implementation_;
+  assert(initial_positions.size() == self.bodies.size());
+  const hdf5::QuietErrors quiet;
+  self.sidecar_path = std::filesystem::path(path).replace_extension(".xdmf").string();
+  if (self.sidecar_path == path) self.access.reject("a trajectory cannot be named .xdmf");
+  self.refuse_existing();
+  self.create_file();
+  self.create_root();
+  for (std::size_t b = 0; b < self.bodies.size(); ++b) {
+    self.create_body(self.bodies[b], initial_positions[b]);
+  }
+  const auto create_lists = [&](const Handle& group, const std::vector<Series>& list,
+                                std::vector<Handle>& datasets) {
+    for (const Series& entry : list) {
+      datasets.push_back(self.create_list(group.get(), entry.name));
+      self.access.write_attribute(datasets.back().get(), "units", entry.units);
+    }
+  };
+  create_lists(self.series_group, self.series, self.series_datasets);
+  create_lists(self.step_group, self.options.step_series, self.step_datasets);
+  // Last, and without attributes of its own: its header is one piece, the commit mark.
+  self.time = self.create_list(self.file.get(), "time");
+  self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
+  self.access.check(set_commit_mark(self.file.get(), self.time.get()), "set up HDF5");
+  self.publish();
+}
+
+TrajectoryWriter::~TrajectoryWriter() = default;
+
+int TrajectoryWriter::frames() const { return implementation_->frames; }
+
+void TrajectoryWriter::write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
+                                   const std::vector<std::span<const Vec3>>& velocities,
+                                   std::span<const double> series,
+                                   std::span<const double> step_rows) {
+  Implementation& self = *implementation_;
+  assert(positions.size() == self.bodies.size());
+  assert(!self.options.velocity || velocities.size() == self.bodies.size());
+  assert(series.size() == self.series.size());
+  if (self.failed) self.access.reject("no frame can follow one that could not be written");
+  const hdf5::QuietErrors quiet;
+  self.failed = true;  // until all is done
+  for (std::size_t b = 0; b < self.bodies.size(); ++b) {
+    if (!self.bodies[b].moves) continue;
+    self.append_frame(self.body_datasets[b].position.get(), self.bodies[b].atlas, positions[b]);
+    if (self.options.velocity) {
+      self.append_frame(self.body_datasets[b].velocity.get(), self.bodies[b].atlas, velocities[b]);
+    }
+  }
+  for (std::size_t s = 0; s < series.size(); ++s) {
+    self.append_values(self.series_datasets[s].get(), static_cast<hsize_t>(self.frames),
+                       series.subspan(s, 1));
+  }
+  self.append_steps(step_rows);
+  std::vector<XdmfSurface> surfaces;
+  self.link_views(surfaces);
+  self.append_values(self.time.get(), static_cast<hsize_t>(self.frames), {&time, 1});
+  self.flush("write frame " + std::to_string(self.frames));
+  ++self.frames;
+  self.sidecar.append(time, surfaces);
+  self.failed = false;
+}
+
+}  // namespace weft::sim

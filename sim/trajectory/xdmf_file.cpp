@@ -1,0 +1,112 @@
+#include "sim/trajectory/xdmf_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <sstream>
+
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim {
+namespace {
+
+const std::string closing_tags = "  </Grid>\n </Domain>\n</Xdmf>\n";
+
+std::string escape(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+[[noreturn]] void fail(const std::string& path) {
+  throw TrajectoryError(path + ": cannot write: " + std::strerror(errno));
+}
+
+}  // namespace
+
+XdmfFile::~XdmfFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void XdmfFile::create(const std::string& path, const std::string& trajectory) {
+  path_ = path;
+  trajectory_ = escape(trajectory);
+  const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
+  descriptor_ = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) fail(path);
+  const std::string head =
+      "<?xml version=\"1.0\"?>\n"
+      "<Xdmf Version=\"3.0\">\n <Domain>\n"
+      "  <Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+  write_at(0, head + closing_tags);
+  end_ = static_cast<long>(head.size());
+  if (std::rename(temporary.c_str(), path.c_str()) != 0) {
+    const int error = errno;
+    unlink(temporary.c_str());
+    errno = error;
+    fail(path);
+  }
+}
+
+void XdmfFile::append(double time, const std::vector<XdmfSurface>& surfaces) {
+  std::ostringstream text;
+  text.precision(17);
+  const auto item = [&](const char* type, int rows, const std::string& dataset) {
+    text << "      <DataItem Format=\"HDF\" NumberType=\"" << type
+         << "\" Precision=\"4\" Dimensions=\"" << rows << " 3\">" << trajectory_ << ':'
+         << escape(dataset) << "</DataItem>\n";
+  };
+  text << "   <Grid Name=\"frame\" GridType=\"Collection\" CollectionType=\"Spatial\">\n"
+       << "    <Time Value=\"" << time << "\"/>\n";
+  for (const XdmfSurface& surface : surfaces) {
+    text << "    <Grid Name=\"" << escape(surface.name) << "\">\n"
+         << "     <Topology TopologyType=\"Triangle\" NumberOfElements=\"" << surface.triangles
+         << "\">\n";
+    item("Int", surface.triangles, surface.triangle_dataset);
+    text << "     </Topology>\n     <Geometry GeometryType=\"XYZ\">\n";
+    item("Float", surface.points, surface.position_dataset);
+    text << "     </Geometry>\n";
+    if (!surface.velocity_dataset.empty()) {
+      text << "     <Attribute Name=\"velocity\" AttributeType=\"Vector\" Center=\"Node\">\n";
+      item("Float", surface.points, surface.velocity_dataset);
+      text << "     </Attribute>\n";
+    }
+    text << "    </Grid>\n";
+  }
+  text << "   </Grid>\n";
+  write_at(end_, text.str() + closing_tags);
+  end_ += static_cast<long>(text.str().size());
+}
+
+void XdmfFile::write_at(long offset, const std::string& text) const {
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t count = pwrite(descriptor_, text.data() + done, text.size() - done,
+                                 offset + static_cast<long>(done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) fail(path_);
+    done += static_cast<std::size_t>(count);
+  }
+}
+
+}  // namespace weft::sim
