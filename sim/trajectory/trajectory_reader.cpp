@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 #include <filesystem>
-#include <thread>
 
 #include "sim/trajectory/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
@@ -24,18 +22,27 @@ Handle open_for_reading(const Access& access) {
 #if H5_VERSION_GE(1, 10, 7)
   H5Pset_file_locking(file_access.get(), false, true);
 #endif
-  // HDF5 asks for the file's size before it reads how long the file says it is: a frame that a
-  // running writer adds in between makes it look truncated. Such a file is whole when looked at
-  // again.
-  constexpr int attempts = 20;
-  for (int attempt = 1;; ++attempt) {
+  // HDF5 asks for the file's size first and reads what it should be at least after that: a file
+  // that grows in between looks truncated. One that has grown is worth another try.
+  for (;;) {
+    const auto size = std::filesystem::file_size(access.path(), error);
     const hid_t file = H5Fopen(access.path().c_str(), H5F_ACC_RDONLY, file_access.get());
-    if (file >= 0 || attempt == attempts ||
-        hdf5::error_text().find("truncated file") == std::string::npos) {
-      return access.handle(file, "open as an HDF5 file");
+    if (file >= 0) return Handle(file);
+    if (std::filesystem::file_size(access.path(), error) == size) {
+      access.fail("open as an HDF5 file");
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
+}
+
+// Frames that are complete. HDF5 takes addresses beyond the end that the file had when it was
+// opened for errors, so the frames of a run that goes on are counted first, and the file is then
+// opened again to read them.
+hsize_t count_frames(const Access& access) {
+  const Handle file = open_for_reading(access);
+  if (H5Lexists(file.get(), "time", H5P_DEFAULT) <= 0) return 0;
+  const std::vector<hsize_t> shape =
+      access.dimensions(access.open_dataset(file.get(), "time").get());
+  return shape.empty() ? 0 : shape[0];
 }
 
 std::vector<Vec3> to_vectors(const std::vector<double>& values) {
@@ -75,7 +82,7 @@ struct TrajectoryReader::Implementation {
   void read_header();
   TrajectoryBody read_body(const std::string& name) const;
   std::vector<int> read_particles(hid_t group, std::size_t texels) const;
-  std::vector<double> read_list(const std::string& name) const;
+  std::vector<double> read_list(const std::string& name, hsize_t count) const;
   std::vector<Vec3> read_image(int body, int frame, const std::string& name) const;
 
   Access access;
@@ -87,6 +94,7 @@ struct TrajectoryReader::Implementation {
 };
 
 void TrajectoryReader::Implementation::read_header() {
+  const hsize_t frames = count_frames(access);
   file = open_for_reading(access);
   if (H5Aexists(file.get(), "format") <= 0 ||
       access.read_string(file.get(), "format") != "weft-trajectory") {
@@ -109,7 +117,7 @@ void TrajectoryReader::Implementation::read_header() {
   case_text = contents == nullptr ? "" : contents;
   H5free_memory(contents);
 
-  times = read_list("time");
+  times = read_list("time", frames);
   const Handle body_group = access.open_group(file.get(), "body");
   for (const std::string& name : access.members(body_group.get())) {
     bodies.push_back(read_body(name));
@@ -174,17 +182,25 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   return body;
 }
 
-std::vector<double> TrajectoryReader::Implementation::read_list(const std::string& name) const {
+// The first `count` of what may have become more.
+std::vector<double> TrajectoryReader::Implementation::read_list(const std::string& name,
+                                                                hsize_t count) const {
   const Handle dataset = access.open_dataset(file.get(), name);
   const std::vector<hsize_t> shape = access.dimensions(dataset.get());
   if (shape.size() != 1 || !holds_numbers(dataset.get())) {
     access.reject("dataset " + name + " is not a list of numbers");
   }
-  std::vector<double> values(shape[0]);
+  if (shape[0] < count) access.reject("dataset " + name + " lacks frames");
+  std::vector<double> values(count);
   if (values.empty()) return values;
-  access.check(
-      H5Dread(dataset.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-      "read dataset " + name);
+  const std::string action = "read dataset " + name;
+  const Handle source = access.handle(H5Dget_space(dataset.get()), action);
+  const hsize_t start = 0;
+  access.check(H5Sselect_hyperslab(source.get(), H5S_SELECT_SET, &start, nullptr, &count, nullptr),
+               action);
+  access.check(H5Dread(dataset.get(), H5T_NATIVE_DOUBLE, make_space({count}).get(), source.get(),
+                       H5P_DEFAULT, values.data()),
+               action);
   return values;
 }
 
@@ -270,12 +286,7 @@ std::vector<double> TrajectoryReader::series_values(const std::string& name) con
   if (std::ranges::none_of(implementation_->series, is_named)) {
     implementation_->access.reject("has no series " + name);
   }
-  std::vector<double> values = implementation_->read_list("series/" + name);
-  if (values.size() < implementation_->times.size()) {
-    implementation_->access.reject("series " + name + " lacks frames");
-  }
-  values.resize(implementation_->times.size());
-  return values;
+  return implementation_->read_list("series/" + name, implementation_->times.size());
 }
 
 TexelFile read_texels(const std::string& path, const std::string& dataset) {
