@@ -144,7 +144,7 @@ void CvodeIntegrator::Implementation::set_options() {
 int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out) {
   auto fault = dynamics.rate(t, values(state), values(out));
   if (!fault) return 0;
-  last_fault = std::move(fault);
+  last_fault = fault;
   return 1;  // recoverable: CVODE cuts the step
 }
 
@@ -176,7 +176,7 @@ int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   if (!fault) return 0;
   ++vetoes;
   last_veto = fault;
-  last_fault = std::move(fault);
+  last_fault = fault;
   return 1;
 }
 
