@@ -11,6 +11,8 @@ namespace weft::sim {
 
 namespace {
 
+constexpr double lost_distance = 1e15;  // m
+
 // A quarter of the mean edge: lists a few times longer than what touches, and rebuilt every few
 // tens of steps.
 double default_slack(const Scene& scene) {
@@ -85,13 +87,16 @@ std::optional<int> ContactSearch::track(std::span<const Vec3> position) {
   for (std::size_t b = 0; b < tracked_.size(); ++b) {
     if (tracked_[b].snapshot.empty()) continue;
     tracked_[b].now = displacement(static_cast<int>(b), position);
-    // A sum keeps a NaN that a maximum would swallow.
-    if (!tracked_[b].now.mean.allFinite()) {
-      const auto body = of_body(position, static_cast<int>(b));
-      const auto bad =
-          std::find_if(body.begin(), body.end(), [](const Vec3& p) { return !p.allFinite(); });
+    // A sum keeps a NaN that a maximum would swallow. What has flown this far is as lost, and
+    // float32 spheres could not hold it.
+    const auto is_lost = [](const Vec3& p) {
+      return !(p.squaredNorm() < lost_distance * lost_distance);
+    };
+    if (tracked_[b].now.mean.allFinite() && tracked_[b].now.largest() < lost_distance / 2) continue;
+    const auto body = of_body(position, static_cast<int>(b));
+    const auto bad = std::find_if(body.begin(), body.end(), is_lost);
+    if (bad != body.end())
       return scene_.bodies[b].first_particle + static_cast<int>(bad - body.begin());
-    }
   }
   return std::nullopt;
 }

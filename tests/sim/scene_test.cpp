@@ -1,0 +1,143 @@
+// From case to scene: shapes, masses, pins, motions, and what is refused only now.
+#include "sim/scene/scene.h"
+
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "sim/case/case_error.h"
+#include "sim/case/case_reader.h"
+
+namespace weft::sim {
+namespace {
+
+std::unique_ptr<const Scene> scene_of(const std::string& body, const std::string& more = "") {
+  return build_scene(parse_case(
+      "[material.m]\ndensity = 0.5\n[[body]]\nname = \"b\"\n" + body + more, "test.toml"));
+}
+
+double total_mass(const Scene& scene) {
+  double sum = 0;
+  for (double m : scene.mass) sum += m;
+  return sum;
+}
+
+std::vector<int> pinned(const Scene& scene) {
+  std::vector<int> particles;
+  for (int i = 0; i < scene.dynamic_particles; ++i) {
+    if (scene.pinned[i] != 0) particles.push_back(i);
+  }
+  return particles;
+}
+
+constexpr const char* small_sheet =
+    "shape = { type = \"rectangle\", size = [2.0, 1.0], resolution = [3, 4] }\n";
+
+TEST(Scene, MassIsDensityTimesArea) {
+  EXPECT_NEAR(total_mass(*scene_of(small_sheet)), 1.0, 1e-12);
+  const double sphere =
+      total_mass(*scene_of("shape = { type = \"sphere\", radius = 0.5, resolution = [33] }\n"));
+  EXPECT_NEAR(sphere, 0.5 * std::numbers::pi, 0.01);
+}
+
+TEST(Scene, PlacesBodiesByRotationThenTranslation) {
+  const auto scene =
+      scene_of(std::string("position = [1, 2, 3]\nrotation_deg = [0, 0, 90]\n") + small_sheet);
+  // The first vertex of the sheet lies at (-1, -0.5, 0): turned, at (0.5, -1, 0).
+  EXPECT_LT((scene->initial_position[0] - Vec3(1.5, 1, 3)).norm(), 1e-12);
+}
+
+TEST(Scene, SelectsPinsByCornerEdgeRangeAndRegion) {
+  const auto pins = [](const std::string& pin) {
+    return pinned(*scene_of(small_sheet, "[[body.pin]]\n" + pin));
+  };
+  EXPECT_EQ(pins("corners = [\"first_last\", \"last_first\"]\n"), (std::vector<int>{3, 8}));
+  EXPECT_EQ(pins("corners = [\"all\"]\n"), (std::vector<int>{0, 3, 8, 11}));
+  EXPECT_EQ(pins("edges = [\"last_row\"]\n"), (std::vector<int>{8, 9, 10, 11}));
+  EXPECT_EQ(pins("rows = [0, 1]\ncols = [-1, -1]\n"), (std::vector<int>{3, 7}));
+  EXPECT_EQ(pins("rows = [1, 1]\n"), (std::vector<int>{4, 5, 6, 7}));
+  EXPECT_EQ(pins("region_min = [-2, -1, -1]\nregion_max = [-0.9, 0.1, 1]\n"),
+            (std::vector<int>{0, 4}));
+}
+
+TEST(Scene, RefusesPinsThatSelectNothingOrLieOutside) {
+  const auto refused = [](const std::string& body, const std::string& pin) {
+    EXPECT_THROW(scene_of(body, "[[body.pin]]\n" + pin), CaseError) << pin;
+  };
+  refused(small_sheet, "region_min = [5, 5, 5]\nregion_max = [6, 6, 6]\n");
+  refused(small_sheet, "rows = [0, 3]\n");
+  const std::string tube =
+      "shape = { type = \"cylinder\", radius = 0.2, length = 1.0, resolution = [5, 8] }\n";
+  refused(tube, "edges = [\"first_col\"]\n");  // its columns are closed
+  EXPECT_EQ(pinned(*scene_of(tube, "[[body.pin]]\nedges = [\"first_row\"]\n")).size(), 8U);
+}
+
+// Writes a dataset [dimensions...] of float64.
+void write_dataset(const std::string& path, std::vector<hsize_t> dimensions,
+                   const std::vector<double>& values) {
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t space =
+      H5Screate_simple(static_cast<int>(dimensions.size()), dimensions.data(), nullptr);
+  const hid_t dataset =
+      H5Dcreate2(file, "shape", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+  H5Dclose(dataset);
+  H5Sclose(space);
+  H5Fclose(file);
+}
+
+class SceneFile : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::unique_ptr<const Scene> scene_from(const std::string& shape) const {
+    return build_scene(parse_case(
+        "[[body]]\nname = \"b\"\nshape = { type = \"file\", path = \"scan.h5\", " + shape + " }\n",
+        folder_ + "/case.toml"));
+  }
+  std::string folder_ = testing::TempDir() + "weft_scene_test";
+};
+
+TEST_F(SceneFile, ReadsOnePatchAndSewsSeveral) {
+  write_dataset(folder_ + "/scan.h5", {2, 3, 3},
+                {0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0});
+  EXPECT_EQ(scene_from("dataset = \"shape\"")->particle_count, 6);
+  // Two patches of 2 x 2 that share an edge.
+  write_dataset(folder_ + "/scan.h5", {2, 2, 2, 3},
+                {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0, 2, 1, 0});
+  const auto sewn = scene_from("dataset = \"shape\"");
+  EXPECT_EQ(sewn->particle_count, 6);
+  EXPECT_NEAR(total_mass(*sewn), 2 * sewn->bodies[0].material->density, 1e-12);
+}
+
+TEST_F(SceneFile, RefusesWhatIsNotASurface) {
+  const std::vector<std::vector<double>> bad = {
+      {0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0},             // no area
+      {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, std::nan(""), 0},  // not finite
+  };
+  for (const std::vector<double>& values : bad) {
+    write_dataset(folder_ + "/scan.h5", {2, 2, 3}, values);
+    EXPECT_THROW(scene_from("dataset = \"shape\""), CaseError);
+  }
+  EXPECT_THROW(scene_from("dataset = \"nothing\""), CaseError);
+  write_dataset(folder_ + "/scan.h5", {1, 4, 3}, std::vector<double>(12, 1.0));  // a 1 x n image
+  EXPECT_THROW(scene_from("dataset = \"shape\""), CaseError);
+}
+
+TEST(Scene, SaysWhatItNeedsAndSkips) {
+  const std::string text =
+      describe_scene(*scene_of("self_contact = false\n" + std::string(small_sheet),
+                               "[[obstacle]]\nname = \"o\"\nposition = [0, 0, -3]\nshape = { type "
+                               "= \"sphere\", radius = 1.0, resolution = [5] }\n"));
+  for (const char* part :
+       {"body      b: 3 x 4 vertices", "obstacle  o: 6 patches", "skipped bending", "skipped drag",
+        "skipped self-traversal of b", "skipped friction", "pyramid of o built once"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
+  }
+}
+
+}  // namespace
+}  // namespace weft::sim
