@@ -29,7 +29,8 @@ class VelocitySystem {
   };
   // Solves for the correction (x, v) of right-hand side b, both 6 * particles doubles. Stops when
   // the residual of the velocity rows, divided by the mass and multiplied by `weight` (6 *
-  // particles; the velocity half is used), has a 2-norm of at most `tolerance`.
+  // particles; the velocity half is used), has a 2-norm of at most `tolerance`, and
+  // no particle's exceeds ten times what would be the mean then.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 double tolerance, std::span<double> correction);
 
