@@ -3,21 +3,12 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
+#include "bsi/block_levels.h"
+
 namespace weft::bsi {
-
-inline int ceil_log2(int count) {
-  return static_cast<int>(std::bit_width(static_cast<unsigned>(count) - 1));
-}
-
-// Boundary k of 2^log nested blocks of `count` items: floor(k * count / 2^log).
-inline int block_boundary(int k, int count, int log) {
-  return static_cast<int>((static_cast<std::int64_t>(k) * count) >> log);
-}
 
 // x, y, z.
 using Components = std::array<std::vector<float>, 3>;

@@ -42,13 +42,6 @@ struct Block {
   bool operator==(const Block&) const = default;
 };
 
-// Quads [row_begin, row_end) x [col_begin, col_end) of a patch.
-struct QuadRange {
-  int row_begin = 0, row_end = 0;
-  int col_begin = 0, col_end = 0;
-  bool empty() const { return row_begin == row_end || col_begin == col_end; }
-};
-
 // Level l splits the quads of a patch into up to 2^l x 2^l nested blocks, each axis stopping at
 // ceil(log2 of its quads); block boundaries are floor(k * quads / 2^l). The last level bounds one
 // quad. A body of several patches has one more set of levels above the patch tops: see top(). Its

@@ -1,0 +1,33 @@
+# weft_kernels(TARGET FILE...) compiles each FILE once for every instruction set of bsi/instruction_set.h,
+# with WEFT_KERNELS naming the namespace it goes into.
+set(weft_instruction_sets portable)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  list(APPEND weft_instruction_sets avx2 avx512)
+endif()
+set(weft_flags_avx2 -march=x86-64-v3)
+set(weft_flags_avx512 -march=x86-64-v4 -mprefer-vector-width=512)
+set(weft_flags_portable "")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(weft_flags_portable -march=x86-64)
+endif()
+
+function(weft_kernels target)
+  foreach(file IN LISTS ARGN)
+    get_filename_component(stem ${file} NAME_WE)
+    foreach(instruction_set IN LISTS weft_instruction_sets)
+      set(object ${target}_${stem}_${instruction_set})
+      add_library(${object} OBJECT ${file})
+      target_compile_features(${object} PRIVATE cxx_std_20)
+      target_include_directories(${object} PRIVATE ${PROJECT_SOURCE_DIR})
+      target_link_libraries(${object} PRIVATE weft_compile_options)
+      target_compile_definitions(${object} PRIVATE WEFT_KERNELS=${instruction_set})
+      # After -march=native of the common options, so that the later one counts. The same results from
+      # every set: no product and sum may be fused.
+      target_compile_options(${object} PRIVATE -ffp-contract=off ${weft_flags_${instruction_set}})
+      target_sources(${target} PRIVATE $<TARGET_OBJECTS:${object}>)
+    endforeach()
+  endforeach()
+  if(avx2 IN_LIST weft_instruction_sets)
+    target_compile_definitions(${target} PRIVATE WEFT_X86_KERNELS)
+  endif()
+endfunction()
