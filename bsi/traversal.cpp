@@ -1,5 +1,7 @@
 #include "bsi/traversal.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -168,21 +170,27 @@ PairConsumer appender(std::vector<LeafPair>& pairs) {
   };
 }
 
-// Runs work(i, pairs, counters) for every i in chunks shared among threads, and appends the pairs
-// in the order of i.
+// Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
+// what it finds in the order of i.
 template <class Work>
 void collect(int count, int chunk, std::vector<LeafPair>& pairs, DescentCounters& counters,
              const Work& work) {
+  const auto run = [&](int begin, int end, std::vector<LeafPair>& found, DescentCounters& tests) {
+    const PairConsumer append = appender(found);
+    Handover handover(append);
+    for (int i = begin; i < end; ++i) work(i, handover.sink(), tests);
+    handover.finish();
+  };
+  if (omp_get_max_threads() == 1 || count <= chunk) {
+    run(0, count, pairs, counters);
+    return;
+  }
   const int chunks = (count + chunk - 1) / chunk;
   std::vector<std::vector<LeafPair>> found(chunks);
   std::vector<DescentCounters> tests(chunks);
-#pragma omp parallel for schedule(dynamic, 1) if (chunks > 1)
+#pragma omp parallel for schedule(dynamic, 1)
   for (int c = 0; c < chunks; ++c) {
-    const PairConsumer append = appender(found[c]);
-    Handover handover(append);
-    for (int i = c * chunk; i < std::min(count, (c + 1) * chunk); ++i)
-      work(i, handover.sink(), tests[c]);
-    handover.finish();
+    run(c * chunk, std::min(count, (c + 1) * chunk), found[c], tests[c]);
   }
   std::size_t size = pairs.size();
   for (int c = 0; c < chunks; ++c) {
