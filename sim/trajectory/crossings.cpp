@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "sim/trajectory/triangle_intersection.h"
+#include "bsi/triangle_intersection.h"
 
 namespace weft::sim {
 
