@@ -12,9 +12,9 @@ namespace {
 template <class V>
 struct Triangle {
   Lanes3<V> corner[3];
-  Lanes3<V> edge[3];   // edge i runs from corner i to the next
+  Lanes3<V> edge[3];  // edge i runs from corner i to the next
   V squared_length[3];
-  V inverse[3];        // of the squared length
+  V inverse[3];  // of the squared length
 };
 
 // Pairs in one frame: corner 0 of the first triangle is the origin.
@@ -62,8 +62,7 @@ WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Ne
       const V both = dot(a.edge[i], b.edge[j]);
       const V scale = a.squared_length[i] * b.squared_length[j] - both * both;
       const V first = (both * along_b[j] - along_a * b.squared_length[j]) / scale;
-      const V t =
-          clamped_to_unit((both * clamped_to_unit(first) + along_b[j]) * b.inverse[j]);
+      const V t = clamped_to_unit((both * clamped_to_unit(first) + along_b[j]) * b.inverse[j]);
       const V s = clamped_to_unit((both * t - along_a) * a.inverse[i]);
       const Lanes3<V> vector = a.corner[i] - b.corner[j] + s * a.edge[i] - t * b.edge[j];
       nearest.offer(dot(vector, vector), vector);
@@ -135,8 +134,8 @@ WEFT_INLINE V piercing(const Frame<V>& frame) {
   V volume[3][3], transposed[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      volume[i][j] = dot(cross(frame.a.edge[i], frame.b.edge[j]),
-                         frame.a.corner[i] - frame.b.corner[j]);
+      volume[i][j] =
+          dot(cross(frame.a.edge[i], frame.b.edge[j]), frame.a.corner[i] - frame.b.corner[j]);
       transposed[j][i] = volume[i][j];
     }
   }
@@ -179,9 +178,8 @@ WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float>& staged, int firs
   set_edges<Float>(frame.a);
   set_edges<Float>(frame.b);
   const Lanes3<V>* b = frame.b.corner;
-  const V squared_size =
-      larger(larger(frame.a.squared_length[0], frame.a.squared_length[2]),
-             largest(dot(b[0], b[0]), dot(b[1], b[1]), dot(b[2], b[2])));
+  const V squared_size = larger(larger(frame.a.squared_length[0], frame.a.squared_length[2]),
+                                largest(dot(b[0], b[0]), dot(b[1], b[1]), dot(b[2], b[2])));
   frame.size = square_root(squared_size + RoundingOf<Float>::smallest_square);
   return frame;
 }
@@ -254,8 +252,7 @@ void measure(const TrianglePairs& pairs, double margin, Verdict* verdict, double
       const V gap = shadow_gap(frame, nearest.vector);
       const V squared = pierced ? V{} : nearest.squared;
       const V known = pierced || gap >= nearest.squared * (1 - 1e-12) ? V{} + 1 : V{};
-      const V result =
-          pierced ? V{} + 1 : verdict_of(frame, nearest, margin, margin);
+      const V result = pierced ? V{} + 1 : verdict_of(frame, nearest, margin, margin);
       const int used = count - k < lanes ? count - k : lanes;
       for (int lane = 0; lane < used; ++lane) {
         verdict[first + k + lane] = static_cast<Verdict>(static_cast<int>(result[lane]));
@@ -268,6 +265,7 @@ void measure(const TrianglePairs& pairs, double margin, Verdict* verdict, double
 
 }  // namespace
 
+extern const NarrowPhaseKernels narrow_phase_kernels;
 const NarrowPhaseKernels narrow_phase_kernels{judge, measure};
 
 }  // namespace weft::bsi::WEFT_KERNELS

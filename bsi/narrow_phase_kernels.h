@@ -1,4 +1,5 @@
-// The inner loops of the narrow phase, one table for every instruction set. For narrow_phase.cpp.
+// The inner loops of the narrow phase, one table for every instruction set. An internal header of
+// bsi/.
 #pragma once
 
 #include "bsi/leaf_pair.h"
@@ -31,14 +32,7 @@ struct NarrowPhaseKernels {
                   double* squared_distance, bool* certain);
 };
 
-namespace portable {
-extern const NarrowPhaseKernels narrow_phase_kernels;
-}
-namespace avx2 {
-extern const NarrowPhaseKernels narrow_phase_kernels;
-}
-namespace avx512 {
-extern const NarrowPhaseKernels narrow_phase_kernels;
-}
+// Of instruction_set().
+const NarrowPhaseKernels& narrow_phase_kernels();
 
 }  // namespace weft::bsi

@@ -11,6 +11,9 @@ namespace weft::sim {
 
 namespace {
 
+using bsi::Point3;
+using bsi::Triangle3;
+
 struct Box {
   Point3 low, high;
 
