@@ -13,6 +13,8 @@ namespace {
 
 using bsi::Point3;
 using bsi::Triangle3;
+using bsi::triangles_meet;
+using bsi::triangles_meet_beyond_corner;
 
 struct Box {
   Point3 low, high;
