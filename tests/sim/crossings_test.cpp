@@ -20,6 +20,8 @@ using bsi::orientation;
 using bsi::Point2;
 using bsi::Point3;
 using bsi::Triangle3;
+using bsi::triangles_meet;
+using bsi::triangles_meet_beyond_corner;
 using bsi::Vec3;
 __extension__ typedef __int128 Wide;
 using Lattice = std::array<std::int64_t, 3>;
