@@ -43,6 +43,32 @@ struct RoundingOf<double> {
   static constexpr double smallest_square = 1e-300;
 };
 
+// `a < b ? a : b` and `a > b ? a : b`: where one is not a number, b. By name, because g++ 12 does
+// not find the instruction in every such choice.
+#if defined(__SSE2__)
+#if defined(__AVX512F__)
+#define WEFT_VECTOR(operation) _mm512_##operation
+#elif defined(__AVX__)
+#define WEFT_VECTOR(operation) _mm256_##operation
+#else
+#define WEFT_VECTOR(operation) _mm_##operation
+#endif
+WEFT_INLINE Lanes<float> smaller(Lanes<float> a, Lanes<float> b) {
+  return WEFT_VECTOR(min_ps)(a, b);
+}
+WEFT_INLINE Lanes<double> smaller(Lanes<double> a, Lanes<double> b) {
+  return WEFT_VECTOR(min_pd)(a, b);
+}
+WEFT_INLINE Lanes<float> larger(Lanes<float> a, Lanes<float> b) {
+  return WEFT_VECTOR(max_ps)(a, b);
+}
+WEFT_INLINE Lanes<double> larger(Lanes<double> a, Lanes<double> b) {
+  return WEFT_VECTOR(max_pd)(a, b);
+}
+WEFT_INLINE Lanes<float> square_root(Lanes<float> a) { return WEFT_VECTOR(sqrt_ps)(a); }
+WEFT_INLINE Lanes<double> square_root(Lanes<double> a) { return WEFT_VECTOR(sqrt_pd)(a); }
+#undef WEFT_VECTOR
+#else
 template <class V>
 WEFT_INLINE V smaller(V a, V b) {
   return a < b ? a : b;
@@ -51,28 +77,17 @@ template <class V>
 WEFT_INLINE V larger(V a, V b) {
   return a > b ? a : b;
 }
-// What is not a number becomes 0.
-template <class V>
-WEFT_INLINE V clamped_to_unit(V a) {
-  return smaller(larger(a, V{}), V{} + 1);
-}
-
-#if defined(__AVX512F__)
-WEFT_INLINE Lanes<float> square_root(Lanes<float> a) { return _mm512_sqrt_ps(a); }
-WEFT_INLINE Lanes<double> square_root(Lanes<double> a) { return _mm512_sqrt_pd(a); }
-#elif defined(__AVX__)
-WEFT_INLINE Lanes<float> square_root(Lanes<float> a) { return _mm256_sqrt_ps(a); }
-WEFT_INLINE Lanes<double> square_root(Lanes<double> a) { return _mm256_sqrt_pd(a); }
-#elif defined(__SSE2__)
-WEFT_INLINE Lanes<float> square_root(Lanes<float> a) { return _mm_sqrt_ps(a); }
-WEFT_INLINE Lanes<double> square_root(Lanes<double> a) { return _mm_sqrt_pd(a); }
-#else
 template <class V>
 WEFT_INLINE V square_root(V a) {
   for (unsigned i = 0; i < sizeof(V) / sizeof(a[0]); ++i) a[i] = __builtin_sqrt(a[i]);
   return a;
 }
 #endif
+// What is not a number becomes 0.
+template <class V>
+WEFT_INLINE V clamped_to_unit(V a) {
+  return smaller(larger(a, V{}), V{} + 1);
+}
 
 // A point or a vector of space in every lane.
 template <class V>

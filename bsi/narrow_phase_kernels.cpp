@@ -43,6 +43,7 @@ template <class Float>
 WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   using V = Lanes<Float>;
   const V least = V{} + RoundingOf<Float>::smallest_square;
+#pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     triangle.edge[i] = triangle.corner[(i + 1) % 3] - triangle.corner[i];
     triangle.squared_length[i] = dot(triangle.edge[i], triangle.edge[i]);
@@ -55,9 +56,12 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
   V along_b[3];  // b's edge j . (corner i of a - corner j of b)
+#pragma GCC unroll 3
   for (int j = 0; j < 3; ++j) along_b[j] = dot(b.edge[j], a.corner[0] - b.corner[j]);
+#pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     V along_a = dot(a.edge[i], a.corner[i] - b.corner[0]);
+#pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
       const V both = dot(a.edge[i], b.edge[j]);
       const V scale = a.squared_length[i] * b.squared_length[j] - both * both;
@@ -83,6 +87,7 @@ WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
   const V inverse = 1 / larger(dot(normal, normal), V{} + RoundingOf<Float>::smallest_square);
   const Lanes3<V> slope1 = inverse * cross(edge2, normal);
   const Lanes3<V> slope2 = inverse * cross(normal, edge1);
+#pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     const Lanes3<V> from = corners.corner[i] - triangle.corner[0];
     const V weight1 = dot(slope1, from), weight2 = dot(slope2, from);
@@ -117,8 +122,10 @@ template <class V>
 WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&volume)[3][3]) {
   const Lanes3<V> normal = cross(b.edge[0], b.edge[1]);
   V height[3];
+#pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) height[i] = dot(normal, a.corner[i] - b.corner[0]);
   V best = V{} - 1;
+#pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     const V from = height[i], to = height[(i + 1) % 3];
     const V across = larger(smaller(from, -to), smaller(-from, to));
@@ -132,7 +139,9 @@ WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&vol
 template <class V>
 WEFT_INLINE V piercing(const Frame<V>& frame) {
   V volume[3][3], transposed[3][3];
+#pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
+#pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
       volume[i][j] =
           dot(cross(frame.a.edge[i], frame.b.edge[j]), frame.a.corner[i] - frame.b.corner[j]);
@@ -171,6 +180,7 @@ template <class Float>
 WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float>& staged, int first) {
   using V = Lanes<Float>;
   Frame<V> frame;
+#pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     frame.a.corner[i] = load_points(staged.corner[i] + first);
     frame.b.corner[i] = load_points(staged.corner[3 + i] + first);
