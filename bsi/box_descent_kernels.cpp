@@ -1,7 +1,7 @@
 // Compiled once for every instruction set: see instruction_set.h for what that forbids.
 #include "bsi/box_descent_kernels.h"
 
-#include "bsi/lanes.h"
+#include "bsi/box_lanes.h"
 #include "bsi/leaf_pair.h"
 
 namespace weft::bsi::WEFT_KERNELS {
