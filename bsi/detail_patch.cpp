@@ -37,6 +37,12 @@ void DetailPatch::add(const Block& block) {
   }
 }
 
+int DetailPatch::middle_texel(int vertex) const {
+  if (!is_block(vertex)) return vertex;
+  const PlacedBlock& placed = blocks_[vertex - texel_count()];
+  return static_cast<int>(placed.row) * size_.cols + static_cast<int>(placed.col);
+}
+
 void DetailPatch::split(int vertex) {
   std::array<Block, 4> child;
   const int count = pyramid_.children(block(vertex), child);

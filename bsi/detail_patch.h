@@ -33,6 +33,8 @@ class DetailPatch {
 
   int texel_count() const { return size_.texel_count(); }
   const Block& block(int vertex) const { return blocks_[vertex - texel_count()].block; }
+  // The texel in the middle of the block, or the vertex itself.
+  int middle_texel(int vertex) const;
   bool is_block(int vertex) const { return vertex >= texel_count(); }
   int block_count() const { return static_cast<int>(blocks_.size()); }
 

@@ -238,13 +238,14 @@ DetailSurface assemble(const Pyramid& pyramid, std::span<const Vec3> positions,
     index_of_block.assign(patch.block_count(), -1);
     const auto index_of = [&](int vertex) {
       const bool is_block = patch.is_block(vertex);
-      const int particle = is_block ? -1 : atlas.particle_of_texel(first_texel + vertex);
+      const int particle = atlas.particle_of_texel(first_texel + patch.middle_texel(vertex));
       int& index =
           is_block ? index_of_block[vertex - patch.texel_count()] : index_of_particle[particle];
       if (index < 0) {
         index = static_cast<int>(surface.positions.size());
         surface.positions.push_back(is_block ? centre_of(pyramid.sphere(patch.block(vertex)))
                                              : positions[particle]);
+        surface.particles.push_back(particle);
       }
       return index;
     };

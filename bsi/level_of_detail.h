@@ -2,7 +2,9 @@
 // cracks.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,16 +17,20 @@ namespace weft::bsi {
 struct DetailSurface {
   std::vector<Vec3> positions;  // m
   std::vector<std::array<int, 3>> triangles;
+  // By vertex: the particle at its place in the image, whose normal or colour it can take over.
+  std::vector<int> particles;
   // Every point of either surface has a point of the other within this distance, m.
   double deviation = 0;
 };
 
-// How far a surface may stray: `everywhere` + `per_distance` x the distance from the eye, m.
+// How far a surface may stray: `most` (m) anywhere, and `per_distance` x the distance from the eye.
 struct DetailTolerance {
-  double everywhere = 0;
-  double per_distance = 0;
+  double most = std::numeric_limits<double>::infinity();
+  double per_distance = std::numeric_limits<double>::infinity();
   Vec3 eye = Vec3::Zero();
-  double at(const Vec3& point) const { return everywhere + per_distance * (point - eye).norm(); }
+  double at(const Vec3& point) const {
+    return std::min(most, per_distance * (point - eye).norm());  // most where 0 x infinity is NaN
+  }
 };
 
 // The surface through the sphere centres of the blocks of one level for each patch (`levels`, one a

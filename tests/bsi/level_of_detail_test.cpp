@@ -294,7 +294,7 @@ TEST(LevelOfDetail, IsTheOriginalSurfaceWithoutTolerance) {
   for (const auto& [name, surface] : bodies()) {
     const Pyramid pyramid = pyramid_of(surface);
     const Mesh mesh = build_mesh(surface.atlas);
-    const DetailSurface detail = detail_within(pyramid, surface.positions, {});
+    const DetailSurface detail = detail_within(pyramid, surface.positions, {0});
     EXPECT_EQ(detail.deviation, 0);
     ASSERT_EQ(detail.triangles.size(), mesh.triangles.size()) << name;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
