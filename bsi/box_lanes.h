@@ -26,6 +26,7 @@ WEFT_INLINE Lanes broadcast(float value) {
 }
 
 WEFT_INLINE float larger(float a, float b) { return a > b ? a : b; }
+WEFT_INLINE double larger(double a, double b) { return a > b ? a : b; }
 
 WEFT_INLINE Quad smaller(Quad a, Quad b) {
 #if defined(__AVX__)

@@ -31,11 +31,12 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
   query.self = self;
   query.triangles = options.leaf == Leaf::triangle;
-  // Steps between rounded vertices, subtracted in float32, and their means and half widths: each
-  // off by less than 2^-20 of the magnitude.
-  const double rounding = 0x1p-19 * static_cast<double>(first.magnitude());
+  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
+  // magnitude from a distance (docs/theory.md, "The tangent certificate").
   query.certificate_margin =
-      self && options.certificate ? rounded_up((options.margin + rounding) * (1 + 0x1p-20)) : -1.0F;
+      self && options.certificate
+          ? options.margin + 0x1p-20 * static_cast<double>(first.magnitude()) + 0x1p-124
+          : -1.0;
   return query;
 }
 
@@ -247,6 +248,8 @@ void traverse_blocks(const BoxPyramid& first, const BoxPyramid& second, const De
 }  // namespace
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
+  // More would change nothing, for no coordinate is larger than the limit, and might overflow.
+  margin = std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
   // Rounding moves a coordinate by at most 2^-24 of the magnitude, or 2^-126 where it is flushed to
   // zero.
   const double rounding =
