@@ -87,7 +87,7 @@ Vec3 pleated(double u, double v) {
 Vec3 crumpled(double u, double v) {
   const double t = 24 * u + 1.5 * std::sin(2 * pi * u) + 0.8 * std::sin(7 * pi * u);
   const double height = 0.08 * zigzag(t) * (1 + 0.4 * std::sin(5 * u + 3 * v));
-  Vec3 p(scene_margin * (0.9 * t + 6 * std::sin(4 * pi * u) * std::sin(4 * pi * u) * u), width * v,
+  Vec3 p(scene_margin * (1.3 * t + 6 * std::sin(4 * pi * u) * std::sin(4 * pi * u) * u), width * v,
          height);
   constexpr int waves = 6;
   for (int k = 0; k < waves; ++k) {
