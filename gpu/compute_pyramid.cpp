@@ -1,0 +1,232 @@
+#include "gpu/compute_pyramid.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+
+#include "gpu/compute_device.h"
+
+namespace weft::gpu {
+namespace {
+
+constexpr std::uint32_t all_bounded = 0xFFFFFFFF;
+
+// Appends the levels of all patches of a body.
+void append_levels(ComputePyramid::Device::Body& body, std::uint32_t number, std::size_t first_map,
+                   std::vector<shaders::Level>& table) {
+  const bsi::Atlas& atlas = body.atlas;
+  for (int patch = 0; patch < body.levels.patch_count(); ++patch) {
+    const bsi::Patch& image = atlas.patches()[patch];
+    if (std::max(image.quad_rows(), image.quad_cols()) > ComputePyramid::quad_limit) {
+      throw std::runtime_error("patches on the device have at most " +
+                               std::to_string(ComputePyramid::quad_limit) + " quads along an axis");
+    }
+    body.patch_top.push_back(static_cast<std::uint32_t>(table.size()));
+    for (int l = 0; l < body.levels.levels(patch); ++l) {
+      const bsi::BlockLevel& place = body.levels.at(patch, l);
+      shaders::Level level;
+      level.first = static_cast<std::uint32_t>(body.first_block + place.first);
+      level.log_u = place.log_u;
+      level.log_v = place.log_v;
+      level.leaf = l + 1 == body.levels.levels(patch) ? 1 : 0;
+      level.quad_rows = image.quad_rows();
+      level.quad_cols = image.quad_cols();
+      level.rows = image.rows;
+      level.cols = image.cols;
+      level.first_texel = atlas.first_texel(patch);
+      level.first_quad = atlas.first_quad(patch);
+      level.first_vertex = static_cast<std::uint32_t>(body.first_vertex);
+      level.first_map = shaders::no_map;
+      if (atlas.is_identity()) {
+        level.first_vertex += level.first_texel;
+      } else {
+        level.first_map = static_cast<std::uint32_t>(first_map) + level.first_texel;
+      }
+      level.body = number;
+      table.push_back(level);
+    }
+  }
+}
+
+}  // namespace
+
+ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* const> bodies) {
+  context.make_current();
+  device_ = std::make_unique<Device>(context);
+  Device& own = *device_;
+  std::vector<shaders::Level> table;
+  std::vector<std::uint32_t> map;
+  for (const bsi::Atlas* atlas : bodies) {
+    Device::Body body{*atlas, bsi::BlockLevels(*atlas), own.blocks, own.vertices, {}, 0, false};
+    append_levels(body, static_cast<std::uint32_t>(own.bodies.size()), map.size(), table);
+    if (!atlas->is_identity()) {
+      for (int t = 0; t < atlas->texel_count(); ++t) map.push_back(atlas->particle_of_texel(t));
+    }
+    own.blocks += body.levels.block_count();
+    own.vertices += atlas->particle_count();
+    own.bodies.push_back(std::move(body));
+  }
+  if (table.size() > level_limit) {
+    throw std::runtime_error("the patches of the bodies have more than " +
+                             std::to_string(level_limit) + " levels together");
+  }
+  own.levels.reserve(table.size() * sizeof(shaders::Level), "levels of patches");
+  own.levels.write(std::span<const shaders::Level>(table));
+  own.map.reserve(map.size() * sizeof(std::uint32_t), "particles of texels");
+  own.map.write(std::span<const std::uint32_t>(map));
+  own.starts.reserve(own.vertices * 3 * sizeof(float), "vertices");
+  own.ends.reserve(0, "vertices");
+  own.lows.reserve(own.blocks * 3 * sizeof(float), "boxes");
+  own.highs.reserve(own.blocks * 3 * sizeof(float), "boxes");
+  const std::vector<std::uint32_t> bounded(own.bodies.size(), all_bounded);
+  own.unbounded.reserve(bounded.size() * sizeof(std::uint32_t), "marks of bodies");
+  own.unbounded.write(std::span<const std::uint32_t>(bounded));
+  check_gl(own.gl, "hold the pyramids");
+}
+
+ComputePyramid::~ComputePyramid() { device_->context.make_current(); }
+
+void ComputePyramid::Device::upload(const BodyImage& image) {
+  Body& body = bodies[image.body];
+  body.swept = !image.end.empty();
+  body.magnitude = 0;
+  if (body.swept) ends.reserve(starts.bytes(), "vertices");
+  for (const auto& [positions, buffer] :
+       {std::pair(image.start, &starts), std::pair(image.end, &ends)}) {
+    if (positions.empty()) continue;
+    assert(static_cast<int>(positions.size()) == body.atlas.particle_count());
+    staging.resize(3 * positions.size());
+    float largest = 0;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto rounded = static_cast<float>(positions[i][axis]);
+        staging[3 * i + axis] = rounded;
+        largest = std::fabs(rounded) > largest ? std::fabs(rounded) : largest;
+      }
+    }
+    body.magnitude = std::max(body.magnitude, largest);
+    buffer->write(std::span<const float>(staging), body.first_vertex * 3 * sizeof(float));
+  }
+}
+
+// The stages from the last levels up, two levels each, of the bodies to be rebuilt.
+void ComputePyramid::Device::plan(std::span<const BodyImage> images) {
+  std::vector<shaders::Task> all;
+  stages.clear();
+  for (int up = 0;; up += 2) {
+    Stage stage;
+    stage.first_task = static_cast<std::uint32_t>(all.size());
+    for (const BodyImage& image : images) {
+      const Body& body = bodies[image.body];
+      for (int patch = 0; patch < body.levels.patch_count(); ++patch) {
+        const int lowest = body.levels.levels(patch) - 1 - up;
+        if (lowest < (up > 0 ? 1 : 0)) continue;
+        const int top = std::max(lowest - 2, 0);
+        const std::uint32_t first = body.patch_top[patch];
+        all.push_back({stage.groups, first + lowest, first + std::max(lowest - 1, 0),
+                       (first + top) | (body.swept ? 0x80000000U : 0U)});
+        stage.groups += static_cast<std::uint32_t>(
+            (body.levels.at(patch, top).count() + shaders::group_size - 1) / shaders::group_size);
+      }
+    }
+    stage.task_count = static_cast<std::uint32_t>(all.size()) - stage.first_task;
+    if (stage.task_count == 0) break;
+    stages.push_back(stage);
+  }
+  tasks.reserve(all.size() * sizeof(shaders::Task), "tasks");
+  tasks.write(std::span<const shaders::Task>(all));
+}
+
+void ComputePyramid::Device::bind_images() const {
+  levels.bind(0);
+  starts.bind(1);
+  ends.bind(2);
+  map.bind(3);
+}
+
+void ComputePyramid::Device::dispatch(ComputeProgram& program) {
+  program.use();
+  bind_images();
+  tasks.bind(4);
+  lows.bind(5);
+  highs.bind(6);
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    program.set("first_task", stages[i].first_task);
+    program.set("task_count", stages[i].task_count);
+    program.set("from_image", i == 0 ? 1 : 0);
+    gl.DispatchCompute(stages[i].groups, 1, 1);
+    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  }
+  gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+}
+
+void ComputePyramid::rebuild(std::span<const BodyImage> images) {
+  Device& own = *device_;
+  own.context.make_current();
+  for (const BodyImage& image : images) {
+    own.upload(image);
+    own.unbounded.write(std::span(&all_bounded, 1), image.body * sizeof(std::uint32_t));
+  }
+  own.plan(images);
+  rebuild_boxes();
+}
+
+void ComputePyramid::rebuild_boxes() {
+  Device& own = *device_;
+  own.context.make_current();
+  own.unbounded.bind(7);
+  own.dispatch(own.bound_boxes);
+  check_gl(own.gl, "bound boxes");
+}
+
+void ComputePyramid::rebuild_spheres() {
+  Device& own = *device_;
+  own.context.make_current();
+  own.spheres.reserve(own.blocks * sizeof(bsi::Sphere), "spheres");
+  own.spheres.bind(7);
+  own.dispatch(own.bound_spheres);
+  check_gl(own.gl, "bound spheres");
+}
+
+std::optional<UnboundedTexel> ComputePyramid::first_unbounded() const {
+  device_->context.make_current();
+  std::vector<std::uint32_t> texels(device_->bodies.size());
+  device_->unbounded.read(std::span(texels));
+  for (std::size_t b = 0; b < texels.size(); ++b) {
+    if (texels[b] == all_bounded) continue;
+    return UnboundedTexel{static_cast<int>(b),
+                          device_->bodies[b].atlas.texel_address(static_cast<int>(texels[b]))};
+  }
+  return std::nullopt;
+}
+
+int ComputePyramid::body_count() const { return static_cast<int>(device_->bodies.size()); }
+const bsi::Atlas& ComputePyramid::atlas(int body) const { return device_->bodies[body].atlas; }
+const bsi::BlockLevels& ComputePyramid::levels(int body) const {
+  return device_->bodies[body].levels;
+}
+float ComputePyramid::magnitude(int body) const { return device_->bodies[body].magnitude; }
+bool ComputePyramid::is_swept(int body) const { return device_->bodies[body].swept; }
+
+std::vector<BlockBox> ComputePyramid::read_boxes(int body) const {
+  device_->context.make_current();
+  const Device::Body& place = device_->bodies[body];
+  std::vector<std::array<float, 3>> low(place.levels.block_count());
+  std::vector<std::array<float, 3>> high(low.size());
+  device_->lows.read(std::span(low), place.first_block * sizeof(low[0]));
+  device_->highs.read(std::span(high), place.first_block * sizeof(high[0]));
+  std::vector<BlockBox> boxes(low.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) boxes[i] = {low[i], high[i]};
+  return boxes;
+}
+
+std::vector<bsi::Sphere> ComputePyramid::read_spheres(int body) const {
+  device_->context.make_current();
+  const Device::Body& place = device_->bodies[body];
+  std::vector<bsi::Sphere> spheres(place.levels.block_count());
+  device_->spheres.read(std::span(spheres), place.first_block * sizeof(bsi::Sphere));
+  return spheres;
+}
+
+}  // namespace weft::gpu
