@@ -11,10 +11,11 @@ namespace weft::gpu {
 struct ComputePyramid::Device {
   struct Body {
     bsi::Atlas atlas;
-    bsi::BlockLevels levels;
     std::size_t first_block = 0;
-    std::size_t first_vertex = 0;          // of all particles
-    std::vector<std::uint32_t> patch_top;  // into the table of levels
+    std::size_t first_vertex = 0;  // of all particles
+    std::size_t block_count = 0;
+    std::vector<std::vector<bsi::BlockLevel>> patches;  // by patch: its levels
+    std::vector<std::uint32_t> patch_top;               // into the table of levels
     float magnitude = 0;
     bool swept = false;
   };

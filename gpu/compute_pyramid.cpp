@@ -12,30 +12,42 @@ namespace {
 
 constexpr std::uint32_t all_bounded = 0xFFFFFFFF;
 
+// From the patch top down; `blocks` counts them.
+std::vector<bsi::BlockLevel> block_levels(const bsi::Patch& image, std::size_t& blocks) {
+  const int depth_u = std::max(0, bsi::ceil_log2(image.quad_cols()) - 1);
+  const int depth_v = std::max(0, bsi::ceil_log2(image.quad_rows()) - 1);
+  std::vector<bsi::BlockLevel> levels;
+  for (int level = 0; level <= std::max(depth_u, depth_v); ++level) {
+    levels.push_back({blocks, std::min(level, depth_u), std::min(level, depth_v)});
+    blocks += levels.back().count();
+  }
+  return levels;
+}
+
 // Appends the levels of all patches of a body.
 void append_levels(ComputePyramid::Device::Body& body, std::uint32_t number, std::size_t first_map,
                    std::vector<shaders::Level>& table) {
   const bsi::Atlas& atlas = body.atlas;
-  for (int patch = 0; patch < body.levels.patch_count(); ++patch) {
+  for (std::size_t patch = 0; patch < atlas.patches().size(); ++patch) {
     const bsi::Patch& image = atlas.patches()[patch];
     if (std::max(image.quad_rows(), image.quad_cols()) > ComputePyramid::quad_limit) {
       throw std::runtime_error("patches on the device have at most " +
                                std::to_string(ComputePyramid::quad_limit) + " quads along an axis");
     }
     body.patch_top.push_back(static_cast<std::uint32_t>(table.size()));
-    for (int l = 0; l < body.levels.levels(patch); ++l) {
-      const bsi::BlockLevel& place = body.levels.at(patch, l);
+    body.patches.push_back(block_levels(image, body.block_count));
+    for (const bsi::BlockLevel& place : body.patches.back()) {
       shaders::Level level;
       level.first = static_cast<std::uint32_t>(body.first_block + place.first);
       level.log_u = place.log_u;
       level.log_v = place.log_v;
-      level.leaf = l + 1 == body.levels.levels(patch) ? 1 : 0;
+      level.leaf = &place == &body.patches.back().back() ? 1 : 0;
       level.quad_rows = image.quad_rows();
       level.quad_cols = image.quad_cols();
       level.rows = image.rows;
       level.cols = image.cols;
-      level.first_texel = atlas.first_texel(patch);
-      level.first_quad = atlas.first_quad(patch);
+      level.first_texel = atlas.first_texel(static_cast<int>(patch));
+      level.first_quad = atlas.first_quad(static_cast<int>(patch));
       level.first_vertex = static_cast<std::uint32_t>(body.first_vertex);
       level.first_map = shaders::no_map;
       if (atlas.is_identity()) {
@@ -58,12 +70,15 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
   std::vector<shaders::Level> table;
   std::vector<std::uint32_t> map;
   for (const bsi::Atlas* atlas : bodies) {
-    Device::Body body{*atlas, bsi::BlockLevels(*atlas), own.blocks, own.vertices, {}, 0, false};
+    Device::Body body;
+    body.atlas = *atlas;
+    body.first_block = own.blocks;
+    body.first_vertex = own.vertices;
     append_levels(body, static_cast<std::uint32_t>(own.bodies.size()), map.size(), table);
     if (!atlas->is_identity()) {
       for (int t = 0; t < atlas->texel_count(); ++t) map.push_back(atlas->particle_of_texel(t));
     }
-    own.blocks += body.levels.block_count();
+    own.blocks += body.block_count;
     own.vertices += atlas->particle_count();
     own.bodies.push_back(std::move(body));
   }
@@ -119,15 +134,15 @@ void ComputePyramid::Device::plan(std::span<const BodyImage> images) {
     stage.first_task = static_cast<std::uint32_t>(all.size());
     for (const BodyImage& image : images) {
       const Body& body = bodies[image.body];
-      for (int patch = 0; patch < body.levels.patch_count(); ++patch) {
-        const int lowest = body.levels.levels(patch) - 1 - up;
+      for (std::size_t patch = 0; patch < body.patches.size(); ++patch) {
+        const int lowest = static_cast<int>(body.patches[patch].size()) - 1 - up;
         if (lowest < (up > 0 ? 1 : 0)) continue;
         const int top = std::max(lowest - 2, 0);
         const std::uint32_t first = body.patch_top[patch];
         all.push_back({stage.groups, first + lowest, first + std::max(lowest - 1, 0),
                        (first + top) | (body.swept ? 0x80000000U : 0U)});
         stage.groups += static_cast<std::uint32_t>(
-            (body.levels.at(patch, top).count() + shaders::group_size - 1) / shaders::group_size);
+            (body.patches[patch][top].count() + shaders::group_size - 1) / shaders::group_size);
       }
     }
     stage.task_count = static_cast<std::uint32_t>(all.size()) - stage.first_task;
@@ -203,8 +218,11 @@ std::optional<UnboundedTexel> ComputePyramid::first_unbounded() const {
 
 int ComputePyramid::body_count() const { return static_cast<int>(device_->bodies.size()); }
 const bsi::Atlas& ComputePyramid::atlas(int body) const { return device_->bodies[body].atlas; }
-const bsi::BlockLevels& ComputePyramid::levels(int body) const {
-  return device_->bodies[body].levels;
+int ComputePyramid::levels(int body, int patch) const {
+  return static_cast<int>(device_->bodies[body].patches[patch].size());
+}
+const bsi::BlockLevel& ComputePyramid::level(int body, int patch, int level) const {
+  return device_->bodies[body].patches[patch][level];
 }
 float ComputePyramid::magnitude(int body) const { return device_->bodies[body].magnitude; }
 bool ComputePyramid::is_swept(int body) const { return device_->bodies[body].swept; }
@@ -212,7 +230,7 @@ bool ComputePyramid::is_swept(int body) const { return device_->bodies[body].swe
 std::vector<BlockBox> ComputePyramid::read_boxes(int body) const {
   device_->context.make_current();
   const Device::Body& place = device_->bodies[body];
-  std::vector<std::array<float, 3>> low(place.levels.block_count());
+  std::vector<std::array<float, 3>> low(place.block_count);
   std::vector<std::array<float, 3>> high(low.size());
   device_->lows.read(std::span(low), place.first_block * sizeof(low[0]));
   device_->highs.read(std::span(high), place.first_block * sizeof(high[0]));
@@ -224,7 +242,7 @@ std::vector<BlockBox> ComputePyramid::read_boxes(int body) const {
 std::vector<bsi::Sphere> ComputePyramid::read_spheres(int body) const {
   device_->context.make_current();
   const Device::Body& place = device_->bodies[body];
-  std::vector<bsi::Sphere> spheres(place.levels.block_count());
+  std::vector<bsi::Sphere> spheres(place.block_count);
   device_->spheres.read(std::span(spheres), place.first_block * sizeof(bsi::Sphere));
   return spheres;
 }

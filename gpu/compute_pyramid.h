@@ -30,19 +30,24 @@ struct UnboundedTexel {
   bsi::TexelAddress texel;
 };
 
-// Of the float32 vertices in it; low > high for a block without quads.
+// Of the float32 vertices in a block.
 struct BlockBox {
   std::array<float, 3> low{}, high{};
   bool operator==(const BlockBox&) const = default;
 };
 
-// Boxes of all blocks of bsi::BlockLevels of every body, bit-equal to minima and maxima of its
-// float32 vertices on any device, and, when they are asked for, spheres: centre = middle of the
-// box, radius by the rules of bsi/sphere_bounds.h (the `fast` policy). Spheres are conservative as
-// in bsi::Pyramid.
+// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
+// blocks of one or two quads; block boundaries are bsi::block_boundary(k, quads, log). The last
+// level holds the leaf blocks. No block is empty. (The blocks of bsi::BoxPyramid.)
 //
-// Memory on the device: 12 bytes a particle (24 once it was swept) and 24 a block, of which there
-// are up to 4/3 a quad of an image whose sizes are powers of two; spheres 16 a block.
+// Every block has a box, bit-equal to minima and maxima of its float32 vertices on any device, and,
+// when they are asked for, a sphere: centre = middle of the box, radius by the rules of
+// bsi/sphere_bounds.h (the `fast` policy; of a leaf block its farthest vertex). Spheres are
+// conservative as in bsi::Pyramid.
+//
+// Memory on the device: 12 bytes a particle (24 once a body was swept) and 24 a block, of which
+// there are about a third of the quads (up to 4/3, where an axis has one more quad than a power of
+// two); spheres 16 a block.
 //
 // All functions make the context current on the calling thread, and throw std::runtime_error with
 // the reason when OpenGL fails (memory, a buffer beyond what the device allows).
@@ -74,11 +79,13 @@ class ComputePyramid {
 
   int body_count() const;
   const bsi::Atlas& atlas(int body) const;
-  const bsi::BlockLevels& levels(int body) const;
+  int levels(int body, int patch) const;
+  // Its blocks are numbered through the body, as read_boxes() has them.
+  const bsi::BlockLevel& level(int body, int patch, int level) const;
   // The largest |coordinate| of the float32 vertices at the last rebuild, m.
   float magnitude(int body) const;
   bool is_swept(int body) const;
-  // For tests: by block, in the numbers of levels(body). Wait for the device.
+  // For tests: by block. Wait for the device.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;
 

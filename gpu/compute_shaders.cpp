@@ -57,12 +57,11 @@ uvec4 find_task() {
   return tasks[first_task + low];
 }
 
-// The quad of block (u, v) of a last level: false if it has none.
-bool find_quad(Level level, uint u, uint v, out uint row, out uint col) {
-  row = (v * level.quad_rows) >> level.log_v;
-  col = (u * level.quad_cols) >> level.log_u;
-  return row < ((v + 1u) * level.quad_rows) >> level.log_v &&
-         col < ((u + 1u) * level.quad_cols) >> level.log_u;
+// Calls that differ from kernel to kernel visit the vertices of a leaf block: rows and columns
+// range.x .. range.y and range.z .. range.w, both included.
+uvec4 vertices_of_leaf(Level level, uint u, uint v) {
+  return uvec4((v * level.quad_rows) >> level.log_v, ((v + 1u) * level.quad_rows) >> level.log_v,
+               (u * level.quad_cols) >> level.log_u, ((u + 1u) * level.quad_cols) >> level.log_u);
 }
 )";
 
@@ -97,20 +96,24 @@ uint size_of(vec3 p) {
   return max(bits.x, max(bits.y, bits.z));
 }
 
-Box bound_quad(Level level, uint block, uint row, uint col, bool swept) {
+Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
   Box box = start(0u);
-  for (uint corner = 0u; corner < 4u; ++corner) {
-    uint texel = texel_at(level, row + (corner >> 1), col + (corner & 1u));
-    uint vertex = vertex_of(level, texel);
-    vec3 p = start_of(vertex);
-    uint size = size_of(p);
-    box = join(box, Box(p, p));
-    if (swept) {
-      p = end_of(vertex);
-      size = max(size, size_of(p));
+  for (uint row = range.x; row <= range.y; ++row) {
+    for (uint col = range.z; col <= range.w; ++col) {
+      uint texel = texel_at(level, row, col);
+      uint vertex = vertex_of(level, texel);
+      vec3 p = start_of(vertex);
+      uint size = size_of(p);
       box = join(box, Box(p, p));
+      if (swept) {
+        p = end_of(vertex);
+        size = max(size, size_of(p));
+        box = join(box, Box(p, p));
+      }
+      if (size >= coordinate_limit) {
+        atomicMin(first_unbounded[level.body], level.first_texel + texel);
+      }
     }
-    if (size >= coordinate_limit) atomicMin(first_unbounded[level.body], level.first_texel + texel);
   }
   return box;
 }
@@ -133,12 +136,10 @@ float cover(float reach, Box box) {
 }
 vec4 start(uint block) { return vec4(middle_of(load_box(block)), -1.0); }
 vec4 join(vec4 a, vec4 b) {
-  if (b.w < 0.0) return a;
   precise float reach = sqrt(squared(b.xyz - a.xyz)) + b.w;
   return vec4(a.xyz, max(a.w, reach));
 }
 vec4 finish(vec4 joined, uint block) {
-  if (joined.w < 0.0) return joined;
   Box box = load_box(block);
   precise float carried = joined.w * round_up + radius_floor;
   vec3 half_side = max(box.high - joined.xyz, joined.xyz - box.low);
@@ -147,14 +148,16 @@ vec4 finish(vec4 joined, uint block) {
 vec4 load(uint block) { return sphere[block]; }
 void store(uint block, vec4 bound) { sphere[block] = bound; }
 
-vec4 bound_quad(Level level, uint block, uint row, uint col, bool swept) {
+vec4 bound_leaf(Level level, uint block, uvec4 range, bool swept) {
   Box box = load_box(block);
   vec3 centre = middle_of(box);
   float reach = 0.0;
-  for (uint corner = 0u; corner < 4u; ++corner) {
-    uint vertex = vertex_of(level, texel_at(level, row + (corner >> 1), col + (corner & 1u)));
-    reach = max(reach, squared(start_of(vertex) - centre));
-    if (swept) reach = max(reach, squared(end_of(vertex) - centre));
+  for (uint row = range.x; row <= range.y; ++row) {
+    for (uint col = range.z; col <= range.w; ++col) {
+      uint vertex = vertex_of(level, texel_at(level, row, col));
+      reach = max(reach, squared(start_of(vertex) - centre));
+      if (swept) reach = max(reach, squared(end_of(vertex) - centre));
+    }
   }
   return vec4(centre, cover(sqrt(reach), box));
 }
@@ -181,12 +184,10 @@ void main() {
     for (uint j = 0u; j < 1u << (lu + lv); ++j) {
       uint u_lowest = (u_middle << lu) + (j & lu), v_lowest = (v_middle << lv) + (j >> lu);
       uint block = lowest.first + (v_lowest << lowest.log_u) + u_lowest;
-      Bound bound = start(block);
+      Bound bound;
       if (from_image != 0u) {
-        uint row, col;
-        if (find_quad(lowest, u_lowest, v_lowest, row, col)) {
-          bound = bound_quad(lowest, block, row, col, swept);
-        }
+        uvec4 range = vertices_of_leaf(lowest, u_lowest, v_lowest);
+        bound = bound_leaf(lowest, block, range, swept);
         store(block, bound);
       } else {
         bound = load(block);

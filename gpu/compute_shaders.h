@@ -36,8 +36,8 @@ struct Task {
 };
 
 // Every invocation bounds the blocks of three levels that lie under one block of the top one, that
-// included. `from_image`: the lowest level, of single quads, is made from the vertices; otherwise
-// it is there.
+// included. `from_image`: the lowest level, of leaf blocks, is made from the vertices; otherwise it
+// is there.
 std::string bound_boxes();
 // The same for spheres, where the boxes are there.
 std::string bound_spheres();

@@ -13,7 +13,6 @@ namespace weft::gpu {
 namespace {
 
 using bsi::Atlas;
-using bsi::BlockLevels;
 using bsi::Patch;
 
 // Bodies of every kind: wrapped, sewn, not square, no powers of two, one quad alone.
@@ -44,7 +43,6 @@ std::vector<Vec3> shaken(std::vector<Vec3> positions, double by, std::mt19937& r
 template <typename Visit>
 void visit_vertices(const Atlas& atlas, const BodyImage& image, int patch,
                     const bsi::QuadRange& range, const Visit& visit) {
-  if (range.empty()) return;
   for (int row = range.row_begin; row <= range.row_end; ++row) {
     for (int col = range.col_begin; col <= range.col_end; ++col) {
       const int particle = atlas.particle(patch, row, col);
@@ -54,14 +52,23 @@ void visit_vertices(const Atlas& atlas, const BodyImage& image, int patch,
   }
 }
 
+// visit(patch, level, quads, block)
 template <typename Visit>
-void visit_blocks(const BlockLevels& levels, const Visit& visit) {
-  for (int patch = 0; patch < levels.patch_count(); ++patch) {
-    for (int level = 0; level < levels.levels(patch); ++level) {
-      const bsi::BlockLevel& place = levels.at(patch, level);
+void visit_blocks(const ComputePyramid& pyramid, int body, const Visit& visit) {
+  for (int patch = 0; patch < static_cast<int>(pyramid.atlas(body).patches().size()); ++patch) {
+    const Patch& image = pyramid.atlas(body).patches()[patch];
+    for (int level = 0; level < pyramid.levels(body, patch); ++level) {
+      const bsi::BlockLevel& place = pyramid.level(body, patch, level);
       for (int v = 0; v < 1 << place.log_v; ++v) {
         for (int u = 0; u < 1 << place.log_u; ++u) {
-          visit(patch, level, levels.quads(patch, level, u, v), place.block(u, v));
+          const auto row = [&](int k) {
+            return bsi::block_boundary(k, image.quad_rows(), place.log_v);
+          };
+          const auto col = [&](int k) {
+            return bsi::block_boundary(k, image.quad_cols(), place.log_u);
+          };
+          visit(patch, level, bsi::QuadRange{row(v), row(v + 1), col(u), col(u + 1)},
+                place.block(u, v));
         }
       }
     }
@@ -73,7 +80,7 @@ int wrong_boxes(const ComputePyramid& pyramid, const BodyImage& image) {
   const std::vector<BlockBox> boxes = pyramid.read_boxes(image.body);
   const Atlas& atlas = pyramid.atlas(image.body);
   int wrong = 0;
-  visit_blocks(pyramid.levels(image.body),
+  visit_blocks(pyramid, image.body,
                [&](int patch, int, const bsi::QuadRange& range, std::size_t block) {
                  constexpr float far = std::numeric_limits<float>::max();
                  BlockBox expected{{far, far, far}, {-far, -far, -far}};
@@ -90,32 +97,30 @@ int wrong_boxes(const ComputePyramid& pyramid, const BodyImage& image) {
 }
 
 // Counts vertices outside the spheres of their blocks, in float64, and spheres that are larger than
-// the half diagonal of their boxes, or not empty where these are.
+// the half diagonal of their boxes.
 int wrong_spheres(const ComputePyramid& pyramid, const BodyImage& image) {
   const std::vector<bsi::Sphere> spheres = pyramid.read_spheres(image.body);
   const std::vector<BlockBox> boxes = pyramid.read_boxes(image.body);
   const Atlas& atlas = pyramid.atlas(image.body);
   int wrong = 0;
-  visit_blocks(pyramid.levels(image.body), [&](int patch, int, const bsi::QuadRange& range,
-                                               std::size_t block) {
-    const bsi::Sphere& sphere = spheres[block];
-    if (range.empty() != (sphere.radius < 0)) ++wrong;
-    if (range.empty()) return;
-    const Vec3 centre(sphere.x, sphere.y, sphere.z);
-    visit_vertices(atlas, image, patch, range, [&](const Vec3& p) {
-      if ((p - centre).norm() > static_cast<double>(sphere.radius)) ++wrong;
-    });
-    Vec3 low, high;
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = static_cast<double>(boxes[block].low[axis]);
-      high[axis] = static_cast<double>(boxes[block].high[axis]);
-    }
-    // The floor that every radius has, level by level, and the rounding of the vertices.
-    const double allowed = 2e-17 + 1e-6 * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
-    if (static_cast<double>(sphere.radius) > (high - low).norm() / 2 * (1 + 1e-6) + allowed) {
-      ++wrong;
-    }
-  });
+  visit_blocks(
+      pyramid, image.body, [&](int patch, int, const bsi::QuadRange& range, std::size_t block) {
+        const bsi::Sphere& sphere = spheres[block];
+        const Vec3 centre(sphere.x, sphere.y, sphere.z);
+        visit_vertices(atlas, image, patch, range, [&](const Vec3& p) {
+          if ((p - centre).norm() > static_cast<double>(sphere.radius)) ++wrong;
+        });
+        Vec3 low, high;
+        for (int axis = 0; axis < 3; ++axis) {
+          low[axis] = static_cast<double>(boxes[block].low[axis]);
+          high[axis] = static_cast<double>(boxes[block].high[axis]);
+        }
+        // The floor that every radius has, level by level, and the rounding of the vertices.
+        const double allowed = 2e-17 + 1e-6 * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
+        if (static_cast<double>(sphere.radius) > (high - low).norm() / 2 * (1 + 1e-6) + allowed) {
+          ++wrong;
+        }
+      });
   return wrong;
 }
 
@@ -189,11 +194,12 @@ TEST(ComputePyramid, SpheresBoundWhateverTheSize) {
   }
 }
 
-// Levels whose spheres bsi::Pyramid carries up too (it tightens the uppermost four further).
-TEST(ComputePyramid, SpheresAreThoseOfTheCpu) {
+// An image whose blocks are those of bsi::Pyramid too, but for the single quads. Ours are carried
+// up from tighter ones; the CPU tightens its uppermost four levels further.
+TEST(ComputePyramid, SpheresAreAsTightAsThoseOfTheCpu) {
   WEFT_NEEDS_CONTEXT();
   std::mt19937 random(4);
-  const bsi::Surface torus = bsi::make_torus(1.0, 0.3, 40, 75);
+  const bsi::Surface torus = bsi::make_torus(1.0, 0.3, 64, 64);
   const std::vector<Vec3> positions = shaken(torus.positions, 0.01, random);
   const std::array<const Atlas*, 1> atlas{&torus.atlas};
   ComputePyramid pyramid(context, atlas);
@@ -203,22 +209,19 @@ TEST(ComputePyramid, SpheresAreThoseOfTheCpu) {
   const std::vector<bsi::Sphere> spheres = pyramid.read_spheres(0);
   bsi::Pyramid expected(torus.atlas);
   ASSERT_FALSE(expected.rebuild(positions));
-  const BlockLevels& levels = pyramid.levels(0);
   int compared = 0;
-  for (int level = 4; level < levels.levels(0); ++level) {
-    const bsi::BlockLevel& place = levels.at(0, level);
+  for (int level = 0; level < pyramid.levels(0, 0); ++level) {
+    const bsi::BlockLevel& place = pyramid.level(0, 0, level);
     const auto row = expected.level_spheres(0, level);
     for (std::size_t i = 0; i < place.count(); ++i, ++compared) {
       const bsi::Sphere& ours = spheres[place.first + i];
-      const float allowed = 1e-6F * std::fabs(row[i].radius);  // the CPU may fuse operations
-      ASSERT_NEAR(ours.radius, row[i].radius, allowed) << level << " " << i;
-      if (row[i].radius < 0) continue;
       ASSERT_EQ(ours.x, row[i].x);
       ASSERT_EQ(ours.y, row[i].y);
       ASSERT_EQ(ours.z, row[i].z);
+      ASSERT_LE(ours.radius, row[i].radius * (level < 4 ? 1.5F : 1.000001F)) << level << " " << i;
     }
   }
-  EXPECT_GT(compared, 3000);
+  EXPECT_EQ(compared, 1365);
 }
 
 TEST(ComputePyramid, NamesTheFirstTexelThatIsNotFinite) {
