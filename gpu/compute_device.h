@@ -29,8 +29,9 @@ struct ComputePyramid::Device {
   std::vector<Body> bodies;
   std::size_t blocks = 0, vertices = 0;
   GlBuffer levels{gl}, map{gl}, tasks{gl};
-  GlBuffer starts{gl}, ends{gl};
-  GlBuffer lows{gl}, highs{gl}, spheres{gl}, unbounded{gl};
+  // At the starts of all paths, then at their ends, which only swept bodies use.
+  GlBuffer coordinates{gl};
+  GlBuffer boxes{gl}, spheres{gl}, unbounded{gl};
   ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
   ComputeProgram bound_spheres{gl, shaders::bound_spheres()};
   std::vector<Stage> stages;   // of the last rebuild
@@ -40,8 +41,6 @@ struct ComputePyramid::Device {
   void upload(const BodyImage& image);
   void plan(std::span<const BodyImage> images);
   void dispatch(ComputeProgram& program);
-  // Binds levels, vertices and map to 0..3.
-  void bind_images() const;
 };
 
 }  // namespace weft::gpu

@@ -10,6 +10,7 @@
 namespace weft::gpu {
 namespace {
 
+using Vertex = std::array<float, 3>;
 constexpr std::uint32_t all_bounded = 0xFFFFFFFF;
 
 // From the patch top down; `blocks` counts them.
@@ -90,10 +91,8 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
   own.levels.write(std::span<const shaders::Level>(table));
   own.map.reserve(map.size() * sizeof(std::uint32_t), "particles of texels");
   own.map.write(std::span<const std::uint32_t>(map));
-  own.starts.reserve(own.vertices * 3 * sizeof(float), "vertices");
-  own.ends.reserve(0, "vertices");
-  own.lows.reserve(own.blocks * 3 * sizeof(float), "boxes");
-  own.highs.reserve(own.blocks * 3 * sizeof(float), "boxes");
+  own.coordinates.reserve(own.vertices * 2 * sizeof(Vertex), "vertices");
+  own.boxes.reserve(own.blocks * sizeof(BlockBox), "boxes");
   const std::vector<std::uint32_t> bounded(own.bodies.size(), all_bounded);
   own.unbounded.reserve(bounded.size() * sizeof(std::uint32_t), "marks of bodies");
   own.unbounded.write(std::span<const std::uint32_t>(bounded));
@@ -106,9 +105,8 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
   Body& body = bodies[image.body];
   body.swept = !image.end.empty();
   body.magnitude = 0;
-  if (body.swept) ends.reserve(starts.bytes(), "vertices");
-  for (const auto& [positions, buffer] :
-       {std::pair(image.start, &starts), std::pair(image.end, &ends)}) {
+  std::size_t first = body.first_vertex;
+  for (const std::span<const Vec3> positions : {image.start, image.end}) {
     if (positions.empty()) continue;
     assert(static_cast<int>(positions.size()) == body.atlas.particle_count());
     staging.resize(3 * positions.size());
@@ -121,7 +119,8 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
       }
     }
     body.magnitude = std::max(body.magnitude, largest);
-    buffer->write(std::span<const float>(staging), body.first_vertex * 3 * sizeof(float));
+    coordinates.write(std::span<const float>(staging), first * sizeof(Vertex));
+    first += vertices;
   }
 }
 
@@ -153,19 +152,14 @@ void ComputePyramid::Device::plan(std::span<const BodyImage> images) {
   tasks.write(std::span<const shaders::Task>(all));
 }
 
-void ComputePyramid::Device::bind_images() const {
-  levels.bind(0);
-  starts.bind(1);
-  ends.bind(2);
-  map.bind(3);
-}
-
 void ComputePyramid::Device::dispatch(ComputeProgram& program) {
   program.use();
-  bind_images();
-  tasks.bind(4);
-  lows.bind(5);
-  highs.bind(6);
+  levels.bind(0);
+  coordinates.bind(1);
+  map.bind(2);
+  tasks.bind(3);
+  boxes.bind(4);
+  program.set("vertex_count", static_cast<GLuint>(vertices));
   for (std::size_t i = 0; i < stages.size(); ++i) {
     program.set("first_task", stages[i].first_task);
     program.set("task_count", stages[i].task_count);
@@ -190,7 +184,7 @@ void ComputePyramid::rebuild(std::span<const BodyImage> images) {
 void ComputePyramid::rebuild_boxes() {
   Device& own = *device_;
   own.context.make_current();
-  own.unbounded.bind(7);
+  own.unbounded.bind(5);
   own.dispatch(own.bound_boxes);
   check_gl(own.gl, "bound boxes");
 }
@@ -199,7 +193,7 @@ void ComputePyramid::rebuild_spheres() {
   Device& own = *device_;
   own.context.make_current();
   own.spheres.reserve(own.blocks * sizeof(bsi::Sphere), "spheres");
-  own.spheres.bind(7);
+  own.spheres.bind(5);
   own.dispatch(own.bound_spheres);
   check_gl(own.gl, "bound spheres");
 }
@@ -230,12 +224,8 @@ bool ComputePyramid::is_swept(int body) const { return device_->bodies[body].swe
 std::vector<BlockBox> ComputePyramid::read_boxes(int body) const {
   device_->context.make_current();
   const Device::Body& place = device_->bodies[body];
-  std::vector<std::array<float, 3>> low(place.block_count);
-  std::vector<std::array<float, 3>> high(low.size());
-  device_->lows.read(std::span(low), place.first_block * sizeof(low[0]));
-  device_->highs.read(std::span(high), place.first_block * sizeof(high[0]));
-  std::vector<BlockBox> boxes(low.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) boxes[i] = {low[i], high[i]};
+  std::vector<BlockBox> boxes(place.block_count);
+  device_->boxes.read(std::span(boxes), place.first_block * sizeof(BlockBox));
   return boxes;
 }
 

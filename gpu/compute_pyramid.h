@@ -45,7 +45,7 @@ struct BlockBox {
 // bsi/sphere_bounds.h (the `fast` policy; of a leaf block its farthest vertex). Spheres are
 // conservative as in bsi::Pyramid.
 //
-// Memory on the device: 12 bytes a particle (24 once a body was swept) and 24 a block, of which
+// Memory on the device: 24 bytes a particle (both ends of its path) and 24 a block, of which
 // there are about a third of the quads (up to 4/3, where an axis has one more quad than a power of
 // two); spheres 16 a block.
 //

@@ -42,4 +42,37 @@ std::string bound_boxes();
 // The same for spheres, where the boxes are there.
 std::string bound_spheres();
 
+// --- Traversal ------------------------------------------------------------------------------
+
+// What pairs of blocks are compared for.
+struct Query {
+  float margin = 0;
+  std::uint32_t flags = 0;
+  std::uint32_t unused[2]{};
+  float point[3]{};  // with flag point: what the blocks are compared with
+  std::uint32_t unused_too = 0;
+};
+namespace query_flags {
+inline constexpr std::uint32_t self = 1, point = 2, swept_a = 4, swept_b = 8;
+}
+
+// Two blocks of a query; a == b in a self traversal: the block with itself.
+struct BlockPair {
+  std::uint32_t a = 0, b = 0;
+  std::uint32_t levels = 0;  // of a: the lower 16 bits; of b: the upper ones
+  std::uint32_t query = 0;
+};
+
+// A list on the device: the arguments of the indirect dispatch that reads it, and its length.
+struct List {
+  std::uint32_t groups = 0, one = 1, one_too = 1;
+  std::uint32_t length = 0;
+};
+
+// Appends the pairs of children that are within the margin of each other, to the list of pairs of
+// leaf blocks if both are.
+std::string expand_pairs();
+// From pairs of leaf blocks to pairs of leaves: query, a, b.
+std::string find_leaves();
+
 }  // namespace weft::gpu::shaders
