@@ -17,8 +17,8 @@ using FourParticles = std::array<int, 4>;
 // Everything below works on one thread, gives the same bits with every instruction set, and wants
 // finite positions (m), by particle. Work on many threads by splitting `pairs`.
 
-// The squared distances (m^2), right within 1e-12 of themselves or those of the scalar functions.
-// 10 ns a pair with AVX-512.
+// The squared distances (m^2): those of the scalar functions within rounding (a distance within
+// 1e-12 of itself and 1e-15 of the size of the pair). 10 ns a pair with AVX-512.
 void squared_distances(FeatureKind kind, std::span<const Vec3> positions,
                        std::span<const FourParticles> pairs, std::span<double> squared_distance);
 
