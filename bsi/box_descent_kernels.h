@@ -18,9 +18,9 @@ struct NodePair {
 
 struct DescentQuery {
   const BoxTree* a;
-  const BoxTree* b;          // a itself in a self traversal
-  float half_margin;         // every box is widened by it
-  float certificate_margin;  // negative: the certificate is not to be used
+  const BoxTree* b;           // a itself in a self traversal
+  double certificate_margin;  // negative: the certificate is not to be used
+  float half_margin;          // every box is widened by it
   bool self;
   bool triangles;  // leaves are triangles, not quads
 };
@@ -31,7 +31,9 @@ struct DescentCounters {
   std::int64_t certified;
 };
 
-// Where leaf pairs go: `flush` is called when there may be no room for 64 more, and empties it.
+// Where leaf pairs go: `flush` is called when there may be no room for two leaf blocks' more, and
+// empties it.
+inline constexpr int pairs_a_flush = 8 * 8 + 8;
 struct PairSink {
   LeafPair* pairs;
   int count;

@@ -1,5 +1,7 @@
 #include "bsi/traversal.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -29,11 +31,12 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
   query.self = self;
   query.triangles = options.leaf == Leaf::triangle;
-  // Steps between rounded vertices, subtracted in float32, and their means and half widths: each
-  // off by less than 2^-20 of the magnitude.
-  const double rounding = 0x1p-19 * static_cast<double>(first.magnitude());
+  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
+  // magnitude from a distance (docs/theory.md, "The tangent certificate").
   query.certificate_margin =
-      self && options.certificate ? rounded_up((options.margin + rounding) * (1 + 0x1p-20)) : -1.0F;
+      self && options.certificate
+          ? options.margin + 0x1p-20 * static_cast<double>(first.magnitude()) + 0x1p-124
+          : -1.0;
   return query;
 }
 
@@ -168,21 +171,27 @@ PairConsumer appender(std::vector<LeafPair>& pairs) {
   };
 }
 
-// Runs work(i, pairs, counters) for every i in chunks shared among threads, and appends the pairs
-// in the order of i.
+// Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
+// what it finds in the order of i.
 template <class Work>
 void collect(int count, int chunk, std::vector<LeafPair>& pairs, DescentCounters& counters,
              const Work& work) {
+  const auto run = [&](int begin, int end, std::vector<LeafPair>& found, DescentCounters& tests) {
+    const PairConsumer append = appender(found);
+    Handover handover(append);
+    for (int i = begin; i < end; ++i) work(i, handover.sink(), tests);
+    handover.finish();
+  };
+  if (omp_get_max_threads() == 1 || count <= chunk) {
+    run(0, count, pairs, counters);
+    return;
+  }
   const int chunks = (count + chunk - 1) / chunk;
   std::vector<std::vector<LeafPair>> found(chunks);
   std::vector<DescentCounters> tests(chunks);
-#pragma omp parallel for schedule(dynamic, 1) if (chunks > 1)
+#pragma omp parallel for schedule(dynamic, 1)
   for (int c = 0; c < chunks; ++c) {
-    const PairConsumer append = appender(found[c]);
-    Handover handover(append);
-    for (int i = c * chunk; i < std::min(count, (c + 1) * chunk); ++i)
-      work(i, handover.sink(), tests[c]);
-    handover.finish();
+    run(c * chunk, std::min(count, (c + 1) * chunk), found[c], tests[c]);
   }
   std::size_t size = pairs.size();
   for (int c = 0; c < chunks; ++c) {
@@ -239,6 +248,8 @@ void traverse_blocks(const BoxPyramid& first, const BoxPyramid& second, const De
 }  // namespace
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
+  // More would change nothing, for no coordinate is larger than the limit, and might overflow.
+  margin = std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
   // Rounding moves a coordinate by at most 2^-24 of the magnitude, or 2^-126 where it is flushed to
   // zero.
   const double rounding =
