@@ -55,6 +55,8 @@ class Atlas {
   // True where particle == texel, so that an image of particles is the image of texels itself.
   bool is_identity() const { return texel_to_particle_.empty(); }
 
+  // One particle a texel; empty where is_identity().
+  std::span<const int> texel_to_particle() const { return texel_to_particle_; }
   int particle_of_texel(int texel) const {
     return texel_to_particle_.empty() ? texel : texel_to_particle_[texel];
   }

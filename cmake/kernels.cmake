@@ -19,11 +19,10 @@ function(weft_kernels target)
       add_library(${object} OBJECT ${file})
       target_compile_features(${object} PRIVATE cxx_std_20)
       target_include_directories(${object} PRIVATE ${PROJECT_SOURCE_DIR})
-      target_link_libraries(${object} PRIVATE weft_compile_options)
+      target_link_libraries(${object} PRIVATE weft_kernel_options)
       target_compile_definitions(${object} PRIVATE WEFT_KERNELS=${instruction_set})
-      # After -march=native of the common options, so that the later one counts. The same results from
-      # every set: no product and sum may be fused.
-      target_compile_options(${object} PRIVATE -ffp-contract=off ${weft_flags_${instruction_set}})
+      # The same results from every set: no product and sum may be fused.
+      target_compile_options(${object} PRIVATE -fopenmp-simd -Wno-psabi -ffp-contract=off ${weft_flags_${instruction_set}})
       target_sources(${target} PRIVATE $<TARGET_OBJECTS:${object}>)
     endforeach()
   endforeach()

@@ -40,7 +40,7 @@ class Collector {
         a_(scene.bodies[list.body_a]),
         b_(scene.bodies[list.body_b]) {}
 
-  void add_quads(const bsi::QuadPair& pair) {
+  void add_quads(const bsi::LeafPair& pair) {
     add_vertices(a_, pair.a, b_, pair.b, list_.vertex_triangle);
     if (!list_.is_self()) {
       add_vertices(b_, pair.b, a_, pair.a, list_.triangle_vertex);
@@ -66,7 +66,7 @@ class Collector {
     }
   }
 
-  void add_edges(const bsi::QuadPair& pair) {
+  void add_edges(const bsi::LeafPair& pair) {
     for (int e : a_.body.mesh.edges_of_quad(pair.a)) {
       const auto [x0, x1] = a_.edge(e);
       for (int f : b_.body.mesh.edges_of_quad(pair.b)) {
@@ -132,10 +132,10 @@ class Collector {
 }  // namespace
 
 void collect_features(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
-                      std::span<const bsi::QuadPair> quad_pairs, double reach, CandidateList& list,
+                      std::span<const bsi::LeafPair> quad_pairs, double reach, CandidateList& list,
                       Counters& counters) {
   Collector collector(scene, start, end, reach, list, counters);
-  for (const bsi::QuadPair& pair : quad_pairs) collector.add_quads(pair);
+  for (const bsi::LeafPair& pair : quad_pairs) collector.add_quads(pair);
   for (auto* features : {&list.vertex_triangle, &list.triangle_vertex, &list.edge_edge}) {
     std::sort(features->begin(), features->end(), [](const FeaturePair& p, const FeaturePair& q) {
       return p.a != q.a ? p.a < q.a : p.b < q.b;

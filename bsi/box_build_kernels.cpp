@@ -1,0 +1,202 @@
+// Compiled once for every instruction set: see instruction_set.h for what that forbids.
+#include "bsi/box_build_kernels.h"
+
+namespace weft::bsi::WEFT_KERNELS {
+
+namespace {
+
+constexpr float lowest = -3.402823466e38F;  // -FLT_MAX: neutral to maxima
+
+inline float larger(float a, float b) { return a > b ? a : b; }
+
+// So many at a time are rounded, in the order they come in, and then sorted by component.
+constexpr int chunk = 64;
+
+// The bits of a float without its sign grow with its magnitude, through infinity to NaN, which a
+// maximum of floats would swallow.
+typedef std::int32_t Bits __attribute__((may_alias));
+
+inline __attribute__((always_inline)) std::int32_t load_chunk(const double* __restrict positions,
+                                                              int count, float* __restrict x,
+                                                              float* __restrict y,
+                                                              float* __restrict z) {
+  float rounded[3 * chunk];
+  for (int i = 0; i < 3 * count; ++i) rounded[i] = static_cast<float>(positions[i]);
+  const Bits* bits = reinterpret_cast<const Bits*>(rounded);
+  std::int32_t largest = 0;
+  for (int i = 0; i < 3 * count; ++i) {
+    const std::int32_t magnitude = bits[i] & 0x7fffffff;
+    largest = largest > magnitude ? largest : magnitude;
+  }
+  for (int i = 0; i < count; ++i) {
+    x[i] = rounded[3 * i];
+    y[i] = rounded[3 * i + 1];
+    z[i] = rounded[3 * i + 2];
+  }
+  return largest;
+}
+
+bool load_vertices(const double* positions, const std::int32_t* particle, int count, float limit,
+                   float* const component[3]) {
+  std::int32_t largest = 0;
+  double gathered[3 * chunk];
+  for (int first = 0; first < count; first += chunk) {
+    const int here = count - first < chunk ? count - first : chunk;
+    const double* from = positions + 3 * static_cast<std::ptrdiff_t>(first);
+    if (particle != nullptr) {
+      for (int i = 0; i < 3 * here; ++i) {
+        gathered[i] = positions[3 * static_cast<std::ptrdiff_t>(particle[first + i / 3]) + i % 3];
+      }
+      from = gathered;
+    }
+    float* const x = component[0] + first;
+    float* const y = component[1] + first;
+    float* const z = component[2] + first;
+    // Twice, so that the loops over whole chunks are of a length known to the compiler.
+    const std::int32_t found =
+        here == chunk ? load_chunk(from, chunk, x, y, z) : load_chunk(from, here, x, y, z);
+    largest = largest > found ? largest : found;
+  }
+  return largest < *reinterpret_cast<const Bits*>(&limit);
+}
+
+// Largest of -value and value over the rows, for every column.
+template <bool join, class Value>
+inline void bound_values(int count, int rows, float* __restrict minus_low, float* __restrict high,
+                         const Value& value) {
+  for (int first = 0; first < count; first += plane_padding) {
+#pragma omp simd
+    for (int c = first; c < first + plane_padding; ++c) {
+      float low_bound = join ? minus_low[c] : lowest;
+      float high_bound = join ? high[c] : lowest;
+      for (int r = 0; r < rows; ++r) {
+        const float v = value(r, c);
+        low_bound = larger(low_bound, -v);
+        high_bound = larger(high_bound, v);
+      }
+      minus_low[c] = low_bound;
+      high[c] = high_bound;
+    }
+  }
+}
+
+template <bool join, int rows>
+void bound_columns_of(const VertexRows& vertices, int quad_cols, BoundRow out) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* const row[3] = {vertices.row[0][axis], vertices.row[1][axis],
+                                 vertices.row[rows - 1][axis]};
+    const auto plane = [&](int number) { return out.plane + number * out.stride; };
+    bound_values<join>(quad_cols + 1, rows, plane(axis), plane(3 + axis),
+                       [&](int r, int c) { return row[r][c]; });
+    if (out.planes == box_planes) continue;
+    bound_values<join>(quad_cols, rows, plane(6 + axis), plane(12 + axis),
+                       [&](int r, int c) { return row[r][c + 1] - row[r][c]; });
+    bound_values<join>(quad_cols + 1, rows - 1, plane(9 + axis), plane(15 + axis),
+                       [&](int r, int c) { return row[r + 1][c] - row[r][c]; });
+  }
+}
+
+void bound_columns(const VertexRows& vertices, int quad_cols, bool join, BoundRow out) {
+  if (vertices.count == 3) {
+    join ? bound_columns_of<true, 3>(vertices, quad_cols, out)
+         : bound_columns_of<false, 3>(vertices, quad_cols, out);
+  } else {
+    join ? bound_columns_of<true, 2>(vertices, quad_cols, out)
+         : bound_columns_of<false, 2>(vertices, quad_cols, out);
+  }
+}
+
+// Steps along u stand between two columns: a block has one fewer of them than columns.
+inline bool is_step_along_u(int plane) {
+  return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
+}
+
+void bound_leaves(BoundRow columns, const std::int32_t* boundary, int blocks, BoundRow out) {
+  const bool regular = boundary[blocks] == 2 * blocks;
+  for (int plane = 0; plane < out.planes; ++plane) {
+    const float* __restrict in = columns.plane + plane * columns.stride;
+    float* __restrict bound = out.plane + plane * out.stride;
+    const int last = is_step_along_u(plane) ? 1 : 0;
+    if (regular) {
+      const float* __restrict third = in + (2 - last);
+#pragma omp simd
+      for (int u = 0; u < blocks; ++u) {
+        bound[u] = larger(larger(in[2 * u], in[2 * u + 1]), third[2 * u]);
+      }
+    } else {
+      for (int u = 0; u < blocks; ++u) {
+        const int begin = boundary[u];
+        const int end = boundary[u + 1] - last;
+        bound[u] = larger(larger(in[begin], in[begin + 1 < end ? begin + 1 : end]), in[end]);
+      }
+    }
+  }
+}
+
+void merge(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoundRow out) {
+  for (int plane = 0; plane < out.planes; ++plane) {
+    const float* up = upper.plane + plane * upper.stride;
+    const float* down = lower.plane + plane * lower.stride;
+    float* __restrict bound = out.plane + plane * out.stride;
+    if (split_u) {
+#pragma omp simd
+      for (int u = 0; u < blocks; ++u) {
+        bound[u] = larger(larger(up[2 * u], up[2 * u + 1]), larger(down[2 * u], down[2 * u + 1]));
+      }
+    } else {
+#pragma omp simd
+      for (int u = 0; u < blocks; ++u) bound[u] = larger(up[u], down[u]);
+    }
+  }
+}
+
+// Four numbers at once; may alias floats and need not be aligned.
+typedef float Four __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float Two __attribute__((vector_size(8), aligned(4), may_alias));
+
+inline Four children(const float* up, const float* down, int u) {
+  const Two left = *reinterpret_cast<const Two*>(up + 2 * u);
+  const Two right = *reinterpret_cast<const Two*>(down + 2 * u);
+  return __builtin_shufflevector(left, right, 0, 1, 2, 3);
+}
+
+void store_groups(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoxGroup* out) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* up_low = upper.plane + axis * upper.stride;
+    const float* up_high = upper.plane + (3 + axis) * upper.stride;
+    if (split_u && lower.plane != nullptr) {
+      const float* down_low = lower.plane + axis * lower.stride;
+      const float* down_high = lower.plane + (3 + axis) * lower.stride;
+      for (int u = 0; u < blocks; ++u) {
+        *reinterpret_cast<Four*>(out[u].low[axis]) = -children(up_low, down_low, u);
+        *reinterpret_cast<Four*>(out[u].high[axis]) = children(up_high, down_high, u);
+      }
+      continue;
+    }
+    for (int u = 0; u < blocks; ++u) {
+      for (int child = 0; child < 4; ++child) {
+        const int column = split_u ? 2 * u + child % 2 : u;
+        const BoundRow& row = child < 2 ? upper : lower;
+        const bool there = row.plane != nullptr && (split_u || child % 2 == 0);
+        out[u].low[axis][child] = there ? -row.plane[axis * row.stride + column] : -lowest;
+        out[u].high[axis][child] = there ? row.plane[(3 + axis) * row.stride + column] : lowest;
+      }
+    }
+  }
+}
+
+void store_tangents(BoundRow row, int blocks, TangentBounds* out) {
+  for (int u = 0; u < blocks; ++u) {
+    for (int plane = 0; plane < 12; ++plane) {
+      out[u].bound[plane] = row.plane[(6 + plane) * row.stride + u];
+    }
+  }
+}
+
+}  // namespace
+
+extern const BoxBuildKernels box_build_kernels;
+const BoxBuildKernels box_build_kernels = {load_vertices, bound_columns, bound_leaves,
+                                           merge,         store_groups,  store_tangents};
+
+}  // namespace weft::bsi::WEFT_KERNELS

@@ -1,0 +1,67 @@
+// How a box pyramid lies in memory: plain structures for the kernels that build and descend it. An
+// internal header of bsi/; it must stay free of inline functions (see instruction_set.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace weft::bsi {
+
+// The boxes of the four children of a block, one array a bound, by axis. Child 2 j + i is the one
+// at column i, row j of the 2 x 2; one that is not there (an axis that is split no more) has low >
+// high.
+struct alignas(32) BoxGroup {
+  float low[3][4];
+  float high[3][4];
+};
+
+// Bounds of the steps from vertex to vertex inside a block: along u (x, y, z), then along v. The
+// lower ones are held with their sign changed, so that a union is one maximum.
+struct alignas(64) TangentBounds {
+  float bound[16];  // 6 lower ones with their sign changed, 6 upper ones, 4 unused
+};
+
+// Rows of float32 vertices, one array a component, wrapped axes closed by a copy of their first
+// vertices. Four floats past the end of any row may be read.
+struct VertexImage {
+  const float* component[3];
+  std::size_t stride;
+};
+
+// One level of a patch. The last one holds the leaf blocks, of up to 2 x 2 quads.
+struct BoxLevel {
+  const BoxGroup* groups;         // one a block: its children's boxes; null on the last level
+  const TangentBounds* tangents;  // one a block; null where the level has none
+  std::int32_t log_u, log_v;      // 2^log_u x 2^log_v blocks
+  std::int32_t split_u, split_v;  // 1 where the next level halves the axis, else 0
+  std::int32_t patch;
+};
+
+struct BoxPatch {
+  VertexImage vertices[2];  // at both ends of the paths; twice the same unless swept
+  float low[3], high[3];    // of the whole patch
+  std::int32_t quad_rows, quad_cols;
+  std::int32_t wrap_u, wrap_v;  // 1 or 0
+  std::int32_t first_level;     // into BoxTree::levels
+  std::int32_t level_count;
+  std::int32_t first_quad;  // in the atlas' numbers
+  std::int32_t first_texel;
+  std::int32_t rows, cols;  // of the image
+};
+
+// All that a descent reads.
+struct BoxTree {
+  const BoxLevel* levels;
+  const BoxPatch* patches;
+  const std::int32_t* texel_to_particle;  // null: the particle is the texel
+  std::int32_t swept;                     // 1 or 0
+  float magnitude;                        // the largest |coordinate| of a vertex, m
+};
+
+// A block: its level, counted through all patches, and its place there.
+struct BoxNode {
+  std::int32_t level;
+  std::uint16_t u, v;
+};
+
+}  // namespace weft::bsi

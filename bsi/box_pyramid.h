@@ -1,0 +1,141 @@
+// The boxes of the pyramid, the min/max face of the reduction: what the traversals descend.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bsi/block_levels.h"
+#include "bsi/box_build_kernels.h"
+#include "bsi/box_layout.h"
+#include "bsi/geometry_image.h"
+
+namespace weft::bsi {
+
+// Bounds of vertices rounded to float32, metres.
+struct Box {
+  std::array<float, 3> low{};
+  std::array<float, 3> high{};
+  bool operator==(const Box&) const = default;
+};
+
+// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
+// blocks of one or two quads; block boundaries are block_boundary(k, quads, log). The last level
+// holds the leaf blocks. No block is empty. Above the patch tops of a body of several patches stand
+// the groups of BlockLevels.
+//
+// Held are a box for every block, the vertices in float32, and bounds of the steps between
+// vertices, by which whole blocks are excused from looking for contact with themselves
+// (docs/theory.md, "The tangent certificate"). Boxes lie inside their parents' exactly: a minimum
+// rounds nothing. They bound the vertices rounded to float32; the traversals widen them by what the
+// rounding may have moved.
+//
+// Can be moved, not copied. All const members may be called from many threads at once.
+class BoxPyramid {
+ public:
+  // Coordinates of this size (metres) and beyond are treated like those that are not finite.
+  static constexpr float coordinate_limit = 1e18F;
+  // The most quads along an axis of a patch.
+  static constexpr int quad_limit = 1 << 17;
+
+  // Throws std::invalid_argument, naming the patch, on more than quad_limit quads along an axis.
+  // `tangents`: hold the bounds of steps that the certificate of self traversals asks for; they
+  // take more than half of a rebuild.
+  explicit BoxPyramid(const Atlas& atlas, bool tangents = true);
+  BoxPyramid(BoxPyramid&&) = default;
+  BoxPyramid& operator=(BoxPyramid&&) = default;
+
+  // Rebuilds everything from the positions (metres) of the atlas' particles, on the threads of
+  // OpenMP, with the same bits for any number of them. O(quads); allocates nothing. Returns the
+  // first texel whose position is not finite (the pyramid is then not usable until the next
+  // rebuild).
+  [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions);
+  // Bounds every vertex at both ends of its path, and so all along a straight one. The first call
+  // makes room for the second image.
+  [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
+                                                          std::span<const Vec3> end);
+  // True after a rebuild that found every position finite.
+  bool is_built() const { return built_; }
+
+  const Atlas& atlas() const { return atlas_; }
+  int patch_count() const { return static_cast<int>(patches_.size()); }
+  int levels(int patch) const { return patches_[patch].level_count; }
+  int blocks_u(int patch, int level) const { return 1 << level_of(patch, level).log_u; }
+  int blocks_v(int patch, int level) const { return 1 << level_of(patch, level).log_v; }
+  QuadRange quads(int patch, int level, int u, int v) const;
+  Box box(int patch, int level, int u, int v) const;
+  int group_levels() const { return group_levels_; }
+  // Patches [first, second) of the u-th group of a level above the patch tops.
+  std::array<int, 2> patches_of_group(int level, int u) const {
+    return {block_boundary(u, patch_count(), level), block_boundary(u + 1, patch_count(), level)};
+  }
+  const Box& group_box(int level, int u) const {
+    return group_boxes_[(std::size_t{1} << level) - 1 + u];
+  }
+  // Of the whole body.
+  Box top() const { return group_levels_ > 0 ? group_box(0, 0) : box(0, 0, 0, 0); }
+  // The largest |coordinate| of the float32 vertices, m.
+  float magnitude() const { return tree_.magnitude; }
+  std::size_t bytes() const;
+  // The same in plain pointers, for the kernels of the traversals.
+  const BoxTree& tree() const { return tree_; }
+
+ private:
+  // A run of rows of leaf blocks of a patch, bounded by one thread, with its rows in the making.
+  struct Strip {
+    int patch = 0;
+    int index = 0;
+    std::vector<float> rows;       // of every level, two, and of the columns of vertices
+    std::vector<std::size_t> row;  // where those of a level begin
+    std::size_t columns = 0;
+    // The row of vertices shared with the next strip, at both ends of its path.
+    std::array<std::vector<float>, 2> boundary;
+    bool finite = true;
+  };
+  // Where the arrays of a level begin.
+  struct LevelPlace {
+    std::size_t groups = 0;
+    std::size_t tangents = 0;
+  };
+
+  const BoxLevel& level_of(int patch, int level) const {
+    return levels_[patches_[patch].first_level + level];
+  }
+  void add_patch(int patch);
+  void add_strips(int patch);
+  void point_views();
+  std::optional<TexelAddress> rebuild_all(int ends);
+  void rebuild_strip(Strip& strip);
+  bool load_row(Strip& strip, int row, int end);
+  VertexRows vertex_rows(const Strip& strip, int first_row, int last_row, int end) const;
+  void finish_row(Strip& strip, int v);
+  void join_strips(std::span<Strip> strips);
+  void merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v, BoundRow out);
+  void store_tangents(int patch, int level, int v, BoundRow row);
+  BoundRow row(Strip& strip, int level, int v) const;
+  TexelAddress first_unbounded() const;
+  void rebuild_groups();
+
+  Atlas atlas_;
+  int planes_ = all_planes;
+  std::vector<BoxPatch> patches_;
+  std::vector<BoxLevel> levels_;
+  std::vector<LevelPlace> places_;         // by level, as levels_
+  std::vector<std::size_t> first_vertex_;  // by patch, into vertices_
+  std::vector<int> strip_log_;             // by patch: it has 2^ so many strips
+  std::vector<std::int32_t> boundaries_;   // of the columns of leaf blocks, patch after patch
+  std::vector<std::size_t> first_boundary_;
+  int group_levels_ = 0;
+  std::vector<BoxGroup> groups_;
+  std::vector<TangentBounds> tangents_;
+  std::array<std::vector<float>, 2> vertices_;
+  std::vector<Box> group_boxes_;
+  std::vector<Strip> strips_;
+  BoxTree tree_{};
+  bool built_ = false;
+  std::array<std::span<const Vec3>, 2> ends_;  // of the rebuild in progress
+};
+
+}  // namespace weft::bsi
