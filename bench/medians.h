@@ -1,4 +1,4 @@
-// Medians and CPU times for the benchmarks.
+// Medians and times for the benchmarks.
 #pragma once
 
 #include <time.h>
@@ -15,11 +15,25 @@ inline double cpu_time() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+// Time since some moment, s.
+inline double wall_time() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 template <class Work>
 double cpu_time_of(const Work& work) {
   const double start = cpu_time();
   work();
   return cpu_time() - start;
+}
+
+template <class Work>
+double wall_time_of(const Work& work) {
+  const double start = wall_time();
+  work();
+  return wall_time() - start;
 }
 
 inline double median(std::vector<double> values) {
