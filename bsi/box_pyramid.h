@@ -110,6 +110,8 @@ class BoxPyramid {
   void rebuild_strip(Strip& strip);
   bool load_row(Strip& strip, int row, int end);
   VertexRows vertex_rows(const Strip& strip, int first_row, int last_row, int end) const;
+  void bound_leaf_row(Strip& strip, int v);
+  void bound_step_row(Strip& strip, int v, BoundRow out);
   void finish_row(Strip& strip, int v);
   void join_strips(std::span<Strip> strips);
   void merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v, BoundRow out);
@@ -119,7 +121,7 @@ class BoxPyramid {
   void rebuild_groups();
 
   Atlas atlas_;
-  int planes_ = all_planes;
+  bool holds_tangents_ = true;
   std::vector<BoxPatch> patches_;
   std::vector<BoxLevel> levels_;
   std::vector<LevelPlace> places_;         // by level, as levels_
