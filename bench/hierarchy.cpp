@@ -1,5 +1,6 @@
 // Weft's hierarchy and traversals beside those of its peers, and how their cost grows.
 #include <omp.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -58,7 +59,7 @@ void measure_growth(int n, int repeats, Results& results) {
   std::vector<LeafPair> pairs;
   for (int pass = -1; pass < repeats; ++pass) {  // the first warms up
     const auto take = [&](std::vector<double>& times, const auto& work) {
-      const double time = 1e3 * cpu_time_of(work);
+      const double time = 1e3 * thread_time_of(work);
       if (pass >= 0) times.push_back(time);
     };
     take(copy_ms, [&] { copy.run(); });
@@ -113,6 +114,13 @@ void measure_threads(int n, int threads, int repeats, Results& results) {
   }
 }
 
+// In one line that the next one takes the place of; n = 0: nothing.
+void say_what_is_running(const std::string& scene, int n) {
+  if (isatty(STDERR_FILENO) == 0) return;
+  std::fprintf(stderr, "\r\033[K");
+  if (n > 0) std::fprintf(stderr, "%s, n = %d", scene.c_str(), n);
+}
+
 }  // namespace
 
 int run_hierarchy(const HierarchyOptions& options) {
@@ -122,13 +130,13 @@ int run_hierarchy(const HierarchyOptions& options) {
   const std::vector<std::string> scenes = options.scenes.empty() ? scene_names() : options.scenes;
   for (const int n : options.sizes) {
     for (const std::string& name : scenes) {
-      std::fprintf(stderr, "\r\033[K%s, n = %d", name.c_str(), n);
+      say_what_is_running(name, n);
       right = measure_scene(make_scene(name, n), measurement, results.rows) && right;
     }
   }
   omp_set_num_threads(1);
   for (const int n : options.growth) {
-    std::fprintf(stderr, "\r\033[Kgrowth, n = %d", n);
+    say_what_is_running("growth", n);
     measure_growth(n, options.repeats, results);
   }
   const int most = *std::max_element(options.threads.begin(), options.threads.end());
@@ -137,7 +145,7 @@ int run_hierarchy(const HierarchyOptions& options) {
     measure_threads(fits != options.growth.end() ? *fits : options.growth.back(), most,
                     options.repeats, results);
   }
-  std::fprintf(stderr, "\r\033[K");
+  say_what_is_running("", 0);
   const std::string text = options.json ? to_json(results) : to_table(results);
   std::fwrite(text.data(), 1, text.size(), stdout);
   return right ? 0 : 1;

@@ -22,10 +22,10 @@ struct Row {
   std::string method;
   MethodKind kind = MethodKind::peer;
   int threads = 1;
-  std::optional<double> rebuild_ms, refit_ms, query_ms;
-  std::optional<double> narrow_ms;       // its own exact test, or that of bench/triangle_test.h
-  std::optional<double> weft_narrow_ms;  // Weft's narrow phase on its candidates
-  std::optional<long> candidates, hits;
+  std::optional<double> rebuild_ms{}, refit_ms{}, query_ms{};
+  std::optional<double> narrow_ms{};       // its own exact test, or that of bench/triangle_test.h
+  std::optional<double> weft_narrow_ms{};  // Weft's narrow phase on its candidates
+  std::optional<long> candidates{}, hits{};
 };
 
 struct Results {

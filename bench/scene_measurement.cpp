@@ -17,12 +17,10 @@ namespace {
 constexpr int narrow_passes = 3;
 
 // The same for the same set of pairs in any order.
-std::uint64_t fingerprint(std::span<const LeafPair> pairs, bool swapped) {
+std::uint64_t fingerprint(std::span<const LeafPair> pairs) {
   std::uint64_t sum = 0;
   for (const auto& [a, b] : pairs) {
-    std::uint64_t bits =
-        (static_cast<std::uint64_t>(static_cast<unsigned>(swapped ? b : a)) << 32) |
-        static_cast<unsigned>(swapped ? a : b);
+    std::uint64_t bits = (static_cast<std::uint64_t>(a) << 32) | static_cast<unsigned>(b);
     bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9ULL;
     bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebULL;
     sum += bits ^ (bits >> 31);
@@ -43,7 +41,7 @@ struct Method {
 
 template <class Work>
 double milliseconds(int threads, const Work& work) {
-  return 1e3 * (threads == 1 ? cpu_time_of(work) : wall_time_of(work));
+  return 1e3 * (threads == 1 ? thread_time_of(work) : wall_time_of(work));
 }
 
 std::vector<Method> make_methods(const CollisionScene& scene, const PeerScene& meshes,
@@ -128,7 +126,7 @@ void run_pass(const CollisionScene& scene, Method& method, int pass, std::vector
   pairs.clear();
   method.query.push_back(milliseconds(method.threads, [&] { peer.query(pairs); }));
   method.candidates = static_cast<long>(pairs.size());
-  method.set = fingerprint(pairs, false);
+  method.set = fingerprint(pairs);
   if (!scene.is_swept() && pass < narrow_passes) find_hits(scene, method, pairs);
   if (peer.refits() && peer.rebuilds())
     method.rebuild.push_back(milliseconds(method.threads, [&] { peer.rebuild(); }));

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "bench/triangle_test.h"
+#include "bsi/narrow_phase.h"
 #include "bsi/traversal.h"
 
 namespace weft::bench {
@@ -95,10 +96,17 @@ std::size_t WeftMethod::bytes() const {
   return sum;
 }
 
-long weft_hits(const CollisionScene& scene, std::span<const LeafPair> pairs, int /*threads*/) {
+long weft_hits(const CollisionScene& scene, std::span<const LeafPair> pairs, int threads) {
   const Body &first = scene.bodies.front(), &second = scene.bodies.back();
-  return count_hits({first.start, first.triangles}, {second.start, second.triangles}, pairs,
-                    scene.margin);
+  if (first.is_particles()) {
+    return count_hits({first.start, {}}, {second.start, second.triangles}, pairs, scene.margin);
+  }
+  bsi::TriangleHits hits;
+  bsi::NarrowPhaseCounters counters;
+  bsi::find_triangle_hits({first.start, first.triangles}, {second.start, second.triangles}, pairs,
+                          {.margin = scene.margin, .distances = false, .threads = threads}, hits,
+                          counters);
+  return static_cast<long>(hits.pairs.size());
 }
 
 }  // namespace weft::bench
