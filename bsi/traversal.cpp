@@ -31,11 +31,8 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
   query.self = self;
   query.triangles = options.leaf == Leaf::triangle;
-  // Steps between rounded vertices, subtracted in float32, and their means and half widths: each
-  // off by less than 2^-20 of the magnitude.
-  const double rounding = 0x1p-19 * static_cast<double>(first.magnitude());
   query.certificate_margin =
-      self && options.certificate ? rounded_up((options.margin + rounding) * (1 + 0x1p-20)) : -1.0F;
+      self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0F;
   return query;
 }
 
@@ -252,6 +249,13 @@ float half_margin(double margin, float magnitude_a, float magnitude_b) {
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
   return rounded_up(0.5 * (margin + rounding));
+}
+
+float certificate_margin(double margin, float magnitude) {
+  // Steps between rounded vertices, subtracted in float32, and their means and half widths: each
+  // off by less than 2^-20 of the magnitude.
+  const double rounding = 0x1p-19 * static_cast<double>(magnitude);
+  return rounded_up((margin + rounding) * (1 + 0x1p-20));
 }
 
 void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
