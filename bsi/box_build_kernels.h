@@ -13,10 +13,13 @@ namespace weft::bsi {
 // Planes 0-5 bound the vertices, 6-17 the steps between them (TangentBounds::bound); lower bounds
 // have their sign changed, so that every union is a maximum.
 inline constexpr int box_planes = 6;
-inline constexpr int row_planes = 18;
+inline constexpr int all_planes = 18;
+// Every plane may be read and written to a multiple of this many blocks.
+inline constexpr int plane_padding = 16;
 struct BoundRow {
   float* plane;
   std::size_t stride;
+  int planes;  // box_planes where steps are not wanted
 };
 
 // The two or three rows of vertices that a row of leaf blocks spans.

@@ -12,7 +12,7 @@ namespace weft::bsi {
 namespace {
 
 // So that no vector load is split between two rows.
-constexpr std::size_t row_alignment = 16;
+constexpr std::size_t row_alignment = plane_padding;
 
 std::size_t aligned(std::size_t count) {
   return (count + row_alignment - 1) / row_alignment * row_alignment;
@@ -34,7 +34,8 @@ Box join(Box a, const Box& b) {
 
 }  // namespace
 
-BoxPyramid::BoxPyramid(const Atlas& atlas) : atlas_(atlas) {
+BoxPyramid::BoxPyramid(const Atlas& atlas, bool tangents)
+    : atlas_(atlas), planes_(tangents ? all_planes : box_planes) {
   const int patches = static_cast<int>(atlas.patches().size());
   for (int patch = 0; patch < patches; ++patch) add_patch(patch);
   for (int patch = 0; patch < patches; ++patch) add_strips(patch);
@@ -75,7 +76,7 @@ void BoxPyramid::add_patch(int patch) {
     levels_.push_back(place);
     if (level == leaf_level) break;
     groups += blocks_along(place.log_u + place.log_v);
-    tangents += blocks_along(place.log_u + place.log_v);
+    if (planes_ == all_planes) tangents += blocks_along(place.log_u + place.log_v);
   }
   groups_.resize(groups);
   tangents_.resize(tangents);
@@ -103,10 +104,10 @@ void BoxPyramid::add_strips(int patch) {
     std::size_t size = 0;
     for (int level = 0; level < levels(patch); ++level) {
       strip.row.push_back(size);
-      size += 2 * row_planes * aligned(blocks_along(level_of(patch, level).log_u));
+      size += 2 * planes_ * aligned(blocks_along(level_of(patch, level).log_u));
     }
     strip.columns = size;
-    strip.rows.resize(size + row_planes * view.vertices[0].stride);
+    strip.rows.resize(size + planes_ * view.vertices[0].stride);
     strip.boundary[0].resize(3 * view.vertices[0].stride);
     strips_.push_back(std::move(strip));
   }
@@ -117,7 +118,7 @@ void BoxPyramid::point_views() {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const bool leaf = i + 1 == levels_.size() || levels_[i].patch != levels_[i + 1].patch;
     levels_[i].groups = leaf ? nullptr : &groups_[places_[i].groups];
-    levels_[i].tangents = leaf ? nullptr : &tangents_[places_[i].tangents];
+    levels_[i].tangents = leaf || planes_ == box_planes ? nullptr : &tangents_[places_[i].tangents];
   }
   for (int patch = 0; patch < patch_count(); ++patch) {
     BoxPatch& view = patches_[patch];
@@ -225,7 +226,7 @@ void BoxPyramid::rebuild_strip(Strip& strip) {
   const int rows_log = leaves.log_v - strip_log_[strip.patch];
   const int first = strip.index << rows_log;
   const int last = (strip.index + 1) << rows_log;
-  const BoundRow columns{&strip.rows[strip.columns], image.vertices[0].stride};
+  const BoundRow columns{&strip.rows[strip.columns], image.vertices[0].stride, planes_};
   const auto boundary = [&](int v) { return block_boundary(v, image.quad_rows, leaves.log_v); };
   strip.finite = load_row(strip, boundary(first), 0) &&
                  (tree_.swept == 0 || load_row(strip, boundary(first), 1));
@@ -289,7 +290,7 @@ VertexRows BoxPyramid::vertex_rows(const Strip& strip, int first_row, int last_r
 BoundRow BoxPyramid::row(Strip& strip, int level, int v) const {
   const std::size_t stride = aligned(blocks_along(level_of(strip.patch, level).log_u));
   const std::size_t second = level > strip_log_[strip.patch] ? v & 1 : 0;
-  return {&strip.rows[strip.row[level] + second * row_planes * stride], stride};
+  return {&strip.rows[strip.row[level] + second * planes_ * stride], stride, planes_};
 }
 
 // Stores what a finished row of leaf blocks completes, up to the top of the strip.
@@ -302,7 +303,7 @@ void BoxPyramid::finish_row(Strip& strip, int v) {
     if (split && v % 2 == 0) return;
     if (split) v /= 2;
     const BoundRow upper = row(strip, level, split ? 2 * v : v);
-    const BoundRow lower = split ? row(strip, level, 2 * v + 1) : BoundRow{nullptr, 0};
+    const BoundRow lower = split ? row(strip, level, 2 * v + 1) : BoundRow{nullptr, 0, planes_};
     merge_into_parent(strip.patch, level - 1, upper, lower, v, row(strip, level - 1, v));
   }
 }
@@ -339,7 +340,7 @@ void BoxPyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRo
 }
 
 void BoxPyramid::store_tangents(int patch, int level, int v, BoundRow bounds) {
-  if (level == levels(patch) - 1) return;
+  if (planes_ == box_planes || level == levels(patch) - 1) return;
   const BoxLevel& place = level_of(patch, level);
   const std::size_t first = static_cast<std::size_t>(v) << place.log_u;
   TangentBounds* tangents =

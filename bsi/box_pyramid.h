@@ -41,7 +41,9 @@ class BoxPyramid {
   static constexpr int quad_limit = 1 << 17;
 
   // Throws std::invalid_argument, naming the patch, on more than quad_limit quads along an axis.
-  explicit BoxPyramid(const Atlas& atlas);
+  // `tangents`: hold the bounds of steps that the certificate of self traversals asks for; they
+  // take more than half of a rebuild.
+  explicit BoxPyramid(const Atlas& atlas, bool tangents = true);
   BoxPyramid(BoxPyramid&&) = default;
   BoxPyramid& operator=(BoxPyramid&&) = default;
 
@@ -117,6 +119,7 @@ class BoxPyramid {
   void rebuild_groups();
 
   Atlas atlas_;
+  int planes_ = all_planes;
   std::vector<BoxPatch> patches_;
   std::vector<BoxLevel> levels_;
   std::vector<LevelPlace> places_;         // by level, as levels_

@@ -32,7 +32,7 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.self = self;
   query.triangles = options.leaf == Leaf::triangle;
   query.certificate_margin =
-      self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0F;
+      self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0;
   return query;
 }
 
@@ -244,6 +244,8 @@ void traverse_blocks(const BoxPyramid& first, const BoxPyramid& second, const De
 }  // namespace
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
+  // More would change nothing, for no coordinate is larger than the limit, and might overflow.
+  margin = std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
   // Rounding moves a coordinate by at most 2^-24 of the magnitude, or 2^-126 where it is flushed to
   // zero.
   const double rounding =
@@ -251,11 +253,10 @@ float half_margin(double margin, float magnitude_a, float magnitude_b) {
   return rounded_up(0.5 * (margin + rounding));
 }
 
-float certificate_margin(double margin, float magnitude) {
-  // Steps between rounded vertices, subtracted in float32, and their means and half widths: each
-  // off by less than 2^-20 of the magnitude.
-  const double rounding = 0x1p-19 * static_cast<double>(magnitude);
-  return rounded_up((margin + rounding) * (1 + 0x1p-20));
+double certificate_margin(double margin, float magnitude) {
+  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
+  // magnitude from a distance (docs/theory.md, "The tangent certificate").
+  return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 
 void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,

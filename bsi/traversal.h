@@ -35,9 +35,9 @@ struct TraversalCounters {
 // rounding. `magnitude_*`: BoxPyramid::magnitude of the two, m.
 float half_margin(double margin, float magnitude_a, float magnitude_b);
 
-// The distance that the tangent certificate proves points of a body to keep, at least: the margin
-// and what the rounding of the steps between vertices may have taken from it, rounded up. m.
-float certificate_margin(double margin, float magnitude);
+// The distance that the tangent certificate proves points of a body to keep: the margin and what
+// rounding may have taken from it, m.
+double certificate_margin(double margin, float magnitude);
 
 // What is found is settled by the leaves alone, so that every implementation finds the same: pairs
 // of leaves whose boxes (of the vertices rounded to float32, at both ends of the path in a swept

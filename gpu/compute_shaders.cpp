@@ -280,12 +280,11 @@ void main() {
 const char* const queries = R"(
 layout(local_size_x = 64) in;
 struct Query {
+  double certificate_margin;  // negative: no certificate
   float half_margin;
-  float certificate_margin;  // negative: no certificate
   uint flags;
-  uint unused_0;
   float x, y, z;
-  uint unused_1;
+  uint unused;
 };
 layout(std430, binding = 3) readonly buffer Queries { Query queries[]; };
 
@@ -341,21 +340,24 @@ uint child(Children children, uint i) {
 
 // --- The tangent certificate: operation by operation as in bsi/box_descent_kernels.cpp -----------
 
-float length_of(vec3 v) {
-  precise float squared = v.x * v.x + v.y * v.y + v.z * v.z;
-  return sqrt(squared);
+double squared(dvec3 v) {
+  precise double sum = v.x * v.x + v.y * v.y + v.z * v.z;
+  return sum;
 }
-vec3 cross_of(vec3 a, vec3 b) {
-  precise vec3 product = vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+dvec3 cross_of(dvec3 a, dvec3 b) {
+  precise dvec3 product =
+      dvec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
   return product;
 }
-bool certified(Tangent t, float margin) {
-  vec3 a = 0.5 * (t.high_u - t.minus_low_u), b = 0.5 * (t.high_v - t.minus_low_v);
-  vec3 stray_u = 0.5 * (t.high_u + t.minus_low_u), stray_v = 0.5 * (t.high_v + t.minus_low_v);
-  float longest = max(max(length_of(a), length_of(b)), length_of(a - b));
-  precise float height = length_of(cross_of(a, b)) - (certificate_slack * longest) * longest;
-  precise float needed = longest * (margin + length_of(stray_u) + length_of(stray_v));
-  return height > needed;
+bool certified(Tangent t, double margin) {
+  dvec3 low_u = -dvec3(t.minus_low_u), low_v = -dvec3(t.minus_low_v);
+  dvec3 high_u = dvec3(t.high_u), high_v = dvec3(t.high_v);
+  dvec3 a = 0.5lf * (high_u + low_u), b = 0.5lf * (high_v + low_v);
+  dvec3 stray_u = 0.5lf * (high_u - low_u), stray_v = 0.5lf * (high_v - low_v);
+  double longest = max(max(squared(a), squared(b)), squared(a - b));
+  precise double needed = margin + sqrt(squared(stray_u)) + sqrt(squared(stray_v));
+  precise double bound = sqrt(longest) * needed + certificate_rounding * longest;
+  return sqrt(squared(cross_of(a, b))) > bound;
 }
 
 // The distance of two blocks along an axis, -1 .. 1, or 2 where they are no neighbours.
@@ -368,7 +370,7 @@ int step_between(uint a, uint b, uint blocks, bool wraps) {
 
 // A block with itself, or two neighbours in the window of up to 2 x 2 blocks that holds both.
 bool cannot_touch(Query query, uvec4 pair) {
-  if (query.certificate_margin < 0.0 || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
+  if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
   Level level = levels[pair.z >> 16];
   if (level.leaf != 0u) return false;
   uint mask = (1u << level.log_u) - 1u;
@@ -564,7 +566,8 @@ std::string bound_tangents() {
 
 std::string expand_pairs() {
   return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
-         "const float certificate_slack = " + exactly(0x1p-19F) + ";\n" + expand_main;
+         "const double certificate_rounding = packDouble2x32(uvec2(0u, " +
+         std::to_string(std::bit_cast<std::uint64_t>(0x1p-48) >> 32) + "u));\n" + expand_main;
 }
 
 std::string find_leaves() {

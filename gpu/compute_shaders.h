@@ -55,12 +55,11 @@ std::string bound_tangents();
 
 // What pairs of blocks are compared for.
 struct Query {
+  double certificate_margin = -1;  // negative: the tangent certificate is not to be used
   float half_margin = 0;
-  float certificate_margin = -1;  // negative: the tangent certificate is not to be used
   std::uint32_t flags = 0;
-  std::uint32_t unused = 0;
   float point[3]{};  // with flag point: what the blocks are compared with
-  std::uint32_t unused_too = 0;
+  std::uint32_t unused = 0;
 };
 namespace query_flags {
 inline constexpr std::uint32_t self = 1, point = 2, swept_a = 4, swept_b = 8;

@@ -212,7 +212,7 @@ TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
   const auto pick = [&](int low, int high) {
     return std::uniform_int_distribution<int>(low, high)(random);
   };
-  for (int trial = 0; trial < 40; ++trial) {
+  for (int trial = 0; trial < 20; ++trial) {
     Scene scene;
     const double scale = std::pow(10.0, pick(-6, 6));
     for (int b = 0; b < 3; ++b) {
