@@ -31,12 +31,8 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
   query.self = self;
   query.triangles = options.leaf == Leaf::triangle;
-  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
-  // magnitude from a distance (docs/theory.md, "The tangent certificate").
   query.certificate_margin =
-      self && options.certificate
-          ? options.margin + 0x1p-20 * static_cast<double>(first.magnitude()) + 0x1p-124
-          : -1.0;
+      self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0;
   return query;
 }
 
@@ -255,6 +251,12 @@ float half_margin(double margin, float magnitude_a, float magnitude_b) {
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
   return rounded_up(0.5 * (margin + rounding));
+}
+
+double certificate_margin(double margin, float magnitude) {
+  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
+  // magnitude from a distance (docs/theory.md, "The tangent certificate").
+  return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 
 void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,

@@ -35,6 +35,10 @@ struct TraversalCounters {
 // rounding. `magnitude_*`: BoxPyramid::magnitude of the two, m.
 float half_margin(double margin, float magnitude_a, float magnitude_b);
 
+// The distance that the tangent certificate proves points of a body to keep: the margin and what
+// rounding may have taken from it, m.
+double certificate_margin(double margin, float magnitude);
+
 // What is found is settled by the leaves alone, so that every implementation finds the same: pairs
 // of leaves whose boxes (of the vertices rounded to float32, at both ends of the path in a swept
 // pyramid), widened by h = half_margin(...) to low - h and high + h in float32, overlap or touch.
