@@ -8,7 +8,6 @@
 
 #include "bsi/narrow_phase_kernels.h"
 #include "bsi/proximity.h"
-#include "bsi/triangle_intersection.h"
 
 namespace weft::bsi {
 
@@ -21,6 +20,12 @@ constexpr int chunk_size = 2048;  // candidates
 std::array<Vec3, 3> corners(const TriangleSet& set, int triangle) {
   const auto& [i, j, k] = set.triangles[triangle];
   return {set.positions[i], set.positions[j], set.positions[k]};
+}
+
+Triangle3 to_points(const std::array<Vec3, 3>& corner) {
+  Triangle3 triangle;
+  for (int i = 0; i < 3; ++i) triangle[i] = {corner[i].x(), corner[i].y(), corner[i].z()};
+  return triangle;
 }
 
 // One thread's work on one chunk of candidates after the other.
@@ -136,13 +141,26 @@ void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
   }
 }
 
-double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) {
-  Triangle3 first, second;
-  for (int i = 0; i < 3; ++i) {
-    first[i] = {a[i].x(), a[i].y(), a[i].z()};
-    second[i] = {b[i].x(), b[i].y(), b[i].z()};
+void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,
+                                 std::span<const LeafPair> candidates, int threads,
+                                 std::vector<TriangleMeeting>& meetings,
+                                 NarrowPhaseCounters& counters) {
+  TriangleHits hits;
+  find_triangle_hits(first, second, candidates, {0, false, threads}, hits, counters);
+  std::vector<TriangleIntersection> found(hits.pairs.size());
+#pragma omp parallel for schedule(dynamic, 64) \
+    num_threads(threads > 0 ? threads : omp_get_max_threads())
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const auto [a, b] = hits.pairs[k];
+    found[k] = intersect_triangles(to_points(corners(first, a)), to_points(corners(second, b)));
   }
-  if (triangles_meet(first, second)) return 0;
+  // Distances can round to 0.
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (found[k].kind != IntersectionKind::none) meetings.push_back({hits.pairs[k], found[k]});
+}
+
+double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) {
+  if (triangles_meet(to_points(a), to_points(b))) return 0;
   double least = INFINITY;
   for (int i = 0; i < 3; ++i) {
     least = std::min(least, closest_vertex_triangle(a[i], b[0], b[1], b[2]).squared_distance);
