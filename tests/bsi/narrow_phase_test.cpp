@@ -214,11 +214,9 @@ TEST(NarrowPhase, SameBitsFromEveryInstructionSetAndNumberOfThreads) {
 }
 
 Triangle3 points_of(const Soup& soup, int t) {
+  const std::array<Vec3, 3> corner = soup.corners(t);
   Triangle3 triangle;
-  for (int i = 0; i < 3; ++i) {
-    const Vec3& p = soup.corners(t)[i];
-    triangle[i] = {p.x(), p.y(), p.z()};
-  }
+  for (int i = 0; i < 3; ++i) triangle[i] = {corner[i].x(), corner[i].y(), corner[i].z()};
   return triangle;
 }
 
