@@ -41,7 +41,9 @@ class BoxPyramid {
   static constexpr int quad_limit = 1 << 17;
 
   // Throws std::invalid_argument, naming the patch, on more than quad_limit quads along an axis.
-  explicit BoxPyramid(const Atlas& atlas);
+  // `tangents`: hold the bounds of steps that the certificate of self traversals asks for; they
+  // take more than half of a rebuild.
+  explicit BoxPyramid(const Atlas& atlas, bool tangents = true);
   BoxPyramid(BoxPyramid&&) = default;
   BoxPyramid& operator=(BoxPyramid&&) = default;
 
@@ -108,6 +110,8 @@ class BoxPyramid {
   void rebuild_strip(Strip& strip);
   bool load_row(Strip& strip, int row, int end);
   VertexRows vertex_rows(const Strip& strip, int first_row, int last_row, int end) const;
+  void bound_leaf_row(Strip& strip, int v);
+  void bound_step_row(Strip& strip, int v, BoundRow out);
   void finish_row(Strip& strip, int v);
   void join_strips(std::span<Strip> strips);
   void merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v, BoundRow out);
@@ -117,6 +121,7 @@ class BoxPyramid {
   void rebuild_groups();
 
   Atlas atlas_;
+  bool holds_tangents_ = true;
   std::vector<BoxPatch> patches_;
   std::vector<BoxLevel> levels_;
   std::vector<LevelPlace> places_;         // by level, as levels_

@@ -1,11 +1,11 @@
-// Pairs of leaves: what traversals find and the narrow phase looks at.
+// A pair of leaves: what the traversals find and the narrow phase takes.
 #pragma once
 
 #include <compare>
 
 namespace weft::bsi {
 
-// Two quads or two triangles, by number.
+// Numbers of two triangles (or quads) of the first and the second body; of one body: a <= b.
 struct LeafPair {
   int a = 0;
   int b = 0;

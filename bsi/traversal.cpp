@@ -1,33 +1,18 @@
 #include "bsi/traversal.h"
 
+#include <omp.h>
+
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
+#include "bsi/box_descent_kernels.h"
+
 namespace weft::bsi {
 
 namespace {
-
-// A node of the tree with its sphere, fetched once.
-struct Node {
-  Block block;
-  Sphere sphere;
-};
-
-struct NodePair {
-  Node a;
-  Node b;
-};
-
-Node node_of(const Pyramid& pyramid, const Block& block) { return {block, pyramid.sphere(block)}; }
-
-int children_of(const Pyramid& pyramid, const Block& block, std::array<Node, 4>& child) {
-  std::array<Block, 4> blocks;
-  const int count = pyramid.children(block, blocks);
-  for (int i = 0; i < count; ++i) child[i] = node_of(pyramid, blocks[i]);
-  return count;
-}
 
 // The smallest float32 number that is certain not to be less.
 float rounded_up(double value) {
@@ -36,120 +21,310 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-float float_margin(double margin) {
-  assert(margin >= 0);
-  return rounded_up(margin);
+DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool self,
+                      const TraversalOptions& options) {
+  assert(first.is_built() && second.is_built());
+  assert(options.margin >= 0 && std::isfinite(options.margin));
+  DescentQuery query{};
+  query.a = &first.tree();
+  query.b = &second.tree();
+  query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
+  query.self = self;
+  query.triangles = options.leaf == Leaf::triangle;
+  query.certificate_margin =
+      self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0;
+  return query;
 }
 
-// A float32 sphere around a float64 ball.
-Sphere sphere_around(const Vec3& centre, double radius) {
-  assert(centre.cwiseAbs().maxCoeff() < static_cast<double>(Pyramid::coordinate_limit));
-  const Eigen::Vector3f rounded = centre.cast<float>();
-  const double moved = (rounded.cast<double>() - centre).norm();
-  // The factor covers what the float64 operations round. The floor keeps squares off underflow.
-  const double reach = std::max((radius + moved) * (1 + 0x1p-49), 1e-18);
-  return {rounded.x(), rounded.y(), rounded.z(), rounded_up(reach)};
-}
-
-// The body of the dual traversal, on two pyramids or on two blocks of one. Starts with the pairs on
-// the stack, which are within the margin, and calls found(leaf of a, leaf of b).
-class DualDescent {
- public:
-  DualDescent(const Pyramid& first, const Pyramid& second, double margin,
-              TraversalCounters& counters)
-      : first_(first), second_(second), margin_(float_margin(margin)), counters_(counters) {}
-
-  // Follows the pair later, if it is within the margin.
-  void push(const Node& a, const Node& b) {
-    ++counters_.sphere_tests;
-    if (spheres_within(a.sphere, b.sphere, margin_)) stack_.push_back({a, b});
-  }
-
-  template <typename Found>
-  void run(Found found) {
-    while (!stack_.empty()) {
-      const NodePair pair = stack_.back();
-      stack_.pop_back();
-      const bool leaf_a = first_.is_leaf(pair.a.block);
-      const bool leaf_b = second_.is_leaf(pair.b.block);
-      if (leaf_a && leaf_b) {
-        found(first_.quad_of_leaf(pair.a.block), second_.quad_of_leaf(pair.b.block));
-        continue;
-      }
-      std::array<Node, 4> child;
-      if (leaf_b || (!leaf_a && pair.a.sphere.radius >= pair.b.sphere.radius)) {
-        const int count = children_of(first_, pair.a.block, child);
-        for (int i = 0; i < count; ++i) push(child[i], pair.b);
-      } else {
-        const int count = children_of(second_, pair.b.block, child);
-        for (int i = 0; i < count; ++i) push(pair.a, child[i]);
-      }
+bool overlap(const Box& a, const Box& b, float half) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.low[axis] - half > b.high[axis] + half || b.low[axis] - half > a.high[axis] + half) {
+      return false;
     }
+  }
+  return true;
+}
+
+// The pairs of patches that descents start with, found through the groups above the patch tops.
+class PatchPairs {
+ public:
+  PatchPairs(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query)
+      : first_(first), second_(second), query_(query) {}
+
+  std::vector<NodePair> find() {
+    follow({0, 0, first_.group_levels()}, {0, 0, second_.group_levels()});
+    return std::move(found_);
   }
 
  private:
-  const Pyramid& first_;
-  const Pyramid& second_;
-  float margin_;
-  TraversalCounters& counters_;
-  std::vector<NodePair> stack_;
+  // Group u of a level, or, on level == levels, patch u.
+  struct Node {
+    int level, u, levels;
+    bool is_patch() const { return level == levels; }
+    bool operator==(const Node&) const = default;
+  };
+
+  static Box box_of(const BoxPyramid& pyramid, const Node& node) {
+    return node.is_patch() ? pyramid.box(node.u, 0, 0, 0) : pyramid.group_box(node.level, node.u);
+  }
+
+  static std::vector<Node> children_of(const BoxPyramid& pyramid, const Node& node) {
+    if (node.is_patch()) return {node};
+    if (node.level + 1 < node.levels) {
+      return {{node.level + 1, 2 * node.u, node.levels},
+              {node.level + 1, 2 * node.u + 1, node.levels}};
+    }
+    std::vector<Node> children;
+    const auto [begin, end] = pyramid.patches_of_group(node.level, node.u);
+    for (int patch = begin; patch < end; ++patch)
+      children.push_back({node.levels, patch, node.levels});
+    return children;
+  }
+
+  void follow(const Node& a, const Node& b) {
+    if (!overlap(box_of(first_, a), box_of(second_, b), query_.half_margin)) return;
+    if (a.is_patch() && b.is_patch()) {
+      found_.push_back({{first_.tree().patches[a.u].first_level, 0, 0},
+                        {second_.tree().patches[b.u].first_level, 0, 0}});
+      return;
+    }
+    const bool itself = query_.self && a == b;
+    const std::vector<Node> of_a = children_of(first_, a);
+    const std::vector<Node> of_b = children_of(second_, b);
+    for (std::size_t i = 0; i < of_a.size(); ++i) {
+      for (std::size_t j = itself ? i : 0; j < of_b.size(); ++j) follow(of_a[i], of_b[j]);
+    }
+  }
+
+  const BoxPyramid& first_;
+  const BoxPyramid& second_;
+  const DescentQuery& query_;
+  std::vector<NodePair> found_;
 };
+
+void add(TraversalCounters& total, const DescentCounters& part) {
+  total.box_tests += part.box_tests;
+  total.certificate_tests += part.certificate_tests;
+  total.certified += part.certified;
+}
+
+// Replaces every pair that can be expanded and that `keep` does not hold back; false if none was.
+template <class Keep>
+bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, DescentCounters& counters,
+                const Keep& keep) {
+  const DescentKernels& kernels = descent_kernels();
+  std::vector<NodePair> next;
+  bool expanded = false;
+  for (const NodePair& pair : pairs) {
+    std::array<NodePair, largest_expansion> children;
+    const int count = keep(pair) ? -1 : kernels.expand(query, pair, children.data(), counters);
+    if (count < 0) {
+      next.push_back(pair);
+    } else {
+      next.insert(next.end(), children.begin(), children.begin() + count);
+      expanded = true;
+    }
+  }
+  pairs = std::move(next);
+  return expanded;
+}
+
+// Enough pairs of blocks to share out among threads, always the same ones.
+std::vector<NodePair> frontier(const BoxPyramid& first, const BoxPyramid& second,
+                               const DescentQuery& query, DescentCounters& counters) {
+  constexpr std::size_t enough = 256;
+  std::vector<NodePair> pairs = PatchPairs(first, second, query).find();
+  while (!pairs.empty() && pairs.size() < enough) {
+    if (!expand_all(query, pairs, counters, [](const NodePair&) { return false; })) break;
+  }
+  return pairs;
+}
+
+// A sink that hands its pairs on in spans.
+class Handover {
+ public:
+  explicit Handover(const PairConsumer& consume) : consume_(consume), buffer_(capacity) {
+    sink_ = {buffer_.data(), 0, capacity, &Handover::flush, this};
+  }
+  PairSink& sink() { return sink_; }
+  void finish() { flush(sink_); }
+
+ private:
+  static constexpr int capacity = 4096;
+  static void flush(PairSink& sink) {
+    const auto* self = static_cast<const Handover*>(sink.owner);
+    if (sink.count > 0) self->consume_({sink.pairs, static_cast<std::size_t>(sink.count)});
+    sink.count = 0;
+  }
+  const PairConsumer& consume_;
+  std::vector<LeafPair> buffer_;
+  PairSink sink_{};
+};
+
+PairConsumer appender(std::vector<LeafPair>& pairs) {
+  return [&pairs](std::span<const LeafPair> found) {
+    pairs.insert(pairs.end(), found.begin(), found.end());
+  };
+}
+
+// Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
+// what it finds in the order of i.
+template <class Work>
+void collect(int count, int chunk, std::vector<LeafPair>& pairs, DescentCounters& counters,
+             const Work& work) {
+  const auto run = [&](int begin, int end, std::vector<LeafPair>& found, DescentCounters& tests) {
+    const PairConsumer append = appender(found);
+    Handover handover(append);
+    for (int i = begin; i < end; ++i) work(i, handover.sink(), tests);
+    handover.finish();
+  };
+  if (omp_get_max_threads() == 1 || count <= chunk) {
+    run(0, count, pairs, counters);
+    return;
+  }
+  const int chunks = (count + chunk - 1) / chunk;
+  std::vector<std::vector<LeafPair>> found(chunks);
+  std::vector<DescentCounters> tests(chunks);
+#pragma omp parallel for schedule(dynamic, 1)
+  for (int c = 0; c < chunks; ++c) {
+    run(c * chunk, std::min(count, (c + 1) * chunk), found[c], tests[c]);
+  }
+  std::size_t size = pairs.size();
+  for (int c = 0; c < chunks; ++c) {
+    size += found[c].size();
+    counters.box_tests += tests[c].box_tests;
+    counters.certificate_tests += tests[c].certificate_tests;
+    counters.certified += tests[c].certified;
+  }
+  pairs.reserve(size);
+  for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+}
+
+void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
+              std::vector<LeafPair>& pairs, TraversalCounters& counters) {
+  DescentCounters tests{};
+  const std::vector<NodePair> starts = frontier(first, second, query, tests);
+  const DescentKernels& kernels = descent_kernels();
+  collect(static_cast<int>(starts.size()), 4, pairs, tests,
+          [&](int i, PairSink& sink, DescentCounters& own) {
+            kernels.descend(query, starts[i], sink, own);
+          });
+  add(counters, tests);
+}
+
+void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
+              const PairConsumer& consume, TraversalCounters& counters) {
+  DescentCounters tests{};
+  Handover handover(consume);
+  for (const NodePair& start : frontier(first, second, query, tests)) {
+    descent_kernels().descend(query, start, handover.sink(), tests);
+  }
+  handover.finish();
+  add(counters, tests);
+}
+
+PatchBlock block_of(const BoxPyramid& pyramid, BoxNode node) {
+  const int patch = pyramid.tree().levels[node.level].patch;
+  return {patch, node.level - pyramid.tree().patches[patch].first_level, node.u, node.v};
+}
+
+void traverse_blocks(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
+                     int level, std::vector<BlockPair>& pairs, TraversalCounters& counters) {
+  DescentCounters tests{};
+  std::vector<NodePair> nodes = PatchPairs(first, second, query).find();
+  // Both sides of a pair go down together, so those of one level are never reached by halves.
+  for (int i = 0; i < level; ++i) {
+    if (!expand_all(query, nodes, tests, [](const NodePair&) { return false; })) break;
+  }
+  for (const NodePair& pair : nodes)
+    pairs.push_back({block_of(first, pair.a), block_of(second, pair.b)});
+  add(counters, tests);
+}
 
 }  // namespace
 
-void single_traversal(const Pyramid& pyramid, const Vec3& centre, double radius, double margin,
-                      std::vector<int>& quads, TraversalCounters& counters) {
-  assert(pyramid.is_built());
-  const Sphere ball = sphere_around(centre, radius);
-  const float reach = float_margin(margin);
-  std::vector<Node> stack;
-  const auto push = [&](const Node& node) {
-    ++counters.sphere_tests;
-    if (spheres_within(node.sphere, ball, reach)) stack.push_back(node);
-  };
-  push(node_of(pyramid, pyramid.root()));
-  while (!stack.empty()) {
-    const Node node = stack.back();
-    stack.pop_back();
-    if (pyramid.is_leaf(node.block)) {
-      quads.push_back(pyramid.quad_of_leaf(node.block));
-      continue;
-    }
-    std::array<Node, 4> child;
-    const int count = children_of(pyramid, node.block, child);
-    for (int i = 0; i < count; ++i) push(child[i]);
-  }
+float half_margin(double margin, float magnitude_a, float magnitude_b) {
+  // More would change nothing, for no coordinate is larger than the limit, and might overflow.
+  margin = std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
+  // Rounding moves a coordinate by at most 2^-24 of the magnitude, or 2^-126 where it is flushed to
+  // zero.
+  const double rounding =
+      0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
+  return rounded_up(0.5 * (margin + rounding));
 }
 
-void dual_traversal(const Pyramid& first, const Pyramid& second, double margin,
-                    std::vector<QuadPair>& pairs, TraversalCounters& counters) {
-  assert(first.is_built() && second.is_built());
-  DualDescent descent(first, second, margin, counters);
-  descent.push(node_of(first, first.root()), node_of(second, second.root()));
-  descent.run([&](int a, int b) { pairs.push_back({a, b}); });
+double certificate_margin(double margin, float magnitude) {
+  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
+  // magnitude from a distance (docs/theory.md, "The tangent certificate").
+  return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 
-void self_traversal(const Pyramid& pyramid, double margin, std::vector<QuadPair>& pairs,
+void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
+                      const TraversalOptions& options, std::vector<int>& leaves,
+                      TraversalCounters& counters) {
+  std::vector<LeafPair> pairs;
+  single_traversal(pyramid, std::span(&point, 1), radius, options, pairs, counters);
+  for (const LeafPair& pair : pairs) leaves.push_back(pair.b);
+}
+
+void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, double radius,
+                      const TraversalOptions& options, std::vector<LeafPair>& pairs,
+                      TraversalCounters& counters) {
+  assert(radius >= 0 && std::isfinite(radius));
+  DescentQuery query = query_of(pyramid, pyramid, false, options);
+  DescentCounters tests{};
+  const DescentKernels& kernels = descent_kernels();
+  constexpr int points_a_chunk = 256;
+  collect(static_cast<int>(points.size()), points_a_chunk, pairs, tests,
+          [&](int i, PairSink& sink, DescentCounters& own) {
+            const Vec3& point = points[i];
+            const double largest = point.cwiseAbs().maxCoeff();
+            assert(largest < static_cast<double>(BoxPyramid::coordinate_limit));
+            DescentQuery of_point = query;
+            of_point.half_margin =
+                half_margin(options.margin + radius, pyramid.magnitude(), rounded_up(largest));
+            const std::array<float, 3> rounded{static_cast<float>(point.x()),
+                                               static_cast<float>(point.y()),
+                                               static_cast<float>(point.z())};
+            for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
+              kernels.descend_point(of_point, patch, rounded.data(), i, sink, own);
+            }
+          });
+  add(counters, tests);
+}
+
+void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
+                    const TraversalOptions& options, std::vector<LeafPair>& pairs,
                     TraversalCounters& counters) {
-  assert(pyramid.is_built());
-  DualDescent descent(pyramid, pyramid, margin, counters);
-  std::vector<Block> stack{pyramid.root()};  // blocks paired with themselves
-  while (!stack.empty()) {
-    const Block block = stack.back();
-    stack.pop_back();
-    if (pyramid.is_leaf(block)) {
-      const int quad = pyramid.quad_of_leaf(block);
-      pairs.push_back({quad, quad});
-      continue;
-    }
-    std::array<Node, 4> child;
-    const int count = children_of(pyramid, block, child);
-    for (int i = 0; i < count; ++i) {
-      stack.push_back(child[i].block);
-      for (int j = i + 1; j < count; ++j) descent.push(child[i], child[j]);
-    }
-    descent.run([&](int a, int b) { pairs.push_back({std::min(a, b), std::max(a, b)}); });
-  }
+  traverse(first, second, query_of(first, second, false, options), pairs, counters);
+}
+
+void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+                    std::vector<LeafPair>& pairs, TraversalCounters& counters) {
+  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), pairs, counters);
+}
+
+void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
+                    const TraversalOptions& options, const PairConsumer& consume,
+                    TraversalCounters& counters) {
+  traverse(first, second, query_of(first, second, false, options), consume, counters);
+}
+
+void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+                    const PairConsumer& consume, TraversalCounters& counters) {
+  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), consume, counters);
+}
+
+void dual_traversal_of_blocks(const BoxPyramid& first, const BoxPyramid& second, int level,
+                              const TraversalOptions& options, std::vector<BlockPair>& pairs,
+                              TraversalCounters& counters) {
+  traverse_blocks(first, second, query_of(first, second, false, options), level, pairs, counters);
+}
+
+void self_traversal_of_blocks(const BoxPyramid& pyramid, int level, const TraversalOptions& options,
+                              std::vector<BlockPair>& pairs, TraversalCounters& counters) {
+  traverse_blocks(pyramid, pyramid, query_of(pyramid, pyramid, true, options), level, pairs,
+                  counters);
 }
 
 }  // namespace weft::bsi

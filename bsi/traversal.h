@@ -1,61 +1,103 @@
-// Which quads come near what: single, dual and self traversal of pyramids.
+// Which leaves come near what: single, dual and self traversal of box pyramids.
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
-#include "bsi/pyramid.h"
+#include "bsi/box_pyramid.h"
+#include "bsi/leaf_pair.h"
 
 namespace weft::bsi {
 
-struct QuadPair {
-  int a = 0;  // a quad of the first body (for a self traversal: a <= b)
-  int b = 0;  // a quad of the second
-  bool operator==(const QuadPair&) const = default;
-  // clang-tidy 14 takes the compiler's own comparison with 0 for one with a null pointer.
-  auto operator<=>(const QuadPair&) const = default;  // NOLINT(modernize-use-nullptr)
+enum class Leaf {
+  quad,
+  triangle,  // 2 q and 2 q + 1 are those of quad q, as in Mesh
+};
+
+struct TraversalOptions {
+  // Metres, >= 0 and finite.
+  double margin = 0;
+  Leaf leaf = Leaf::triangle;
+  // Self traversal: leave out what the tangent certificate proves not to touch.
+  bool certificate = true;
 };
 
 struct TraversalCounters {
-  std::int64_t sphere_tests = 0;
+  std::int64_t box_tests = 0;          // pairs of boxes looked at
+  std::int64_t certificate_tests = 0;  // blocks and windows of neighbouring blocks looked at
+  std::int64_t certified = 0;          // of these, left out
 };
 
-// True if the spheres come within `margin` of each other, in float32 with a bound of the rounding
-// added: never false where exact arithmetic would say true, and true beyond by at most 2^-19 of
-// the distance. Neither sphere may be empty.
-inline bool spheres_within(const Sphere& first, const Sphere& second, float margin) {
-  const float x = first.x - second.x;
-  const float y = first.y - second.y;
-  const float z = first.z - second.z;
-  const float reach = first.radius + second.radius + margin;
-  // Both sides together are off by at most 11 units of 2^-24; neither underflows (radius_floor).
-  constexpr float rounding = 1 + 0x1p-20F;
-  return x * x + y * y + z * z <= reach * reach * rounding;
-}
+// Half of the margin in float32, widened so that boxes of rounded vertices, each widened by it,
+// overlap where the points of the float64 surfaces come within `margin` of each other, whatever the
+// rounding. `magnitude_*`: BoxPyramid::magnitude of the two, m.
+float half_margin(double margin, float magnitude_a, float magnitude_b);
 
-// Every function appends, in an order that depends on the pyramids alone, pairs of quads: all of
-// those whose points come within `margin` (metres, >= 0) of each other, only such whose spheres do,
-// and none twice. (Some whose spheres come that near are left out, where the spheres of larger
-// blocks prove that the points do not.)
-//
-// The set is settled by one rule, so that every implementation finds the same: a pair of blocks
-// within the margin is followed by splitting the one with the larger radius, the first body's when
-// they are equal, a block of one quad never; a block paired with itself by pairing its children,
-// each with itself and with those after it.
-//
-// The pyramids must be built (Pyramid::is_built). Thread-safe; memory in use is proportional to the
-// depth of the pyramids, not recursive.
+// The distance that the tangent certificate proves points of a body to keep: the margin and what
+// rounding may have taken from it, m.
+double certificate_margin(double margin, float magnitude);
 
-// Quads whose spheres come within `margin` of the ball. The centre must be finite and below
-// Pyramid::coordinate_limit.
-void single_traversal(const Pyramid& pyramid, const Vec3& centre, double radius, double margin,
-                      std::vector<int>& quads, TraversalCounters& counters);
-// Pairs (a of the first, b of the second).
-void dual_traversal(const Pyramid& first, const Pyramid& second, double margin,
-                    std::vector<QuadPair>& pairs, TraversalCounters& counters);
-// Unordered pairs of one body, a <= b, neighbours and the quad with itself included: a quad can
-// fold.
-void self_traversal(const Pyramid& pyramid, double margin, std::vector<QuadPair>& pairs,
+// What is found is settled by the leaves alone, so that every implementation finds the same: pairs
+// of leaves whose boxes (of the vertices rounded to float32, at both ends of the path in a swept
+// pyramid), widened by h = half_margin(...) to low - h and high + h in float32, overlap or touch.
+// Every pair that comes within the margin is among them.
+//
+// The pyramids must be built (BoxPyramid::is_built), plain or swept each. Found leaves are
+// appended in an order that depends on the pyramids alone, not on the number of threads, none
+// twice; counters are added to. Thread-safe.
+
+// Leaves near a point (a particle of some radius: radius + margin). The point must be finite and
+// below BoxPyramid::coordinate_limit.
+void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
+                      const TraversalOptions& options, std::vector<int>& leaves,
+                      TraversalCounters& counters);
+// The same for many points: pairs (number of the point, leaf), on the threads of OpenMP.
+void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, double radius,
+                      const TraversalOptions& options, std::vector<LeafPair>& pairs,
+                      TraversalCounters& counters);
+
+// Pairs (leaf of the first, leaf of the second), on the threads of OpenMP.
+void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
+                    const TraversalOptions& options, std::vector<LeafPair>& pairs,
                     TraversalCounters& counters);
+
+// Unordered pairs of leaves of one body, on the threads of OpenMP. Triangles: a < b, those that
+// share a particle left out. Quads: a <= b, neighbours and the quad with itself included, for a
+// quad can fold. With the certificate, pairs are left out that lie in a block, or in two
+// neighbouring ones, whose points are proved to stay farther apart than the margin, all along their
+// paths, except on triangles that share a vertex: features (vertex and triangle, two edges) without
+// a common vertex are then not within the margin.
+void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+                    std::vector<LeafPair>& pairs, TraversalCounters& counters);
+
+// The same, handed on in spans of up to some thousands while they are in the cache, by this thread
+// alone.
+using PairConsumer = std::function<void(std::span<const LeafPair>)>;
+void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
+                    const TraversalOptions& options, const PairConsumer& consume,
+                    TraversalCounters& counters);
+void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+                    const PairConsumer& consume, TraversalCounters& counters);
+
+// A block of a level of a patch: see BoxPyramid.
+struct PatchBlock {
+  int patch = 0, level = 0, u = 0, v = 0;
+  bool operator==(const PatchBlock&) const = default;
+};
+struct BlockPair {
+  PatchBlock a, b;
+  bool operator==(const BlockPair&) const = default;
+};
+
+// Approximate contact: the pairs of blocks of one level (of its last level, for a patch that has no
+// such level) whose widened boxes overlap. options.leaf counts for nothing. In a self traversal a
+// block is paired with itself too, and unordered pairs come once.
+void dual_traversal_of_blocks(const BoxPyramid& first, const BoxPyramid& second, int level,
+                              const TraversalOptions& options, std::vector<BlockPair>& pairs,
+                              TraversalCounters& counters);
+void self_traversal_of_blocks(const BoxPyramid& pyramid, int level, const TraversalOptions& options,
+                              std::vector<BlockPair>& pairs, TraversalCounters& counters);
 
 }  // namespace weft::bsi

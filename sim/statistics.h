@@ -8,10 +8,10 @@
 namespace weft::sim {
 
 struct Counters {
-  std::int64_t rebuilds = 0;         // pyramids rebuilt
-  std::int64_t self_traversals = 0;  // pyramids traversed against themselves
-  std::int64_t pair_traversals = 0;  // pyramids traversed against another
-  std::int64_t sphere_tests = 0;
+  std::int64_t rebuilds = 0;            // pyramids rebuilt
+  std::int64_t self_traversals = 0;     // pyramids traversed against themselves
+  std::int64_t pair_traversals = 0;     // pyramids traversed against another
+  std::int64_t bound_tests = 0;         // bounding volumes compared with another
   std::int64_t candidate_pairs = 0;     // feature pairs put on lists, all builds together
   std::int64_t narrow_phase_calls = 0;  // feature distances computed
   std::int64_t ccd_calls = 0;           // feature paths checked by continuous collision

@@ -51,7 +51,7 @@ nlohmann::ordered_json report_json(const RunReport& report) {
   json["counters"] = {{"rebuilds", counters.rebuilds},
                       {"self_traversals", counters.self_traversals},
                       {"pair_traversals", counters.pair_traversals},
-                      {"sphere_tests", counters.sphere_tests},
+                      {"bound_tests", counters.bound_tests},
                       {"candidate_pairs", counters.candidate_pairs},
                       {"narrow_phase_calls", counters.narrow_phase_calls},
                       {"ccd_calls", counters.ccd_calls},

@@ -200,11 +200,7 @@ void ContactSearch::build_pyramid(int body, std::span<const Vec3> start,
   if (tracked.pyramid_built) return;
   PhaseTimer timer(statistics_.phases.rebuild);
   const SceneBody& scene_body = scene_.bodies[body];
-  // A static body is built once and asked many times: the tighter radii pay.
-  if (!tracked.pyramid) {
-    tracked.pyramid.emplace(scene_body.atlas,
-                            scene_body.moves ? bsi::RadiusPolicy::fast : bsi::RadiusPolicy::exact);
-  }
+  if (!tracked.pyramid) tracked.pyramid.emplace(scene_body.atlas);
   const bool swept = start.data() != end.data() && scene_body.moves;
   const auto bad = swept ? tracked.pyramid->rebuild_swept(of_body(start, body), of_body(end, body))
                          : tracked.pyramid->rebuild(of_body(end, body));
@@ -225,7 +221,7 @@ void ContactSearch::build_list(std::size_t l, std::span<const Vec3> start,
   list.edge_edge.clear();
   state.built = true;
   if (!list.is_self()) {
-    ++statistics_.counters.sphere_tests;
+    ++statistics_.counters.bound_tests;
     const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
     state.near = clearance <= slack_;
     if (!state.near) {
@@ -241,17 +237,18 @@ void ContactSearch::build_list(std::size_t l, std::span<const Vec3> start,
   build_pyramid(list.body_b, start, end);
   quad_pairs_.clear();
   bsi::TraversalCounters tests;
+  const bsi::TraversalOptions options{.margin = reach(list), .leaf = bsi::Leaf::quad};
   {
     PhaseTimer timer(statistics_.phases.traverse);
     if (list.is_self()) {
-      bsi::self_traversal(*a.pyramid, reach(list), quad_pairs_, tests);
+      bsi::self_traversal(*a.pyramid, options, quad_pairs_, tests);
       ++statistics_.counters.self_traversals;
     } else {
-      bsi::dual_traversal(*a.pyramid, *b.pyramid, reach(list), quad_pairs_, tests);
+      bsi::dual_traversal(*a.pyramid, *b.pyramid, options, quad_pairs_, tests);
       ++statistics_.counters.pair_traversals;
     }
   }
-  statistics_.counters.sphere_tests += tests.sphere_tests;
+  statistics_.counters.bound_tests += tests.box_tests;
   PhaseTimer timer(statistics_.phases.narrow_phase);
   collect_features(scene_, start, end, quad_pairs_, reach(list), list, statistics_.counters);
 }

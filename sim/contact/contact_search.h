@@ -68,7 +68,7 @@ class ContactSearch {
     std::vector<Vec3> snapshot;  // empty for a body that does not move
     double path_length = 0;      // displacements summed over the snapshots left behind, m
     Displacement now;
-    std::optional<bsi::Pyramid> pyramid;  // made when first needed
+    std::optional<bsi::BoxPyramid> pyramid;  // made when first needed
     bool pyramid_built = false;
     bsi::Sphere
         bounds;  // of the body at its snapshot (of its path, after update_path); unset: radius < 0
@@ -100,7 +100,7 @@ class ContactSearch {
   std::vector<Tracked> tracked_;
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;
-  std::vector<bsi::QuadPair> quad_pairs_;  // scratch
+  std::vector<bsi::LeafPair> quad_pairs_;  // scratch
 };
 
 }  // namespace weft::sim

@@ -70,12 +70,12 @@ class Gatherer {
         a_(scene.bodies[list.body_a]),
         b_(scene.bodies[list.body_b]) {}
 
-  const Batches& gather(std::span<const bsi::QuadPair> pairs) {
+  const Batches& gather(std::span<const bsi::LeafPair> pairs) {
     for (Batch& batch : batches_) {
       batch.particles.clear();
       batch.features.clear();
     }
-    for (const bsi::QuadPair& pair : pairs) {
+    for (const bsi::LeafPair& pair : pairs) {
       add_vertices(a_, pair.a, b_, pair.b, batches_[vertex_triangle]);
       if (!self_ || pair.a != pair.b) {
         add_vertices(b_, pair.b, a_, pair.a, batches_[self_ ? vertex_triangle : triangle_vertex]);
@@ -98,7 +98,7 @@ class Gatherer {
     }
   }
 
-  void add_edges(const bsi::QuadPair& pair) {
+  void add_edges(const bsi::LeafPair& pair) {
     for (int e : a_.body.mesh.edges_of_quad(pair.a)) {
       const auto [x0, x1] = a_.edge(e);
       for (int f : b_.body.mesh.edges_of_quad(pair.b)) {
@@ -163,7 +163,7 @@ void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_
 }  // namespace
 
 void collect_features(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
-                      std::span<const bsi::QuadPair> quad_pairs, double reach, CandidateList& list,
+                      std::span<const bsi::LeafPair> quad_pairs, double reach, CandidateList& list,
                       Counters& counters) {
   const SceneBody& a = scene.bodies[list.body_a];
   const SceneBody& b = scene.bodies[list.body_b];

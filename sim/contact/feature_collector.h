@@ -13,7 +13,7 @@ namespace weft::sim {
 // b). Left out: features that share a vertex, and pairs without a free vertex. Distances are lower
 // bounds over the path.
 void collect_features(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
-                      std::span<const bsi::QuadPair> quad_pairs, double reach, CandidateList& list,
+                      std::span<const bsi::LeafPair> quad_pairs, double reach, CandidateList& list,
                       Counters& counters);
 
 }  // namespace weft::sim

@@ -30,8 +30,8 @@ constexpr StatisticColumn statistic_columns[] = {
      [](const Statistics&, const IntegratorCounts& c) { return number(c.linear_iterations); }},
     {"rebuilds", "1",
      [](const Statistics& s, const IntegratorCounts&) { return number(s.counters.rebuilds); }},
-    {"sphere_tests", "1",
-     [](const Statistics& s, const IntegratorCounts&) { return number(s.counters.sphere_tests); }},
+    {"bound_tests", "1",
+     [](const Statistics& s, const IntegratorCounts&) { return number(s.counters.bound_tests); }},
     {"candidate_pairs", "1",
      [](const Statistics& s, const IntegratorCounts&) {
        return number(s.counters.candidate_pairs);

@@ -1,19 +1,19 @@
 #include "bsi/traversal.h"
 
 #include <gtest/gtest.h>
+#include <omp.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <random>
-#include <span>
+#include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 
+#include "bsi/instruction_set.h"
+#include "bsi/proximity.h"
 #include "bsi/shapes.h"
 
 namespace weft::bsi {
@@ -21,478 +21,447 @@ namespace {
 
 using Positions = std::vector<Vec3>;
 
+// A surface at rest, or on its way to `end`.
 struct Body {
   std::string name;
   Surface surface;
-  Pyramid pyramid;
+  Positions end;  // empty: at rest
+  BoxPyramid pyramid;
 };
 
-Body make_body(const std::string& name, Surface surface, double noise, const Vec3& offset,
-               RadiusPolicy policy, unsigned seed) {
+Positions crumpled(Positions positions, double amplitude, unsigned seed) {
   std::mt19937 random(seed);
-  std::normal_distribution<double> normal(0, noise);
-  for (Vec3& position : surface.positions) {
-    position += offset;
-    if (noise > 0) position += Vec3(normal(random), normal(random), normal(random));
-  }
-  Pyramid pyramid(surface.atlas, policy);
-  EXPECT_FALSE(pyramid.rebuild(surface.positions));
-  return {name, std::move(surface), std::move(pyramid)};
+  std::normal_distribution<double> noise(0, amplitude);
+  for (Vec3& position : positions) position += Vec3(noise(random), noise(random), noise(random));
+  return positions;
 }
 
-// Bodies of every kind around one place: smooth and crumpled, of odd sizes, of one quad, of several
-// patches.
-std::vector<Body> bodies() {
-  std::vector<Body> list;
-  const RadiusPolicy fast = RadiusPolicy::fast;
-  const RadiusPolicy exact = RadiusPolicy::exact;
-  list.push_back(make_body("sheet", make_rectangle(1, 1, 12, 15), 0.05, {0, 0, 0.1}, fast, 1));
-  list.push_back(make_body("strip", make_rectangle(2, 0.2, 3, 34), 0.01, {0, 0, 0.12}, exact, 2));
-  list.push_back(make_body("quad", make_rectangle(0.7, 0.7, 2, 2), 0, {0, 0.1, 0.15}, fast, 3));
-  list.push_back(make_body("torus", make_torus(0.5, 0.2, 17, 9), 0, {0.1, 0, 0}, fast, 4));
-  list.push_back(make_body("torus", make_torus(0.5, 0.2, 6, 16), 0.03, {0.1, 0, 0}, exact, 5));
-  list.push_back(make_body("sphere", make_sphere(0.4, 6), 0.01, {0, 0, 0}, fast, 6));
-  list.push_back(make_body("sphere", make_sphere(0.3, 4), 0.05, {0.2, 0.1, 0}, exact, 7));
+Body make_body(const std::string& name, Surface surface, double noise, const Vec3& offset,
+               bool swept) {
+  const auto seed = static_cast<unsigned>(surface.atlas.texel_count());
+  if (noise > 0) surface.positions = crumpled(surface.positions, noise, seed);
+  for (Vec3& position : surface.positions) position += offset;
+  Body body{name + (swept ? " swept" : ""), std::move(surface), {}, BoxPyramid(Atlas({{2, 2}}))};
+  body.pyramid = BoxPyramid(body.surface.atlas);
+  if (swept) {
+    body.end = crumpled(body.surface.positions, 0.03, seed + 1);
+    for (Vec3& position : body.end) position.z() += 0.1;
+    EXPECT_FALSE(body.pyramid.rebuild_swept(body.surface.positions, body.end));
+  } else {
+    EXPECT_FALSE(body.pyramid.rebuild(body.surface.positions));
+  }
+  return body;
+}
+
+// A patch folded onto itself, two of its borders and its corners sewn together.
+Surface make_sewn_patch() {
+  std::vector<int> particle;
+  for (int row = 0; row < 6; ++row) {
+    for (int col = 0; col < 7; ++col) particle.push_back(col == 6 ? 6 * row : 6 * row + col);
+  }
+  Surface surface;
+  surface.atlas = Atlas({{6, 7}}, particle);
+  surface.positions.resize(surface.atlas.particle_count(), Vec3::Zero());
+  return surface;
+}
+
+// Bodies of every kind around one place: smooth and crumpled, of odd sizes, of one quad, wrapped,
+// of several patches, sewn.
+void add_bodies(std::vector<Body>& list, bool swept) {
+  const auto add = [&](const char* name, Surface surface, double noise, const Vec3& offset) {
+    list.push_back(make_body(name, std::move(surface), noise, offset, swept));
+  };
+  add("sheet", make_rectangle(1, 1, 12, 15), 0.05, {0, 0, 0.1});
+  add("flat sheet", make_rectangle(1, 1, 17, 17), 0, {0.05, 0, 0.1});
+  add("strip", make_rectangle(2, 0.2, 3, 34), 0.01, {0, 0, 0.12});
+  add("quad", make_rectangle(0.7, 0.7, 2, 2), 0, {0, 0.1, 0.15});
+  add("torus", make_torus(0.5, 0.2, 17, 9), 0, {0.1, 0, 0});
+  add("crumpled torus", make_torus(0.5, 0.2, 6, 16), 0.03, {0.1, 0, 0});
+  add("least torus", make_torus(0.5, 0.2, 3, 3), 0.01, {0, 0, 0});
+  add("sphere", make_sphere(0.4, 6), 0.01, {0, 0, 0});
+  add("sewn patch", make_sewn_patch(), 0.3, {0, 0, 0});
   Surface pieces;
   pieces.atlas = Atlas({{2, 9}, {5, 5, true, false}, {3, 3}, {12, 2}, {4, 6, true, true}});
   pieces.positions.resize(pieces.atlas.particle_count(), Vec3::Zero());
-  list.push_back(make_body("pieces", std::move(pieces), 0.3, {0, 0, 0}, fast, 8));
-  return list;
+  add("pieces", std::move(pieces), 0.3, {0, 0, 0});
 }
 
-// --- Brute force over the blocks of one quad
-// ------------------------------------------------------
+const std::vector<Body>& bodies() {
+  static const std::vector<Body> all = [] {
+    std::vector<Body> list;
+    add_bodies(list, false);
+    add_bodies(list, true);
+    return list;
+  }();
+  return all;
+}
 
-// By quad: the blocks that contain it, from the root to its leaf.
-std::vector<std::vector<Block>> ancestors_of_quads(const Pyramid& pyramid) {
-  std::vector<std::vector<Block>> by_quad(pyramid.atlas().quad_count());
-  std::vector<std::vector<Block>> stack{{pyramid.root()}};
-  while (!stack.empty()) {
-    const std::vector<Block> path = stack.back();
-    stack.pop_back();
-    if (pyramid.is_leaf(path.back())) {
-      by_quad[pyramid.quad_of_leaf(path.back())] = path;
-      continue;
-    }
-    std::array<Block, 4> child;
-    const int count = pyramid.children(path.back(), child);
-    for (int i = 0; i < count; ++i) {
-      stack.push_back(path);
-      stack.back().push_back(child[i]);
-    }
+// --- The oracle: every pair of leaves, straight from the rule of traversal.h
+// -------------------------
+
+std::array<int, 3> corners_of_triangle(const Atlas& atlas, int triangle) {
+  return quad_triangles(atlas.quad_particles(triangle / 2))[triangle % 2];
+}
+
+std::vector<int> particles_of_leaf(const Atlas& atlas, Leaf kind, int leaf) {
+  if (kind == Leaf::quad) {
+    const auto corners = atlas.quad_particles(leaf);
+    return {corners.begin(), corners.end()};
   }
-  return by_quad;
+  const auto corners = corners_of_triangle(atlas, leaf);
+  return {corners.begin(), corners.end()};
 }
 
-double gap(const Sphere& a, const Sphere& b) {
-  return (Vec3(a.x, a.y, a.z) - Vec3(b.x, b.y, b.z)).norm() - static_cast<double>(a.radius) -
-         static_cast<double>(b.radius);
+int leaf_count(const Atlas& atlas, Leaf kind) {
+  return kind == Leaf::quad ? atlas.quad_count() : 2 * atlas.quad_count();
 }
 
-bool within(const Sphere& a, const Sphere& b, double margin) {
-  return spheres_within(a, b, static_cast<float>(margin));
-}
-
-// The rule of traversal.h for one pair of quads: walks down the paths from the two roots and tells
-// if every pair of blocks that it meets is within the margin.
-bool is_reached(const Pyramid& first, std::span<const Block> path_a, const Pyramid& second,
-                std::span<const Block> path_b, double margin) {
-  // A block paired with itself is split into its children without a test.
-  if (&first == &second) {
-    while (path_a.front() == path_b.front()) {
-      if (path_a.size() == 1) return true;
-      path_a = path_a.subspan(1);
-      path_b = path_b.subspan(1);
-    }
-    const auto order = [](const Block& block) { return std::tuple(block.patch, block.v, block.u); };
-    if (order(path_b.front()) < order(path_a.front())) std::swap(path_a, path_b);
-  }
-  for (;;) {
-    const Sphere& a = first.sphere(path_a.front());
-    const Sphere& b = second.sphere(path_b.front());
-    if (!within(a, b, margin)) return false;
-    if (path_a.size() == 1 && path_b.size() == 1) return true;
-    if (path_b.size() == 1 || (path_a.size() > 1 && a.radius >= b.radius)) {
-      path_a = path_a.subspan(1);
-    } else {
-      path_b = path_b.subspan(1);
-    }
-  }
-}
-
-// True if some blocks around the two quads are farther apart than the margin.
-bool is_separated(const Pyramid& first, const std::vector<Block>& path_a, const Pyramid& second,
-                  const std::vector<Block>& path_b, double margin) {
-  return std::ranges::any_of(path_a, [&](const Block& a) {
-    return std::ranges::any_of(
-        path_b, [&](const Block& b) { return gap(first.sphere(a), second.sphere(b)) > margin; });
-  });
-}
-
-// Checks a pair set, sorted here, against all pairs of quads one by one. `tested` tells which pairs
-// of quads are to be looked at.
-void expect_pairs(const Pyramid& first, const Pyramid& second, double margin,
-                  std::vector<QuadPair> pairs, const std::function<bool(int, int)>& tested) {
-  std::ranges::sort(pairs);
-  EXPECT_EQ(std::ranges::adjacent_find(pairs), pairs.end()) << "a pair was found twice";
-  const auto paths_a = ancestors_of_quads(first);
-  const auto paths_b = ancestors_of_quads(second);
-  std::vector<QuadPair> expected;
-  for (int a = 0; a < first.atlas().quad_count(); ++a) {
-    for (int b = 0; b < second.atlas().quad_count(); ++b) {
-      if (!tested(a, b)) continue;
-      const bool reached = is_reached(first, paths_a[a], second, paths_b[b], margin);
-      if (reached) expected.push_back({a, b});
-      // The rule of the descent loses no pair that the spheres of the quads, and of the blocks
-      // around them, cannot prove apart; and finds none whose spheres are apart.
-      const bool near =
-          within(first.sphere(paths_a[a].back()), second.sphere(paths_b[b].back()), margin);
-      EXPECT_LE(reached, near);
-      if (near && !reached) {
-        EXPECT_TRUE(is_separated(first, paths_a[a], second, paths_b[b], margin));
-      }
-    }
-  }
-  EXPECT_EQ(pairs, expected);
-}
-
-TEST(Traversal, DualFindsThePairsOfItsRule) {
-  const std::vector<Body> list = bodies();
-  constexpr std::array margins{0.0, 0.01, 0.3};
-  std::size_t found = 0;
-  std::size_t turn = 0;
-  for (const Body& first : list) {
-    for (const Body& second : list) {
-      if (&first == &second) continue;
-      const double margin = margins[turn++ % margins.size()];
-      SCOPED_TRACE(first.name + " and " + second.name + ", margin " + std::to_string(margin));
-      std::vector<QuadPair> pairs;
-      TraversalCounters counters;
-      dual_traversal(first.pyramid, second.pyramid, margin, pairs, counters);
-      expect_pairs(first.pyramid, second.pyramid, margin, pairs, [](int, int) { return true; });
-      EXPECT_GE(counters.sphere_tests, static_cast<std::int64_t>(pairs.size()));
-      found += pairs.size();
-    }
-  }
-  EXPECT_GT(found, 10000U);
-}
-
-TEST(Traversal, SelfFindsThePairsOfItsRule) {
-  for (const Body& body : bodies()) {
-    for (const double margin : {0.0, 0.02, 0.3}) {
-      SCOPED_TRACE(body.name + ", margin " + std::to_string(margin));
-      std::vector<QuadPair> pairs;
-      TraversalCounters counters;
-      self_traversal(body.pyramid, margin, pairs, counters);
-      expect_pairs(body.pyramid, body.pyramid, margin, pairs, [](int a, int b) { return a <= b; });
-    }
-  }
-}
-
-// --- Brute force over triangles
-// -------------------------------------------------------------------
-
-using Triangle = std::array<Vec3, 3>;
-
-Vec3 closest_on_segment(const Vec3& point, const Vec3& from, const Vec3& to) {
-  const Vec3 along = to - from;
-  const double squared = along.squaredNorm();
-  const double t = squared > 0 ? std::clamp((point - from).dot(along) / squared, 0.0, 1.0) : 0.0;
-  return from + t * along;
-}
-
-double point_triangle(const Vec3& point, const Triangle& triangle) {
-  const auto& [a, b, c] = triangle;
-  double distance = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 3; ++i) {
-    const Vec3 on_edge = closest_on_segment(point, triangle[i], triangle[(i + 1) % 3]);
-    distance = std::min(distance, (point - on_edge).norm());
-  }
-  const Vec3 normal = (b - a).cross(c - a);
-  const bool inside = normal.dot((b - a).cross(point - a)) > 0 &&
-                      normal.dot((c - b).cross(point - b)) > 0 &&
-                      normal.dot((a - c).cross(point - c)) > 0;
-  return inside ? std::min(distance, std::abs(normal.normalized().dot(point - a))) : distance;
-}
-
-// Between lines where both closest points are inside; ends are left to their own closest points.
-double segment_segment(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  double distance = std::min(
-      {(a - closest_on_segment(a, c, d)).norm(), (b - closest_on_segment(b, c, d)).norm(),
-       (c - closest_on_segment(c, a, b)).norm(), (d - closest_on_segment(d, a, b)).norm()});
-  const Vec3 u = b - a;
-  const Vec3 v = d - c;
-  const double determinant = u.squaredNorm() * v.squaredNorm() - u.dot(v) * u.dot(v);
-  if (determinant <= 1e-14 * u.squaredNorm() * v.squaredNorm()) return distance;
-  const Vec3 w = a - c;
-  const double s = (u.dot(v) * v.dot(w) - v.squaredNorm() * u.dot(w)) / determinant;
-  const double t = (u.squaredNorm() * v.dot(w) - u.dot(v) * u.dot(w)) / determinant;
-  if (s >= 0 && s <= 1 && t >= 0 && t <= 1)
-    distance = std::min(distance, (w + s * u - t * v).norm());
-  return distance;
-}
-
-// Where a segment runs through a triangle their distance is zero: that of the crossing point.
-double segment_triangle_crossing(const Vec3& from, const Vec3& to, const Triangle& triangle) {
-  const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-  const double before = normal.dot(from - triangle[0]);
-  const double after = normal.dot(to - triangle[0]);
-  if (before * after >= 0) return std::numeric_limits<double>::infinity();
-  return point_triangle(from + before / (before - after) * (to - from), triangle);
-}
-
-double triangle_triangle(const Triangle& first, const Triangle& second) {
-  double distance = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 3; ++i) {
-    const Vec3& a = first[i];
-    const Vec3& b = first[(i + 1) % 3];
-    const Vec3& c = second[i];
-    const Vec3& d = second[(i + 1) % 3];
-    distance =
-        std::min({distance, point_triangle(a, second), point_triangle(c, first),
-                  segment_triangle_crossing(a, b, second), segment_triangle_crossing(c, d, first)});
-    for (int j = 0; j < 3; ++j) {
-      distance = std::min(distance, segment_segment(a, b, second[j], second[(j + 1) % 3]));
-    }
-  }
-  return distance;
-}
-
-std::array<Triangle, 2> triangles_of(const Surface& surface, int quad) {
-  const auto indices = quad_triangles(surface.atlas.quad_particles(quad));
-  std::array<Triangle, 2> triangles;
-  for (int t = 0; t < 2; ++t) {
-    for (int corner = 0; corner < 3; ++corner) {
-      triangles[t][corner] = surface.positions[indices[t][corner]];
-    }
-  }
-  return triangles;
-}
-
-double quad_distance(const Surface& first, int a, const Surface& second, int b) {
-  double distance = std::numeric_limits<double>::infinity();
-  for (const Triangle& one : triangles_of(first, a)) {
-    for (const Triangle& other : triangles_of(second, b)) {
-      distance = std::min(distance, triangle_triangle(one, other));
-    }
-  }
-  return distance;
-}
-
-// Low and high corner.
-using Box = std::array<std::array<double, 3>, 2>;
-
-std::vector<Box> boxes_of_quads(const Surface& surface) {
-  std::vector<Box> boxes(surface.atlas.quad_count());
-  for (int quad = 0; quad < surface.atlas.quad_count(); ++quad) {
-    auto& [low, high] = boxes[quad];
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-    for (const int particle : surface.atlas.quad_particles(quad)) {
+Box box_around(const Body& body, const std::vector<int>& particles) {
+  Box box;
+  box.low.fill(std::numeric_limits<float>::infinity());
+  box.high.fill(-std::numeric_limits<float>::infinity());
+  for (const Positions* positions : {&body.surface.positions, &body.end}) {
+    if (positions->empty()) continue;
+    for (const int particle : particles) {
       for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], surface.positions[particle][axis]);
-        high[axis] = std::max(high[axis], surface.positions[particle][axis]);
+        const auto coordinate = static_cast<float>((*positions)[particle][axis]);
+        box.low[axis] = std::min(box.low[axis], coordinate);
+        box.high[axis] = std::max(box.high[axis], coordinate);
       }
     }
+  }
+  return box;
+}
+
+Box widened(Box box, float half) {
+  for (float& bound : box.low) bound -= half;
+  for (float& bound : box.high) bound += half;
+  return box;
+}
+
+bool overlap(const Box& a, const Box& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.low[axis] > b.high[axis] || b.low[axis] > a.high[axis]) return false;
+  }
+  return true;
+}
+
+std::vector<Box> widened_leaves(const Body& body, Leaf kind, float half) {
+  std::vector<Box> boxes;
+  for (int leaf = 0; leaf < leaf_count(body.surface.atlas, kind); ++leaf) {
+    boxes.push_back(
+        widened(box_around(body, particles_of_leaf(body.surface.atlas, kind, leaf)), half));
   }
   return boxes;
 }
 
-bool are_apart(const Box& a, const Box& b, double margin) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (a[0][axis] > b[1][axis] + margin || b[0][axis] > a[1][axis] + margin) return true;
-  }
-  return false;
+bool share_a_particle(const Atlas& atlas, int a, int b) {
+  const auto of_a = corners_of_triangle(atlas, a), of_b = corners_of_triangle(atlas, b);
+  return std::ranges::find_first_of(of_a, of_b) != of_a.end();
 }
 
-// All pairs of quads whose triangles come within the margin. Boxes keep the test short.
-std::vector<QuadPair> near_quads(const Surface& first, const Surface& second, double margin) {
-  const auto boxes_a = boxes_of_quads(first);
-  const auto boxes_b = boxes_of_quads(second);
-  std::vector<QuadPair> near;
-  for (int a = 0; a < first.atlas.quad_count(); ++a) {
-    for (int b = 0; b < second.atlas.quad_count(); ++b) {
-      if (are_apart(boxes_a[a], boxes_b[b], margin)) continue;
-      if (quad_distance(first, a, second, b) <= margin) near.push_back({a, b});
+std::vector<LeafPair> all_dual_pairs(const Body& first, const Body& second,
+                                     const TraversalOptions& options) {
+  const float half =
+      half_margin(options.margin, first.pyramid.magnitude(), second.pyramid.magnitude());
+  const auto of_first = widened_leaves(first, options.leaf, half);
+  const auto of_second = widened_leaves(second, options.leaf, half);
+  std::vector<LeafPair> pairs;
+  for (std::size_t a = 0; a < of_first.size(); ++a) {
+    for (std::size_t b = 0; b < of_second.size(); ++b) {
+      if (overlap(of_first[a], of_second[b]))
+        pairs.push_back({static_cast<int>(a), static_cast<int>(b)});
     }
   }
-  return near;
+  return pairs;
 }
 
-TEST(Traversal, DualMissesNoTriangles) {
-  const std::vector<Body> list = bodies();
-  const double margin = 0.02;
-  std::size_t count = 0;
-  // Every second pair of bodies: enough of each kind, and short without optimisation.
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    for (std::size_t j = i + 1; j < list.size(); j += 2) {
-      const Body& first = list[i];
-      const Body& second = list[j];
-      std::vector<QuadPair> pairs;
-      TraversalCounters counters;
-      dual_traversal(first.pyramid, second.pyramid, margin, pairs, counters);
-      std::ranges::sort(pairs);
-      const std::vector<QuadPair> near = near_quads(first.surface, second.surface, margin);
-      EXPECT_TRUE(std::ranges::includes(pairs, near)) << first.name << " and " << second.name;
-      count += near.size();
+std::vector<LeafPair> all_self_pairs(const Body& body, const TraversalOptions& options) {
+  std::vector<LeafPair> pairs = all_dual_pairs(body, body, options);
+  std::erase_if(pairs, [&](const LeafPair& pair) {
+    if (options.leaf == Leaf::quad) return pair.a > pair.b;
+    return pair.a >= pair.b || share_a_particle(body.surface.atlas, pair.a, pair.b);
+  });
+  return pairs;
+}
+
+// In order, each once.
+std::vector<LeafPair> sorted(std::vector<LeafPair> pairs) {
+  std::ranges::sort(pairs);
+  EXPECT_EQ(std::ranges::adjacent_find(pairs), pairs.end()) << "a pair was found twice";
+  return pairs;
+}
+
+constexpr std::array leaf_kinds{Leaf::quad, Leaf::triangle};
+
+std::string describe(const TraversalOptions& options) {
+  return std::string(options.leaf == Leaf::quad ? "quads" : "triangles") + ", margin " +
+         std::to_string(options.margin);
+}
+
+// --- Sets
+// --------------------------------------------------------------------------------------------
+
+TEST(Traversal, DualFindsEveryPairOfLeaves) {
+  constexpr std::array margins{0.0, 1e-3, 0.02, 0.02, 0.0, 0.2, 1e300};
+  std::size_t turn = 0, found = 0;
+  for (std::size_t i = 0; i < bodies().size(); ++i) {
+    // Every third pair of bodies: each with each other kind, at rest or moving.
+    for (std::size_t j = i % 3; j < bodies().size(); j += 3) {
+      const Body &first = bodies()[i], &second = bodies()[j];
+      for (const Leaf leaf : leaf_kinds) {
+        const TraversalOptions options{.margin = margins[turn++ % margins.size()], .leaf = leaf};
+        SCOPED_TRACE(first.name + " and " + second.name + ", " + describe(options));
+        std::vector<LeafPair> pairs;
+        TraversalCounters counters;
+        dual_traversal(first.pyramid, second.pyramid, options, pairs, counters);
+        ASSERT_TRUE(sorted(pairs) == all_dual_pairs(first, second, options));
+        EXPECT_GE(counters.box_tests, pairs.empty() ? 0 : 1);
+        EXPECT_EQ(counters.certificate_tests, 0);
+        found += pairs.size();
+      }
     }
   }
-  EXPECT_GT(count, 1000U);
+  EXPECT_GT(found, 1000000U);
 }
 
-TEST(Traversal, SelfMissesNoTriangles) {
-  const double margin = 0.02;
+TEST(Traversal, SelfFindsEveryPairOfLeaves) {
   for (const Body& body : bodies()) {
-    std::vector<QuadPair> pairs;
-    TraversalCounters counters;
-    self_traversal(body.pyramid, margin, pairs, counters);
-    std::ranges::sort(pairs);
-    std::vector<QuadPair> near = near_quads(body.surface, body.surface, margin);
-    std::erase_if(near, [](const QuadPair& pair) { return pair.a > pair.b; });
-    EXPECT_TRUE(std::ranges::includes(pairs, near)) << body.name;
-    EXPECT_GE(near.size(), static_cast<std::size_t>(body.surface.atlas.quad_count()));
+    for (const Leaf leaf : leaf_kinds) {
+      for (const double margin : {0.0, 1e-3, 0.02, 0.2, 1e300}) {
+        if (margin > 1 && body.surface.atlas.quad_count() > 100) continue;
+        TraversalOptions options{.margin = margin, .leaf = leaf, .certificate = false};
+        SCOPED_TRACE(body.name + ", " + describe(options));
+        std::vector<LeafPair> all, excused;
+        TraversalCounters counters;
+        self_traversal(body.pyramid, options, all, counters);
+        ASSERT_TRUE(sorted(all) == all_self_pairs(body, options));
+        EXPECT_EQ(counters.certificate_tests, 0);
+        // The certificate takes pairs away, and adds none. (Which: tangent_certificate_test.)
+        options.certificate = true;
+        self_traversal(body.pyramid, options, excused, counters);
+        EXPECT_TRUE(std::ranges::includes(sorted(all), sorted(excused)));
+        if (counters.certified == 0) {
+          EXPECT_EQ(excused.size(), all.size());
+        }
+      }
+    }
   }
 }
 
-TEST(Traversal, SingleFindsTheQuadsNearABall) {
+TEST(Traversal, SingleFindsEveryLeafNearABall) {
   std::mt19937 random(21);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const Body& body : bodies()) {
-    const auto paths = ancestors_of_quads(body.pyramid);
-    for (int sample = 0; sample < 30; ++sample) {
-      const Vec3 centre(uniform(random), uniform(random), 0.3 * uniform(random));
-      const double radius = sample % 3 == 0 ? 0 : 0.2 * std::abs(uniform(random));
-      const double margin = sample % 2 == 0 ? 0 : 0.05;
-      std::vector<int> quads;
-      TraversalCounters counters;
-      single_traversal(body.pyramid, centre, radius, margin, quads, counters);
-      std::ranges::sort(quads);
-      EXPECT_EQ(std::ranges::adjacent_find(quads), quads.end());
-      for (int quad = 0; quad < body.surface.atlas.quad_count(); ++quad) {
-        double distance = std::numeric_limits<double>::infinity();
-        for (const Triangle& triangle : triangles_of(body.surface, quad)) {
-          distance = std::min(distance, point_triangle(centre, triangle));
-        }
-        // Found if near; not found if a sphere around it is apart by more than rounding.
-        const bool found = std::ranges::binary_search(quads, quad);
-        const bool apart = std::ranges::any_of(paths[quad], [&](const Block& block) {
-          const Sphere& sphere = body.pyramid.sphere(block);
-          return (Vec3(sphere.x, sphere.y, sphere.z) - centre).norm() - radius -
-                     static_cast<double>(sphere.radius) >
-                 margin + 1e-5;
-        });
-        if (distance <= radius + margin) {
-          EXPECT_TRUE(found) << body.name;
-        }
-        if (apart) {
-          EXPECT_FALSE(found) << body.name;
-        }
-        if (!found) {
-          const Sphere& leaf = body.pyramid.sphere(paths[quad].back());
-          const bool near = (Vec3(leaf.x, leaf.y, leaf.z) - centre).norm() <=
-                            radius + margin + static_cast<double>(leaf.radius);
-          if (near) {
-            EXPECT_GT(distance, radius + margin);
+    Positions points;
+    for (int i = 0; i < 24; ++i) {
+      points.emplace_back(uniform(random), uniform(random), 0.3 * uniform(random));
+    }
+    points.push_back(body.surface.positions[body.surface.positions.size() / 2]);
+    points.emplace_back(1e17, -3e3, 0);
+    for (const Leaf leaf : leaf_kinds) {
+      for (const auto& [radius, margin] :
+           {std::pair{0.0, 0.0}, {0.1, 0.0}, {0.0, 0.05}, {0.2, 0.03}, {3e17, 1e17}}) {
+        const TraversalOptions options{.margin = margin, .leaf = leaf};
+        SCOPED_TRACE(body.name + ", " + describe(options));
+        std::vector<LeafPair> expected, together, one_by_one;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          const Vec3& point = points[i];
+          const auto x = static_cast<float>(point.x()), y = static_cast<float>(point.y()),
+                     z = static_cast<float>(point.z());
+          // Of this size in float32 at least, as the greatest of the coordinates themselves is.
+          auto magnitude = static_cast<float>(point.cwiseAbs().maxCoeff());
+          if (static_cast<double>(magnitude) < point.cwiseAbs().maxCoeff())
+            magnitude = std::nextafter(magnitude, std::numeric_limits<float>::infinity());
+          const float half = half_margin(margin + radius, body.pyramid.magnitude(), magnitude);
+          const auto leaves = widened_leaves(body, leaf, half);
+          const Box ball = widened({{x, y, z}, {x, y, z}}, half);
+          for (std::size_t l = 0; l < leaves.size(); ++l) {
+            if (overlap(ball, leaves[l]))
+              expected.push_back({static_cast<int>(i), static_cast<int>(l)});
           }
+          std::vector<int> found;
+          TraversalCounters counters;
+          single_traversal(body.pyramid, point, radius, options, found, counters);
+          for (const int l : found) one_by_one.push_back({static_cast<int>(i), l});
+        }
+        TraversalCounters counters;
+        single_traversal(body.pyramid, points, radius, options, together, counters);
+        ASSERT_EQ(sorted(one_by_one), expected);
+        ASSERT_EQ(together, one_by_one);
+      }
+    }
+  }
+}
+
+TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> exponent(-45, 18);
+  for (int i = 0; i < 20000; ++i) {
+    const double margin = i % 5 == 0 ? 0.0 : std::pow(10.0, exponent(random));
+    const auto a = static_cast<float>(std::pow(10.0, std::min(17.9, exponent(random))));
+    const auto b = i % 3 == 0 ? 0.0F : static_cast<float>(std::pow(10.0, 0.4 * exponent(random)));
+    const auto half = static_cast<double>(half_margin(margin, a, b));
+    // A float32 rounding moves by 2^-24 of the number, or 2^-150 among the smallest.
+    const double least =
+        margin + 0x1p-24 * (static_cast<double>(a) + static_cast<double>(b)) + 0x1p-149;
+    EXPECT_GE(2 * half, least);
+    EXPECT_LE(2 * half, 2 * least * (1 + 0x1p-22) + 0x1p-123);
+  }
+}
+
+// --- Order
+// -------------------------------------------------------------------------------------------
+
+struct Settings {
+  int threads = omp_get_max_threads();
+  InstructionSet set = instruction_set();
+  ~Settings() {
+    omp_set_num_threads(threads);
+    use_instruction_set(set);
+  }
+};
+
+// What a body finds with itself, with another and with points: in the order found.
+struct Findings {
+  std::vector<LeafPair> self, dual, single;
+  std::vector<BlockPair> blocks;
+  TraversalCounters counters;
+  bool operator==(const Findings& other) const {
+    return self == other.self && dual == other.dual && single == other.single &&
+           blocks == other.blocks && counters.box_tests == other.counters.box_tests &&
+           counters.certificate_tests == other.counters.certificate_tests &&
+           counters.certified == other.counters.certified;
+  }
+};
+
+Findings find_all(const Body& first, const Body& second, const TraversalOptions& options) {
+  Findings found;
+  self_traversal(first.pyramid, options, found.self, found.counters);
+  dual_traversal(first.pyramid, second.pyramid, options, found.dual, found.counters);
+  single_traversal(first.pyramid, second.surface.positions, 0.01, options, found.single,
+                   found.counters);
+  self_traversal_of_blocks(first.pyramid, 3, options, found.blocks, found.counters);
+  dual_traversal_of_blocks(first.pyramid, second.pyramid, 2, options, found.blocks, found.counters);
+  return found;
+}
+
+TEST(Traversal, OrderAndCountersDependOnThePyramidsAlone) {
+  const Settings restored;
+  std::vector<Body> list;
+  for (const bool swept : {false, true}) {
+    list.push_back(make_body("large sheet", make_rectangle(1, 1, 40, 37), 0.002, {0, 0, 0}, swept));
+    list.push_back(make_body("sphere", make_sphere(0.4, 9), 0.004, {0.1, 0, 0}, swept));
+    list.push_back(make_body("torus", make_torus(0.4, 0.2, 30, 17), 0, {0, 0.1, 0}, swept));
+  }
+  std::int64_t certified = 0;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    for (const Leaf leaf : leaf_kinds) {
+      const TraversalOptions options{.margin = 0.003, .leaf = leaf};
+      const Body& other = list[(i + 1) % list.size()];
+      omp_set_num_threads(1);
+      const Findings expected = find_all(list[i], other, options);
+      certified += expected.counters.certified;
+      EXPECT_FALSE(expected.self.empty() || expected.dual.empty() || expected.single.empty());
+      for (const InstructionSet set : available_instruction_sets()) {
+        use_instruction_set(set);
+        for (const int threads : {1, 2, 3}) {
+          omp_set_num_threads(threads);
+          EXPECT_TRUE(find_all(list[i], other, options) == expected)
+              << list[i].name << ", " << name(set) << ", " << threads << " threads";
         }
       }
     }
   }
+  EXPECT_GT(certified, 100);
 }
 
-// --- Rounding and extremes
-// ------------------------------------------------------------------------
-
-TEST(Traversal, SphereTestIsConservativeInFloat32) {
-  std::mt19937 random(22);
-  std::uniform_real_distribution<float> uniform(-1, 1);
-  int touching = 0;
-  for (int i = 0; i < 20000; ++i) {
-    const float scale = std::pow(10.0F, 16 * uniform(random));
-    const Sphere a{scale * uniform(random), scale * uniform(random), scale * uniform(random),
-                   std::max(scale * std::abs(uniform(random)), 1e-18F)};
-    Sphere b{scale * uniform(random), scale * uniform(random), scale * uniform(random), 1e-18F};
-    const double centres = gap({a.x, a.y, a.z, 0}, {b.x, b.y, b.z, 0});
-    // Radius and margin that just make the two touch, or just not.
-    const auto margin = static_cast<float>(std::max(0.0, (centres - a.radius) * 0.5));
-    const double rest = centres - static_cast<double>(a.radius) - static_cast<double>(margin);
-    b.radius = std::max(static_cast<float>(rest), 1e-18F);
-    if (i % 2 == 0) b.radius = std::nextafter(b.radius, 0.0F);
-    if (gap(a, b) <= static_cast<double>(margin)) {
-      ++touching;
-      EXPECT_TRUE(spheres_within(a, b, margin));
-    }
-    if (gap(a, b) > static_cast<double>(margin) + 3e-6 * centres) {
-      EXPECT_FALSE(spheres_within(a, b, margin));
-    }
-  }
-  EXPECT_GT(touching, 5000);
-}
-
-TEST(Traversal, FindsContactsAtEveryScale) {
-  const Surface sheet = make_rectangle(1, 1, 5, 6);
-  for (const double size : {1e16, 1e6, 1.0, 1e-6, 1e-12, 1e-25, 0.0}) {
-    for (const double offset : {0.0, 1.0, 1e6}) {
-      Positions lower;
-      Positions upper;
-      for (const Vec3& point : sheet.positions) {
-        lower.emplace_back(size * point + Vec3(offset, offset, offset));
-        upper.emplace_back(size * (point + Vec3(0, 0, 0.01)) + Vec3(offset, offset, offset));
-      }
-      Pyramid first(sheet.atlas);
-      Pyramid second(sheet.atlas, RadiusPolicy::exact);
-      ASSERT_FALSE(first.rebuild(lower));
-      ASSERT_FALSE(second.rebuild(upper));
-      std::vector<QuadPair> pairs;
-      TraversalCounters counters;
-      dual_traversal(first, second, 0.01 * size, pairs, counters);
-      for (int quad = 0; quad < sheet.atlas.quad_count(); ++quad) {
-        EXPECT_NE(std::ranges::find(pairs, QuadPair{quad, quad}), pairs.end());
-      }
-      std::vector<int> quads;
-      single_traversal(first, upper[0], 0, 0.01 * size, quads, counters);
-      EXPECT_NE(std::ranges::find(quads, 0), quads.end());
+TEST(Traversal, ConsumersAreHandedTheSamePairsInTheSameOrder) {
+  for (const Body& body : bodies()) {
+    const Body& other = bodies()[3];
+    for (const Leaf leaf : leaf_kinds) {
+      const TraversalOptions options{.margin = 0.1, .leaf = leaf};
+      std::vector<LeafPair> pairs{{-1, -1}}, handed{{-1, -1}};
+      TraversalCounters counters, counters_handed;
+      const PairConsumer consume = [&](std::span<const LeafPair> found) {
+        EXPECT_FALSE(found.empty());
+        handed.insert(handed.end(), found.begin(), found.end());
+      };
+      self_traversal(body.pyramid, options, pairs, counters);
+      dual_traversal(body.pyramid, other.pyramid, options, pairs, counters);
+      self_traversal(body.pyramid, options, consume, counters_handed);
+      dual_traversal(body.pyramid, other.pyramid, options, consume, counters_handed);
+      EXPECT_EQ(pairs, handed) << body.name;
+      EXPECT_EQ(counters.box_tests, counters_handed.box_tests);
+      EXPECT_EQ(counters.certified, counters_handed.certified);
     }
   }
 }
 
-TEST(Traversal, BodiesFarApartCostOneTest) {
-  const std::vector<Body> list = bodies();
-  const Body far = make_body("far", make_sphere(1.0, 5), 0, {10, 0, 0}, RadiusPolicy::fast, 31);
-  std::vector<QuadPair> pairs;
-  TraversalCounters counters;
-  dual_traversal(list[0].pyramid, far.pyramid, 0.1, pairs, counters);
-  EXPECT_TRUE(pairs.empty());
-  EXPECT_EQ(counters.sphere_tests, 1);
+// --- Blocks of a level
+// -------------------------------------------------------------------------------
+
+std::vector<PatchBlock> blocks_of_level(const BoxPyramid& pyramid, int level) {
+  std::vector<PatchBlock> blocks;
+  for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
+    const int there = std::min(level, pyramid.levels(patch) - 1);
+    for (int v = 0; v < pyramid.blocks_v(patch, there); ++v) {
+      for (int u = 0; u < pyramid.blocks_u(patch, there); ++u) {
+        blocks.push_back({patch, there, u, v});
+      }
+    }
+  }
+  return blocks;
 }
 
-TEST(Traversal, AppendsInTheSameOrderEveryTime) {
-  const std::vector<Body> list = bodies();
-  std::vector<QuadPair> twice;
-  TraversalCounters counters;
-  dual_traversal(list[0].pyramid, list[3].pyramid, 0.05, twice, counters);
-  const std::vector<QuadPair> once = twice;
-  ASSERT_FALSE(once.empty());
-  dual_traversal(list[0].pyramid, list[3].pyramid, 0.05, twice, counters);
-  ASSERT_EQ(twice.size(), 2 * once.size());
-  EXPECT_TRUE(std::equal(once.begin(), once.end(), twice.begin() + once.size()));
+using BlockKey = std::array<int, 8>;
+
+BlockKey key_of(const PatchBlock& a, const PatchBlock& b) {
+  return {a.patch, a.level, a.v, a.u, b.patch, b.level, b.v, b.u};
 }
 
-TEST(Traversal, TestsGrowWithTheContactNotWithTheBodies) {
-  // Two parallel sheets of n x n quads of width h, 0.1 h apart: spheres of radius h / sqrt(2) meet
-  // those of the quad opposite and of its neighbours at h, but not those at sqrt(2) h.
-  for (const int n : {16, 64}) {
-    Surface sheet = make_rectangle(1, 1, n + 1, n + 1);
-    Pyramid lower(sheet.atlas);
-    ASSERT_FALSE(lower.rebuild(sheet.positions));
-    for (Vec3& position : sheet.positions) position.z() += 0.1 / n;
-    Pyramid upper(sheet.atlas);
-    ASSERT_FALSE(upper.rebuild(sheet.positions));
-    std::vector<QuadPair> pairs;
-    TraversalCounters counters;
-    dual_traversal(lower, upper, 0.0, pairs, counters);
-    EXPECT_EQ(pairs.size(), static_cast<std::size_t>(5 * n * n - 4 * n));
-    EXPECT_LE(counters.sphere_tests, 60 * n * n);
+std::set<BlockKey> all_block_pairs(const BoxPyramid& first, const BoxPyramid& second, int level,
+                                   double margin, bool self) {
+  const float half = half_margin(margin, first.magnitude(), second.magnitude());
+  std::set<BlockKey> pairs;
+  for (const PatchBlock& a : blocks_of_level(first, level)) {
+    const Box box_a = widened(first.box(a.patch, a.level, a.u, a.v), half);
+    for (const PatchBlock& b : blocks_of_level(second, level)) {
+      const BlockKey key = key_of(a, b);
+      if (self && key_of(b, a) < key) continue;
+      if (overlap(box_a, widened(second.box(b.patch, b.level, b.u, b.v), half))) pairs.insert(key);
+    }
+  }
+  return pairs;
+}
+
+std::set<BlockKey> keys_of(const std::vector<BlockPair>& pairs, bool self) {
+  std::set<BlockKey> keys;
+  for (const BlockPair& pair : pairs) {
+    const BlockKey key = key_of(pair.a, pair.b), mirrored = key_of(pair.b, pair.a);
+    EXPECT_TRUE(keys.insert(self ? std::min(key, mirrored) : key).second) << "found twice";
+  }
+  return keys;
+}
+
+TEST(Traversal, BlocksOfALevelAreThoseWhoseBoxesOverlap) {
+  for (std::size_t i = 0; i < bodies().size(); ++i) {
+    const Body& body = bodies()[i];
+    const Body& other = bodies()[(5 * i + 3) % bodies().size()];
+    for (int level = 0; level <= 6; ++level) {
+      for (const double margin : {0.0, 0.05}) {
+        SCOPED_TRACE(body.name + " and " + other.name + ", level " + std::to_string(level));
+        std::vector<BlockPair> self, dual;
+        TraversalCounters counters;
+        const TraversalOptions options{.margin = margin, .certificate = false};
+        self_traversal_of_blocks(body.pyramid, level, options, self, counters);
+        dual_traversal_of_blocks(body.pyramid, other.pyramid, level, options, dual, counters);
+        EXPECT_EQ(keys_of(self, true),
+                  all_block_pairs(body.pyramid, body.pyramid, level, margin, true));
+        EXPECT_EQ(keys_of(dual, false),
+                  all_block_pairs(body.pyramid, other.pyramid, level, margin, false));
+      }
+    }
   }
 }
 

@@ -94,7 +94,7 @@ TEST_F(CommandRun, ReportsInJson) {
   EXPECT_TRUE(report.at("min_gap_m").is_null());  // no pair came into reach
   EXPECT_TRUE(report.at("max_stretch").is_number());
   for (const char* key :
-       {"rebuilds", "sphere_tests", "candidate_pairs", "narrow_phase_calls", "ccd_calls"}) {
+       {"rebuilds", "bound_tests", "candidate_pairs", "narrow_phase_calls", "ccd_calls"}) {
     EXPECT_EQ(report.at("counters").at(key), 0) << key;  // contact is off
   }
   for (const char* key : {"rebuild", "traverse", "narrow_phase"}) {
@@ -123,7 +123,7 @@ shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
   const nlohmann::json report = nlohmann::json::parse(result.out);
   EXPECT_GT(report.at("min_gap_m"), 0);
   EXPECT_LT(report.at("min_gap_m"), 2e-3);  // contact.range: the floor carries the sheet
-  for (const char* key : {"rebuilds", "sphere_tests", "candidate_pairs", "narrow_phase_calls"}) {
+  for (const char* key : {"rebuilds", "bound_tests", "candidate_pairs", "narrow_phase_calls"}) {
     EXPECT_GT(report.at("counters").at(key), 0) << key;
   }
   EXPECT_TRUE(report.at("counters").at("ccd_calls").is_number_integer());

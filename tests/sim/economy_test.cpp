@@ -51,7 +51,7 @@ TEST(Economy, NoFrictionTermsAtZeroFriction) {
 TEST(Economy, NoSearchAtAllWithoutContact) {
   SimulatedCase sim(drape(), {"contact.enabled=false"});
   const Counters counters = counters_of(sim, 0.15);
-  EXPECT_EQ(counters.rebuilds + counters.sphere_tests + counters.candidate_pairs +
+  EXPECT_EQ(counters.rebuilds + counters.bound_tests + counters.candidate_pairs +
                 counters.narrow_phase_calls + counters.ccd_calls,
             0);
 }
@@ -67,7 +67,7 @@ TEST(Economy, FarObstaclesChangeNeitherTheTrajectoryNorTheWork) {
   EXPECT_EQ(alone.advance_to(0.2), crowded.advance_to(0.2));  // the same bits
   const Counters& a = alone.statistics().counters;
   const Counters& b = crowded.statistics().counters;
-  EXPECT_EQ(b.sphere_tests, a.sphere_tests + 100);  // one look at each
+  EXPECT_EQ(b.bound_tests, a.bound_tests + 100);  // one look at each
   EXPECT_EQ(b.rebuilds, a.rebuilds);
   EXPECT_EQ(b.candidate_pairs, a.candidate_pairs);
   EXPECT_EQ(b.narrow_phase_calls, a.narrow_phase_calls);
