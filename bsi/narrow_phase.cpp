@@ -43,10 +43,15 @@ class Sieve {
     const NarrowPhaseKernels& kernels = narrow_phase_kernels();
     kernels.judge(pairs(candidates), margin_low_, margin_high_, verdict_.data());
     counters.judged += static_cast<std::int64_t>(candidates.size());
-    open_.clear();
+    // Here and in append(), every candidate is written and the place moves on where it counts: that
+    // is as good as random, so a branch would be mispredicted as often as not.
+    open_.resize(candidates.size());
+    std::size_t open = 0;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
-      if (needs_measuring(verdict_[k])) open_.push_back(candidates[k]);
+      open_[open] = candidates[k];
+      open += needs_measuring(verdict_[k]) ? 1 : 0;
     }
+    open_.resize(open);
     measure(counters);
     append(candidates, hits);
   }
@@ -84,15 +89,23 @@ class Sieve {
     }
   }
 
-  void append(std::span<const LeafPair> candidates, TriangleHits& hits) const {
+  void append(std::span<const LeafPair> candidates, TriangleHits& hits) {
     std::size_t measured = 0;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-      Verdict verdict = verdict_[k];
-      if (needs_measuring(verdict)) verdict = open_verdict_[measured++];
-      if (verdict != Verdict::near) continue;
-      hits.pairs.push_back(candidates[k]);
-      if (options_.distances) hits.distances.push_back(std::sqrt(squared_[measured - 1]));
+    if (!open_.empty()) {
+      for (std::size_t k = 0; k < candidates.size(); ++k)
+        if (needs_measuring(verdict_[k])) verdict_[k] = open_verdict_[measured++];
     }
+    std::size_t place = hits.pairs.size();
+    hits.pairs.resize(place + candidates.size());
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      hits.pairs[place] = candidates[k];
+      place += verdict_[k] == Verdict::near ? 1 : 0;
+    }
+    hits.pairs.resize(place);
+    if (!options_.distances) return;
+    // All that are near were measured.
+    for (std::size_t k = 0; k < measured; ++k)
+      if (open_verdict_[k] == Verdict::near) hits.distances.push_back(std::sqrt(squared_[k]));
   }
 
   const TriangleSet& first_;
