@@ -2,12 +2,14 @@
 #include "bsi/box_build_kernels.h"
 #include "bsi/box_descent_kernels.h"
 #include "bsi/instruction_set.h"
+#include "bsi/sphere_kernels.h"
 
 // One of each per instruction set that this build contains.
 #define WEFT_DECLARE_KERNELS(set)                 \
   namespace weft::bsi::set {                      \
   extern const BoxBuildKernels box_build_kernels; \
   extern const DescentKernels descent_kernels;    \
+  extern const SphereKernels sphere_kernels;      \
   }
 WEFT_DECLARE_KERNELS(portable)
 #if defined(WEFT_X86_KERNELS)
@@ -25,5 +27,6 @@ namespace weft::bsi {
 
 const BoxBuildKernels& box_build_kernels() { return WEFT_CHOOSE(box_build_kernels); }
 const DescentKernels& descent_kernels() { return WEFT_CHOOSE(descent_kernels); }
+const SphereKernels& sphere_kernels() { return WEFT_CHOOSE(sphere_kernels); }
 
 }  // namespace weft::bsi
