@@ -72,7 +72,8 @@ inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col
     place.row = placed.row;
     place.col = placed.col;
   } else {
-    place.row = vertex / size_.cols;
+    const int row = vertex / size_.cols;
+    place.row = row;
     place.col = vertex % size_.cols;
   }
   if (texel_row == size_.rows) place.row += size_.rows;

@@ -243,6 +243,7 @@ TEST(LevelOfDetail, HasNoCrackBetweenPatchesOfDifferentLevels) {
     for (int trial = 0; trial < 8; ++trial) {
       SCOPED_TRACE(name + ", trial " + std::to_string(trial));
       std::vector<int> levels;
+      levels.reserve(pyramid.patch_count());
       for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
         levels.push_back(static_cast<int>(random() % pyramid.levels(patch)));
       }

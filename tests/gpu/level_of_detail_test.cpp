@@ -20,7 +20,7 @@ namespace {
 
 constexpr Colour red{0.9F, 0.05F, 0.05F};
 constexpr Colour blue{0.05F, 0.05F, 0.9F};
-constexpr int size = 200;
+constexpr int size = 160;
 
 Camera camera_from(const Vec3& direction) {
   Camera camera;
@@ -29,10 +29,9 @@ Camera camera_from(const Vec3& direction) {
   return camera;
 }
 
-const std::array<Vec3, 5> directions{Vec3(1, 0.1, 0.2).normalized(),
-                                     Vec3(-1, 0.7, 0.3).normalized(),
-                                     Vec3(0.1, -1, -0.4).normalized(),
-                                     Vec3(0.2, 0.3, 1).normalized(), Vec3(-1, -1, -1).normalized()};
+const std::array<Vec3, 4> directions{
+    Vec3(1, 0.1, 0.2).normalized(), Vec3(-1, 0.7, 0.3).normalized(), Vec3(0.2, 0.3, 1).normalized(),
+    Vec3(-0.5, -1, -0.8).normalized()};
 
 using Mask = std::vector<bool>;  // by pixel, row by row
 
@@ -104,8 +103,8 @@ struct NamedBody {
 };
 
 std::vector<NamedBody> closed_bodies() {
-  return {{"sphere", bsi::make_sphere(1, 33)},
-          {"blob", bsi::make_blob(1, 17)},
+  return {{"sphere", bsi::make_sphere(1, 29)},
+          {"blob", bsi::make_blob(1, 13)},
           {"torus", bsi::make_torus(0.8, 0.3, 60, 33)}};
 }
 
@@ -164,7 +163,7 @@ TEST(LevelOfDetail, AMissingTriangleWouldBeSeen) {
 }
 
 TEST(LevelOfDetail, KeepsEveryPointWithinThePixels) {
-  const bsi::Surface body = bsi::make_blob(1, 17);
+  const bsi::Surface body = bsi::make_blob(1, 65);
   const bsi::Pyramid pyramid = pyramid_of(body);
   const Camera camera = camera_for_points(body.positions, 1);
   const Vec3 forward = (camera.target - camera.eye).normalized();
@@ -175,20 +174,19 @@ TEST(LevelOfDetail, KeepsEveryPointWithinThePixels) {
     return (ray / ray.dot(forward) - forward) / pixel;
   };
   std::size_t triangles = 2U * body.atlas.quad_count();
-  for (const double pixels : {0.1, 0.5, 2.0}) {
+  for (const double pixels : {0.2, 0.6, 2.0}) {
     const bsi::DetailSurface detail =
         bsi::detail_within(pyramid, body.positions, pixel_tolerance(camera, size, size, pixels));
     EXPECT_LT(detail.triangles.size(), triangles);
     triangles = detail.triangles.size();
-    // A vertex is no farther from its counterpart than the tolerance; the particle beside it may
-    // be up to half a row and a column away, where blocks have an odd number of them.
-    for (std::size_t i = 0; i < detail.positions.size(); i += 7) {
-      double nearest = std::numeric_limits<double>::infinity();
-      for (const Vec3& p : body.positions) {
-        nearest = std::min(nearest, (seen(p) - seen(detail.positions[i])).norm());
-      }
-      ASSERT_LT(nearest, pixels + 0.5 * size / 17);
+    double farthest = 0;
+    for (std::size_t i = 0; i < detail.positions.size(); ++i) {
+      const Vec3& counterpart = body.positions[detail.particles[i]];
+      farthest = std::max(farthest, (seen(detail.positions[i]) - seen(counterpart)).norm());
     }
+    // Half a quad, a fifth of a pixel, is what the particle may be off the middle of a block.
+    EXPECT_LT(farthest, pixels + 0.2);
+    EXPECT_GT(farthest, 0.3 * pixels);
   }
 }
 
