@@ -131,9 +131,7 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (int i = 0; i < 3; ++i) {
     const int from = triangle[i].vertex;
     const int to = triangle[(i + 1) % 3].vertex;
-    // The triangle on the other side has the edge from `to` to `from`. Between two texels given to
-    // themselves it is one of the original.
-    if (from > to || !patch.is_block(to)) continue;
+    if (from > to) continue;  // the triangle on the other side has it from `to` to `from`
     if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;
   }
   return true;
@@ -221,7 +219,8 @@ double refine(DetailPatch& patch, Ruler& ruler) {
           is_new = true;  // may have been in a block until now
         }
       }
-      if (!is_new || ruler.measure(patch, triangle)) return;
+      // Where a long block meets a wide one a triangle may be folded over.
+      if (!is_new || (image_area(triangle) > 0 && ruler.measure(patch, triangle))) return;
       done = false;
       for (const DetailCorner& corner : triangle) {
         if (patch.is_block(corner.vertex) && patch.block(corner.vertex).level == coarsest) {

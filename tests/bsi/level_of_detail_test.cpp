@@ -271,6 +271,30 @@ TEST(LevelOfDetail, StaysWithinToleranceWithoutCracks) {
   }
 }
 
+// The centres of blocks of an even grid over a plane are in their middle, whatever the heights.
+TEST(LevelOfDetail, FoldsNoTriangleOver) {
+  for (const auto& [rows, cols] : {std::array{25, 13}, {14, 37}, {6, 100}, {33, 33}, {50, 19}}) {
+    Surface hills = make_rectangle(0.1 * cols, 0.1 * rows, rows, cols);
+    for (Vec3& p : hills.positions) {
+      p.z() = 0.3 * std::sin(5 * p.x()) * std::cos(2 * p.y()) * std::exp(p.x() * p.y());
+    }
+    const Pyramid pyramid = pyramid_of(hills);
+    const auto expect_upright = [](const DetailSurface& detail) {
+      for (const auto& [a, b, c] : detail.triangles) {
+        const Vec3& origin = detail.positions[a];
+        const Vec3 area = (detail.positions[b] - origin).cross(detail.positions[c] - origin);
+        ASSERT_GT(area.z(), 0);
+      }
+    };
+    for (int level = 0; level < pyramid.levels(0); ++level) {
+      expect_upright(detail_at_levels(pyramid, hills.positions, std::array{level}));
+    }
+    for (double tolerance = 1e-4; tolerance < 1; tolerance *= 1.3) {
+      expect_upright(detail_within(pyramid, hills.positions, {tolerance}));
+    }
+  }
+}
+
 TEST(LevelOfDetail, IsFinerNearTheEye) {
   const Surface body = make_blob(1, 17);
   const Pyramid pyramid = pyramid_of(body);
