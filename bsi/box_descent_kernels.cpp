@@ -1,7 +1,7 @@
 // Compiled once for every instruction set: see instruction_set.h for what that forbids.
 #include "bsi/box_descent_kernels.h"
 
-#include "bsi/lanes.h"
+#include "bsi/box_lanes.h"
 #include "bsi/leaf_pair.h"
 
 namespace weft::bsi::WEFT_KERNELS {
@@ -173,7 +173,7 @@ struct alignas(64) Leaves {
   BoxNode node;
   float low[3][8], high[3][8];
   float whole_low[3], whole_high[3];
-  int number[8];
+  alignas(32) int number[8];
   int row, col, rows, cols;  // of the quads
 };
 
@@ -256,6 +256,29 @@ void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode node, L
   }
 }
 
+// Writes the pairs (a, b[j]), the smaller number first if `sorted`, for the bits j of the mask;
+// returns their number. May write up to eight.
+WEFT_INLINE int store_pairs(LeafPair* to, unsigned mask, int a, const int b[8], bool sorted) {
+#if defined(__AVX512VL__)
+  const __m256i of_b = _mm256_load_si256(reinterpret_cast<const __m256i*>(b));
+  const __m256i of_a = _mm256_set1_epi32(a);
+  const __m256i first = sorted ? _mm256_min_epi32(of_a, of_b) : of_a;
+  const __m256i second = sorted ? _mm256_max_epi32(of_a, of_b) : of_b;
+  const __m512i pairs = _mm512_or_si512(_mm512_cvtepu32_epi64(first),
+                                        _mm512_slli_epi64(_mm512_cvtepu32_epi64(second), 32));
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi64(static_cast<__mmask8>(mask), pairs));
+  return __builtin_popcount(mask);
+#else
+  int count = 0;
+  for (; mask != 0; mask &= mask - 1) {
+    const int j = __builtin_ctz(mask);
+    const bool swap = sorted && a > b[j];
+    to[count++] = swap ? LeafPair{b[j], a} : LeafPair{a, b[j]};
+  }
+  return count;
+#endif
+}
+
 // A few leaf blocks made last: a descent comes back to each of them a few times.
 constexpr int cache_size = 32;
 struct LeafCache {
@@ -309,20 +332,77 @@ bool share_particle(const BoxTree& tree, const Leaves& a, int lane_a, const Leav
   return false;
 }
 
-// Two blocks of one body may hold triangles with a common particle.
-WEFT_INLINE bool may_share_particles(const BoxTree& tree, BoxNode a, BoxNode b) {
-  if (tree.texel_to_particle != nullptr) return true;
-  if (a.level != b.level) return false;  // of different patches, which are not sewn
-  const BoxLevel& level = level_of(tree, a);
-  const BoxPatch& patch = tree.patches[level.patch];
-  int step = 0;
-  return are_neighbours(a.u, b.u, 1 << level.log_u, patch.wrap_u != 0, step) &&
-         are_neighbours(a.v, b.v, 1 << level.log_v, patch.wrap_v != 0, step);
+// --- Triangles that share a vertex
+// ------------------------------------------------------------------
+
+// Bit j of shared[R + 2][C + 2][i]: in a grid, triangle i of a leaf block and triangle j of the
+// leaf block that begins R rows and C columns after it share a vertex.
+struct SharedVertices {
+  unsigned char shared[5][5][8];
+};
+
+constexpr SharedVertices find_shared_vertices() {
+  // Row and column of the corners of the first and the second triangle of a quad.
+  constexpr int corner[2][3][2] = {{{0, 0}, {0, 1}, {1, 0}}, {{1, 1}, {0, 1}, {1, 0}}};
+  SharedVertices table{};
+  for (int pair = 0; pair < 25 * 64; ++pair) {
+    const int i = pair / 8 % 8, j = pair % 8;
+    const int rows = pair / 320 - 2, cols = pair / 64 % 5 - 2;
+    for (int corners = 0; corners < 9; ++corners) {
+      const int* a = corner[i / 4][corners / 3];
+      const int* b = corner[j / 4][corners % 3];
+      if (a[0] + i / 2 % 2 == b[0] + j / 2 % 2 + rows && a[1] + i % 2 == b[1] + j % 2 + cols) {
+        table.shared[rows + 2][cols + 2][i] |= static_cast<unsigned char>(1U << j);
+      }
+    }
+  }
+  return table;
 }
 
-WEFT_INLINE void emit(const DescentQuery& query, int a, int b, PairSink& sink) {
-  const bool swap = query.self && a > b;
-  sink.pairs[sink.count++] = swap ? LeafPair{b, a} : LeafPair{a, b};
+constexpr SharedVertices shared_vertices = find_shared_vertices();
+constexpr unsigned char none_shared[8] = {};
+
+// How the triangles of two leaf blocks that share a particle are told.
+struct SharedParticles {
+  const unsigned char* by_lane;  // bits of the lanes of the second block, by the lane of the first
+  bool look;                     // compare the particles themselves instead
+};
+
+// From a to b along an axis, the short way round a wrapped one.
+WEFT_INLINE int offset(int a, int b, int quads, bool wraps) {
+  const int direct = b - a;
+  if (!wraps) return direct;
+  if (2 * direct > quads) return direct - quads;
+  return 2 * direct < -quads ? direct + quads : direct;
+}
+
+WEFT_INLINE SharedParticles shared_particles(const DescentQuery& query, const Leaves& a,
+                                             const Leaves& b) {
+  if (!query.self || !query.triangles) return {none_shared, false};
+  const BoxTree& tree = *query.a;
+  if (tree.texel_to_particle != nullptr) return {none_shared, true};
+  if (a.node.level != b.node.level) return {none_shared, false};  // patches that are not sewn
+  const BoxPatch& patch = tree.patches[level_of(tree, a.node).patch];
+  // Round a ring as short as this, blocks are neighbours on both sides.
+  constexpr int short_ring = 8;
+  if ((patch.wrap_u != 0 && patch.quad_cols < short_ring) ||
+      (patch.wrap_v != 0 && patch.quad_rows < short_ring)) {
+    return {none_shared, true};
+  }
+  const int rows = offset(a.row, b.row, patch.quad_rows, patch.wrap_v != 0);
+  const int cols = offset(a.col, b.col, patch.quad_cols, patch.wrap_u != 0);
+  if (rows < -2 || rows > 2 || cols < -2 || cols > 2) return {none_shared, false};
+  return {shared_vertices.shared[rows + 2][cols + 2], false};
+}
+
+WEFT_INLINE unsigned without_shared_particles(const BoxTree& tree, const Leaves& a, int i,
+                                              const Leaves& b, unsigned near) {
+  unsigned kept = near;
+  for (; near != 0; near &= near - 1) {
+    const int j = __builtin_ctz(near);
+    if (share_particle(tree, a, i, b, j)) kept &= ~(1U << j);
+  }
+  return kept;
 }
 
 void pair_leaves(const DescentQuery& query, const NodePair& pair, LeafCache& cache_a,
@@ -334,22 +414,19 @@ void pair_leaves(const DescentQuery& query, const NodePair& pair, LeafCache& cac
   unsigned near_a = overlap(boxes_of(a), in_all_lanes(b.whole_low, b.whole_high));
   counters.box_tests += 8;
   if (near_a == 0) return;
-  const bool filter =
-      query.self && query.triangles && may_share_particles(*query.a, pair.a, pair.b);
-  if (sink.count + 64 > sink.capacity) sink.flush(sink);
+  const SharedParticles shared = shared_particles(query, a, b);
+  if (sink.count + pairs_a_flush > sink.capacity) sink.flush(sink);
   for (; near_a != 0; near_a &= near_a - 1) {
     const int i = __builtin_ctz(near_a);
     const float low[3] = {a.low[0][i], a.low[1][i], a.low[2][i]};
     const float high[3] = {a.high[0][i], a.high[1][i], a.high[2][i]};
-    unsigned near = overlap(in_all_lanes(low, high), boxes_b);
     counters.box_tests += 8;
-    // Every pair of a block with itself once; two triangles of a kind are never the same one then.
+    unsigned near =
+        overlap(in_all_lanes(low, high), boxes_b) & ~static_cast<unsigned>(shared.by_lane[i]);
+    // Every pair of a block with itself once; a quad is paired with itself too.
     if (itself) near &= query.triangles ? 0xfeU << i : 0xffU << i;
-    for (; near != 0; near &= near - 1) {
-      const int j = __builtin_ctz(near);
-      if (filter && share_particle(*query.a, a, i, b, j)) continue;
-      emit(query, a.number[i], b.number[j], sink);
-    }
+    if (shared.look) near = without_shared_particles(*query.a, a, i, b, near);
+    sink.count += store_pairs(sink.pairs + sink.count, near, a.number[i], b.number, query.self);
   }
 }
 
@@ -453,10 +530,9 @@ void descend_point(const DescentQuery& query, int patch_number, const float poin
     Leaves leaves;
     make_leaves(query, tree, node, leaves);
     counters.box_tests += 8;
-    if (sink.count + 64 > sink.capacity) sink.flush(sink);
-    for (unsigned near = overlap(lanes, boxes_of(leaves)); near != 0; near &= near - 1) {
-      sink.pairs[sink.count++] = {point_number, leaves.number[__builtin_ctz(near)]};
-    }
+    if (sink.count + pairs_a_flush > sink.capacity) sink.flush(sink);
+    sink.count += store_pairs(sink.pairs + sink.count, overlap(lanes, boxes_of(leaves)),
+                              point_number, leaves.number, false);
   }
 }
 

@@ -31,7 +31,9 @@ struct DescentCounters {
   std::int64_t certified;
 };
 
-// Where leaf pairs go: `flush` is called when there may be no room for 64 more, and empties it.
+// Where leaf pairs go: `flush` is called when there may be no room for two leaf blocks' more, and
+// empties it.
+inline constexpr int pairs_a_flush = 8 * 8 + 8;
 struct PairSink {
   LeafPair* pairs;
   int count;

@@ -33,31 +33,23 @@ double bounding_sphere_gap(const Sphere& first, const Sphere& second) {
   return std::max(0.0, distance - radii);
 }
 
-Pyramid::Pyramid(const Atlas& atlas, RadiusPolicy policy) : atlas_(atlas), policy_(policy) {
-  for (const Patch& patch : atlas.patches()) add_levels(patch);
-  const int patches = patch_count();
-  patch_boxes_.resize(patches);
-  group_levels_ = ceil_log2(patches);
-  first_group_ = spheres_.size();
-  spheres_.resize(first_group_ + (std::size_t{1} << group_levels_) - 1);
+Pyramid::Pyramid(const Atlas& atlas, RadiusPolicy policy)
+    : atlas_(atlas), policy_(policy), numbers_(atlas) {
+  for (int patch = 0; patch < patch_count(); ++patch) reserve_rows(patch);
+  patch_boxes_.resize(patch_count());
+  spheres_.resize(numbers_.block_count() + (std::size_t{1} << group_levels()) - 1);
   // A descent leaves at most three siblings behind on each level.
-  pending_.reserve(3 * (block_rows_.size() + group_levels_) + 4);
+  pending_.reserve(3 * (block_rows_.size() + group_levels()) + 4);
 }
 
-void Pyramid::add_levels(const Patch& patch) {
-  const int depth_u = ceil_log2(patch.quad_cols());
-  const int depth_v = ceil_log2(patch.quad_rows());
-  const int count = std::max(depth_u, depth_v) + 1;
-  if (static_cast<std::size_t>(count) > block_rows_.size()) block_rows_.resize(count);
-  for (int level = 0; level < count; ++level) {
-    const Level place{spheres_.size(), std::min(level, depth_u), std::min(level, depth_v)};
-    spheres_.resize(place.first + (std::size_t{1} << (place.log_u + place.log_v)));
-    level_table_.push_back(place);
-    for (BlockRow& row : block_rows_[level]) row.reserve(std::size_t{1} << place.log_u);
+void Pyramid::reserve_rows(int patch) {
+  block_rows_.resize(std::max(block_rows_.size(), static_cast<std::size_t>(levels(patch))));
+  for (int level = 0; level < levels(patch); ++level) {
+    for (BlockRow& row : block_rows_[level]) row.reserve(blocks_u(patch, level));
   }
-  first_level_.push_back(static_cast<int>(level_table_.size()));
-  quad_row_.reserve(patch.quad_cols());
-  const std::size_t vertices = static_cast<std::size_t>(patch.quad_cols()) + 1;
+  const int cols = atlas_.patches()[patch].quad_cols();
+  quad_row_.reserve(cols);
+  const std::size_t vertices = static_cast<std::size_t>(cols) + 1;
   for (VertexRow& row : vertex_rows_) {
     for (auto& end : row) {
       for (auto& component : end) component.resize(std::max(component.size(), vertices));
@@ -65,27 +57,14 @@ void Pyramid::add_levels(const Patch& patch) {
   }
 }
 
-QuadRange Pyramid::quads(int patch, int level, int u, int v) const {
-  const Level& place = level_of(patch, level);
-  const int rows = atlas_.patches()[patch].quad_rows();
-  const int cols = atlas_.patches()[patch].quad_cols();
-  return {block_boundary(v, rows, place.log_v), block_boundary(v + 1, rows, place.log_v),
-          block_boundary(u, cols, place.log_u), block_boundary(u + 1, cols, place.log_u)};
-}
-
 std::span<const Sphere> Pyramid::level_spheres(int patch, int level) const {
-  const Level& place = level_of(patch, level);
-  return std::span(spheres_).subspan(place.first, std::size_t{1} << (place.log_u + place.log_v));
+  const BlockLevel& place = numbers_.at(patch, level);
+  return std::span(spheres_).subspan(place.first, place.count());
 }
 
 std::span<const Sphere> Pyramid::group_spheres(int level) const {
   const std::size_t count = std::size_t{1} << level;
-  return std::span(spheres_).subspan(first_group_ + count - 1, count);
-}
-
-std::array<int, 2> Pyramid::patches_of_group(int level, int index) const {
-  return {block_boundary(index, patch_count(), level),
-          block_boundary(index + 1, patch_count(), level)};
+  return std::span(spheres_).subspan(numbers_.block_count() + count - 1, count);
 }
 
 int Pyramid::quad_of_leaf(const Block& leaf) const {
@@ -99,19 +78,19 @@ int Pyramid::quad_of_leaf(const Block& leaf) const {
 int Pyramid::children(const Block& block, std::array<Block, 4>& child) const {
   assert(!is_leaf(block));
   const int next = block.level + 1;
-  if (block.patch == Block::group && next < group_levels_) {
+  if (block.patch == Block::group && next < group_levels()) {
     // Every one of these groups has a patch: there are more patches than groups.
     child[0] = {Block::group, next, 2 * block.u, 0};
     child[1] = {Block::group, next, 2 * block.u + 1, 0};
     return 2;
   }
   if (block.patch == Block::group) {
-    const auto [begin, end] = patches_of_group(block.level, block.u);
+    const auto [begin, end] = numbers_.patches_of_group(block.level, block.u);
     for (int patch = begin; patch < end; ++patch) child[patch - begin] = {patch, 0, 0, 0};
     return end - begin;
   }
-  const Level& here = level_of(block.patch, block.level);
-  const Level& below = level_of(block.patch, next);
+  const BlockLevel& here = numbers_.at(block.patch, block.level);
+  const BlockLevel& below = numbers_.at(block.patch, next);
   const int split_u = below.log_u - here.log_u;
   const int split_v = below.log_v - here.log_v;
   int count = 0;
@@ -161,7 +140,7 @@ std::optional<TexelAddress> Pyramid::rebuild_all() {
 std::optional<TexelAddress> Pyramid::rebuild_patch(int patch) {
   const Patch& size = atlas_.patches()[patch];
   const int leaf_level = levels(patch) - 1;
-  const Level& leaves = level_of(patch, leaf_level);
+  const BlockLevel& leaves = numbers_.at(patch, leaf_level);
   const int blocks = 1 << leaves.log_u;
   const auto load = [&](int row) {
     VertexRow& vertices = vertex_rows_[row & 1];
@@ -241,15 +220,15 @@ TexelAddress Pyramid::first_unbounded(int patch, int row) const {
 // Sets the spheres of a finished row of blocks, and every row above that it completes.
 void Pyramid::finish_row(int patch, int level, int v) {
   for (;; --level) {
-    const Level& here = level_of(patch, level);
+    const BlockLevel& here = numbers_.at(patch, level);
     const BlockRow& row = block_rows_[level][v & 1];
     const int blocks = 1 << here.log_u;
-    Sphere* spheres = &spheres_[here.first + (static_cast<std::size_t>(v) << here.log_u)];
+    Sphere* spheres = &spheres_[here.block(0, v)];
     for (int u = 0; u < blocks; ++u) {
       spheres[u] = {row.centre[0][u], row.centre[1][u], row.centre[2][u], row.radius[u]};
     }
     if (level == 0) break;
-    const Level& above = level_of(patch, level - 1);
+    const BlockLevel& above = numbers_.at(patch, level - 1);
     const bool split_v = above.log_v < here.log_v;
     if (split_v && v % 2 == 0) return;
     // Where the axis is not split the row has no partner but itself.
@@ -270,11 +249,11 @@ void Pyramid::tighten_top_levels(int patch) {
   constexpr int down = 3;
   constexpr int top_levels = 4;
   for (int level = std::min(top_levels, levels(patch) - down) - 1; level >= 0; --level) {
-    const Level& here = level_of(patch, level);
-    const Level& below = level_of(patch, level + down);
+    const BlockLevel& here = numbers_.at(patch, level);
+    const BlockLevel& below = numbers_.at(patch, level + down);
     const int shift_u = below.log_u - here.log_u;
     const int shift_v = below.log_v - here.log_v;
-    for (std::size_t i = 0; i < std::size_t{1} << (here.log_u + here.log_v); ++i) {
+    for (std::size_t i = 0; i < here.count(); ++i) {
       Sphere& parent = spheres_[here.first + i];
       const auto u = static_cast<int>(i & ((std::size_t{1} << here.log_u) - 1));
       const auto v = static_cast<int>(i >> here.log_u);
@@ -292,9 +271,9 @@ void Pyramid::tighten_top_levels(int patch) {
 }
 
 void Pyramid::rebuild_groups() {
-  for (int level = group_levels_ - 1; level >= 0; --level) {
+  for (int level = group_levels() - 1; level >= 0; --level) {
     for (int index = 0; index < 1 << level; ++index) {
-      const auto [begin, end] = patches_of_group(level, index);
+      const auto [begin, end] = numbers_.patches_of_group(level, index);
       const auto side = [&, begin = begin, end = end](int axis) {
         const auto of = [&](int patch) {
           return Interval{patch_boxes_[patch].low[axis], patch_boxes_[patch].high[axis]};
@@ -313,7 +292,7 @@ void Pyramid::rebuild_groups() {
         reach = larger(reach, centre_distance(bound, top_of_patch) + top_of_patch.radius);
       }
       bound.radius = smaller(cover(half_diagonal(x, y, z), magnitude(x, y, z)), carry(reach));
-      spheres_[first_group_ + (std::size_t{1} << level) - 1 + index] = bound;
+      spheres_[numbers_.block_count() + (std::size_t{1} << level) - 1 + index] = bound;
     }
   }
 }
@@ -322,7 +301,7 @@ void Pyramid::rebuild_groups() {
 void Pyramid::refine_to_exact() {
   for (int patch = 0; patch < patch_count(); ++patch) {
     for (int level = levels(patch) - 2; level >= 0; --level) {
-      const Level& place = level_of(patch, level);
+      const BlockLevel& place = numbers_.at(patch, level);
       Sphere* target = &spheres_[place.first];
       for (int v = 0; v < 1 << place.log_v; ++v) {
         for (int u = 0; u < 1 << place.log_u; ++u, ++target) {
@@ -331,8 +310,8 @@ void Pyramid::refine_to_exact() {
       }
     }
   }
-  for (int level = group_levels_ - 1; level >= 0; --level) {
-    Sphere* target = &spheres_[first_group_ + (std::size_t{1} << level) - 1];
+  for (int level = group_levels() - 1; level >= 0; --level) {
+    Sphere* target = &spheres_[numbers_.block_count() + (std::size_t{1} << level) - 1];
     for (int u = 0; u < 1 << level; ++u, ++target) {
       target->radius = exact_radius({Block::group, level, u, 0});
     }

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "bsi/block_levels.h"
 #include "bsi/block_row.h"
 #include "bsi/geometry_image.h"
 
@@ -42,10 +43,7 @@ struct Block {
   bool operator==(const Block&) const = default;
 };
 
-// Level l splits the quads of a patch into up to 2^l x 2^l nested blocks, each axis stopping at
-// ceil(log2 of its quads); block boundaries are floor(k * quads / 2^l). The last level bounds one
-// quad. A body of several patches has one more set of levels above the patch tops: see top(). Its
-// level k joins patches floor(i * patches / 2^k) up to the next boundary, in the atlas' order.
+// A sphere for each block of BlockLevels and each group of patches above the patch tops.
 //
 // Conservative: every float64 vertex lies inside the float32 spheres of all the blocks that contain
 // it, whatever the rounding. Spheres of children may stick out of their parent's.
@@ -71,31 +69,32 @@ class Pyramid {
   bool is_built() const { return built_; }
 
   const Atlas& atlas() const { return atlas_; }
-  int patch_count() const { return static_cast<int>(first_level_.size()) - 1; }
-  int levels(int patch) const { return first_level_[patch + 1] - first_level_[patch]; }
-  int blocks_u(int patch, int level) const { return 1 << level_of(patch, level).log_u; }
-  int blocks_v(int patch, int level) const { return 1 << level_of(patch, level).log_v; }
-  QuadRange quads(int patch, int level, int u, int v) const;
+  int patch_count() const { return numbers_.patch_count(); }
+  int levels(int patch) const { return numbers_.levels(patch); }
+  int blocks_u(int patch, int level) const { return 1 << numbers_.at(patch, level).log_u; }
+  int blocks_v(int patch, int level) const { return 1 << numbers_.at(patch, level).log_v; }
+  QuadRange quads(int patch, int level, int u, int v) const {
+    return numbers_.quads(patch, level, u, v);
+  }
   const Sphere& sphere(int patch, int level, int u, int v) const {
-    const Level& place = level_of(patch, level);
-    return spheres_[place.first + (static_cast<std::size_t>(v) << place.log_u) + u];
+    return spheres_[numbers_.at(patch, level).block(u, v)];
   }
   // All spheres of a level, row by row (v), blocks_u(patch, level) a row.
   std::span<const Sphere> level_spheres(int patch, int level) const;
   // Levels above the patch tops: 0 for a single patch, else ceil(log2(patches)).
-  int group_levels() const { return group_levels_; }
+  int group_levels() const { return numbers_.group_levels(); }
   // The 2^level spheres of a level above the patch tops.
   std::span<const Sphere> group_spheres(int level) const;
   // Bounds the whole body.
   const Sphere& top() const { return sphere(root()); }
 
   // The tree, for traversals. Its leaves are blocks of one quad.
-  Block root() const { return {group_levels_ > 0 ? Block::group : 0, 0, 0, 0}; }
+  Block root() const { return {group_levels() > 0 ? Block::group : 0, 0, 0, 0}; }
   const Sphere& sphere(const Block& block) const {
     if (block.patch != Block::group) {
       return sphere(block.patch, block.level, block.u, block.v);
     }
-    return spheres_[first_group_ + (std::size_t{1} << block.level) - 1 + block.u];
+    return group_spheres(block.level)[block.u];
   }
   bool is_leaf(const Block& block) const {
     return block.patch != Block::group && block.level + 1 == levels(block.patch);
@@ -106,20 +105,11 @@ class Pyramid {
   int children(const Block& block, std::array<Block, 4>& child) const;
 
  private:
-  // 2^log_u x 2^log_v blocks, row by row from spheres_[first] on.
-  struct Level {
-    std::size_t first = 0;
-    int log_u = 0;
-    int log_v = 0;
-  };
   struct Box {
     std::array<float, 3> low{}, high{};
   };
 
-  const Level& level_of(int patch, int level) const {
-    return level_table_[first_level_[patch] + level];
-  }
-  void add_levels(const Patch& patch);
+  void reserve_rows(int patch);
   std::optional<TexelAddress> rebuild_all();
   std::optional<TexelAddress> rebuild_patch(int patch);
   template <int ends>
@@ -136,15 +126,11 @@ class Pyramid {
   QuadRange quads(const Block& block) const {
     return quads(block.patch, block.level, block.u, block.v);
   }
-  std::array<int, 2> patches_of_group(int level, int index) const;
 
   Atlas atlas_;
   RadiusPolicy policy_ = RadiusPolicy::fast;
-  std::vector<int> first_level_{0};  // by patch, into level_table_
-  std::vector<Level> level_table_;
-  std::size_t first_group_ = 0;
-  int group_levels_ = 0;
-  std::vector<Sphere> spheres_;
+  BlockLevels numbers_;
+  std::vector<Sphere> spheres_;  // in the order of numbers_, then those of the groups, from the top
   bool built_ = false;
 
   // Of the rebuild in progress.

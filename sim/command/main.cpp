@@ -20,6 +20,7 @@ constexpr const char* description =
   weft check CASE                                    what the scene needs, what it skips, and why
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
+  weft render out/drape_torus.h5 --lod 0.5           the same with as few triangles as half a pixel allows
   weft schema                                        the case file's JSON schema (--markdown: reference page)
 
 Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad case or usage,
@@ -50,8 +51,12 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
     };
     const RenderReport report = render_trajectory(path, directory, options);
     std::cerr << '\n';
-    std::cout << report.pictures << " pictures in " << directory << '\n'
-              << (report.movie.empty() ? report.why_no_movie : report.movie) << '\n';
+    std::cout << report.pictures << " pictures in " << directory << '\n';
+    if (options.detail_pixels) {
+      std::cout << report.triangles << " of " << report.all_triangles << " triangles drawn, within "
+                << *options.detail_pixels << " pixels\n";
+    }
+    std::cout << (report.movie.empty() ? report.why_no_movie : report.movie) << '\n';
     return exit_code::done;
   } catch (const std::runtime_error& error) {
     std::cerr << error.what() << '\n';
@@ -95,6 +100,13 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   check->callback([&] { arguments.code = check_case(arguments.command); });
 }
 
+// What is wrong with a number of pixels, or nothing. Unlike CLI::Range it refuses NaN.
+std::string in_pixels(const std::string& text) {
+  double pixels = 0;
+  if (CLI::detail::lexical_cast(text, pixels) && pixels >= 1e-3 && pixels <= 1e3) return "";
+  return in_quotes(text) + " is not a number of pixels from 0.001 to 1000";
+}
+
 void add_info_and_render(CLI::App& app, Arguments& arguments) {
   CLI::App* info = app.add_subcommand("info", "Summarise a trajectory");
   info->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
@@ -119,6 +131,12 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   pictures->add_option("--height", drawing.height, "Pixels")
       ->check(CLI::Range(1, 8192))
       ->capture_default_str();
+  pictures
+      ->add_option("--lod", drawing.detail_pixels,
+                   "Draw fewer triangles, with every point within this many pixels of its place, "
+                   "and no grid lines; 0.5 is hard to see")
+      ->type_name("PIXELS")
+      ->check(in_pixels);
   pictures->callback(
       [&] { arguments.code = render(arguments.trajectory, arguments.pictures, drawing); });
 }

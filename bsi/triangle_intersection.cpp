@@ -1,8 +1,8 @@
-#include "sim/trajectory/triangle_intersection.h"
+#include "bsi/triangle_intersection.h"
 
 #include <algorithm>
 
-namespace weft::sim {
+namespace weft::bsi {
 
 namespace {
 
@@ -116,4 +116,4 @@ bool triangles_meet_beyond_corner(const Triangle3& a, const Triangle3& b) {
   return edge_meets_triangle(b, 1, sides_b, a) || edge_meets_triangle(a, 1, sides_a, b);
 }
 
-}  // namespace weft::sim
+}  // namespace weft::bsi

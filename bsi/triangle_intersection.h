@@ -3,9 +3,9 @@
 
 #include <array>
 
-#include "sim/trajectory/exact_predicates.h"
+#include "bsi/exact_predicates.h"
 
-namespace weft::sim {
+namespace weft::bsi {
 
 // Triangles are closed sets; those without area are the segment or point that they are.
 using Triangle3 = std::array<Point3, 3>;
@@ -16,4 +16,4 @@ bool triangles_meet(const Triangle3& a, const Triangle3& b);
 // it in one meet the other triangle?
 bool triangles_meet_beyond_corner(const Triangle3& a, const Triangle3& b);
 
-}  // namespace weft::sim
+}  // namespace weft::bsi
