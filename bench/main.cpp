@@ -68,6 +68,9 @@ void add_paper_tori(CLI::App& sub, Arguments& arguments) {
 
 void add_paper_particles(CLI::App& sub, Arguments& arguments) {
   add_paper(sub, arguments);
+  sub.add_option("--torus-size", arguments.paper.torus_size, "Torus of n x n vertices")
+      ->check(CLI::Range(4, 8192))
+      ->capture_default_str();
   add_numbers(sub, "--particles", arguments.paper.particles, 1, 10'000'000, "Numbers of particles");
 }
 
