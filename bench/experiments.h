@@ -30,9 +30,14 @@ struct PaperOptions {
   int directions = 200;                                // paper-tori
   int approach_size = 128;                             // paper-tori: of the tori that approach
   std::vector<int> particles{1'000, 10'000, 100'000};  // paper-particles
+  int lod_size = 65;   // paper-lod: columns of each of the 48 patches of 2 n - 1 rows
+  int lod_frames = 5;  // paper-lod: pictures for each median
 };
 int run_paper_tori(const PaperOptions& options);
 int run_paper_particles(const PaperOptions& options);
+// Writes paper_lod.csv and .svg, and the table to standard output. Needs gpu/ and OSMesa: throws
+// std::runtime_error without.
+int run_paper_lod(const PaperOptions& options);
 
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();

@@ -18,6 +18,7 @@ struct ComputePyramid::Device {
     std::vector<std::uint32_t> patch_top;               // into the table of levels
     float magnitude = 0;
     bool swept = false;
+    bool tangents = false;
   };
   // A dispatch over all the patches that have levels left.
   struct Stage {
@@ -27,20 +28,24 @@ struct ComputePyramid::Device {
   GlContext& context;
   const GlFunctions& gl = context.functions();
   std::vector<Body> bodies;
-  std::size_t blocks = 0, vertices = 0;
+  std::size_t blocks = 0, tangent_blocks = 0, vertices = 0;
   GlBuffer levels{gl}, map{gl}, tasks{gl};
   // At the starts of all paths, then at their ends, which only swept bodies use.
   GlBuffer coordinates{gl};
-  GlBuffer boxes{gl}, spheres{gl}, unbounded{gl};
+  GlBuffer boxes{gl}, tangents{gl}, spheres{gl}, unbounded{gl};
   ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
+  ComputeProgram bound_tangents{gl, shaders::bound_tangents()};
   ComputeProgram bound_spheres{gl, shaders::bound_spheres()};
-  std::vector<Stage> stages;   // of the last rebuild
+  // Of the last rebuild: for boxes and spheres; for the bodies with tangents.
+  std::vector<Stage> stages, tangent_stages;
   std::vector<float> staging;  // a body's positions on their way
 
   explicit Device(GlContext& gl_context) : context(gl_context) {}
   void upload(const BodyImage& image);
   void plan(std::span<const BodyImage> images);
-  void dispatch(ComputeProgram& program);
+  static std::vector<Stage> plan_stages(const std::vector<const Body*>& bounded,
+                                        std::vector<shaders::Task>& tasks);
+  void dispatch(ComputeProgram& program, const std::vector<Stage>& stages);
 };
 
 }  // namespace weft::gpu

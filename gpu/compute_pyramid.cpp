@@ -27,7 +27,7 @@ std::vector<bsi::BlockLevel> block_levels(const bsi::Patch& image, std::size_t& 
 
 // Appends the levels of all patches of a body.
 void append_levels(ComputePyramid::Device::Body& body, std::uint32_t number, std::size_t first_map,
-                   std::vector<shaders::Level>& table) {
+                   std::size_t& tangent_blocks, std::vector<shaders::Level>& table) {
   const bsi::Atlas& atlas = body.atlas;
   for (std::size_t patch = 0; patch < atlas.patches().size(); ++patch) {
     const bsi::Patch& image = atlas.patches()[patch];
@@ -57,6 +57,8 @@ void append_levels(ComputePyramid::Device::Body& body, std::uint32_t number, std
         level.first_map = static_cast<std::uint32_t>(first_map) + level.first_texel;
       }
       level.body = number;
+      level.first_tangent = static_cast<std::uint32_t>(tangent_blocks);
+      tangent_blocks += level.leaf != 0 ? 0 : place.count();
       table.push_back(level);
     }
   }
@@ -75,7 +77,8 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
     body.atlas = *atlas;
     body.first_block = own.blocks;
     body.first_vertex = own.vertices;
-    append_levels(body, static_cast<std::uint32_t>(own.bodies.size()), map.size(), table);
+    append_levels(body, static_cast<std::uint32_t>(own.bodies.size()), map.size(),
+                  own.tangent_blocks, table);
     if (!atlas->is_identity()) {
       for (int t = 0; t < atlas->texel_count(); ++t) map.push_back(atlas->particle_of_texel(t));
     }
@@ -93,6 +96,7 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
   own.map.write(std::span<const std::uint32_t>(map));
   own.coordinates.reserve(own.vertices * 2 * sizeof(Vertex), "vertices");
   own.boxes.reserve(own.blocks * sizeof(BlockBox), "boxes");
+  own.tangents.reserve(0, "bounds of steps");  // made when they are first asked for
   const std::vector<std::uint32_t> bounded(own.bodies.size(), all_bounded);
   own.unbounded.reserve(bounded.size() * sizeof(std::uint32_t), "marks of bodies");
   own.unbounded.write(std::span<const std::uint32_t>(bounded));
@@ -104,6 +108,7 @@ ComputePyramid::~ComputePyramid() { device_->context.make_current(); }
 void ComputePyramid::Device::upload(const BodyImage& image) {
   Body& body = bodies[image.body];
   body.swept = !image.end.empty();
+  body.tangents = image.tangents;
   body.magnitude = 0;
   std::size_t first = body.first_vertex;
   for (const std::span<const Vec3> positions : {image.start, image.end}) {
@@ -124,47 +129,62 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
   }
 }
 
-// The stages from the last levels up, two levels each, of the bodies to be rebuilt.
-void ComputePyramid::Device::plan(std::span<const BodyImage> images) {
-  std::vector<shaders::Task> all;
-  stages.clear();
+// From the last levels up, two levels each.
+std::vector<ComputePyramid::Device::Stage> ComputePyramid::Device::plan_stages(
+    const std::vector<const Body*>& bounded, std::vector<shaders::Task>& tasks) {
+  std::vector<Stage> stages;
   for (int up = 0;; up += 2) {
     Stage stage;
-    stage.first_task = static_cast<std::uint32_t>(all.size());
-    for (const BodyImage& image : images) {
-      const Body& body = bodies[image.body];
-      for (std::size_t patch = 0; patch < body.patches.size(); ++patch) {
-        const int lowest = static_cast<int>(body.patches[patch].size()) - 1 - up;
+    stage.first_task = static_cast<std::uint32_t>(tasks.size());
+    for (const Body* body : bounded) {
+      for (std::size_t patch = 0; patch < body->patches.size(); ++patch) {
+        const int lowest = static_cast<int>(body->patches[patch].size()) - 1 - up;
         if (lowest < (up > 0 ? 1 : 0)) continue;
         const int top = std::max(lowest - 2, 0);
-        const std::uint32_t first = body.patch_top[patch];
-        all.push_back({stage.groups, first + lowest, first + std::max(lowest - 1, 0),
-                       (first + top) | (body.swept ? 0x80000000U : 0U)});
+        const std::uint32_t first = body->patch_top[patch];
+        tasks.push_back({stage.groups, first + lowest, first + std::max(lowest - 1, 0),
+                         (first + top) | (body->swept ? 0x80000000U : 0U)});
         stage.groups += static_cast<std::uint32_t>(
-            (body.patches[patch][top].count() + shaders::group_size - 1) / shaders::group_size);
+            (body->patches[patch][top].count() + shaders::group_size - 1) / shaders::group_size);
       }
     }
-    stage.task_count = static_cast<std::uint32_t>(all.size()) - stage.first_task;
-    if (stage.task_count == 0) break;
+    stage.task_count = static_cast<std::uint32_t>(tasks.size()) - stage.first_task;
+    if (stage.task_count == 0) return stages;
     stages.push_back(stage);
   }
-  tasks.reserve(all.size() * sizeof(shaders::Task), "tasks");
-  tasks.write(std::span<const shaders::Task>(all));
 }
 
-void ComputePyramid::Device::dispatch(ComputeProgram& program) {
+void ComputePyramid::Device::plan(std::span<const BodyImage> images) {
+  std::vector<const Body*> all, with_tangents;
+  for (const BodyImage& image : images) {
+    const Body* body = &bodies[image.body];
+    all.push_back(body);
+    if (body->tangents) with_tangents.push_back(body);
+  }
+  std::vector<shaders::Task> table;
+  stages = plan_stages(all, table);
+  tangent_stages = plan_stages(with_tangents, table);
+  tasks.reserve(table.size() * sizeof(shaders::Task), "tasks");
+  tasks.write(std::span<const shaders::Task>(table));
+  if (!with_tangents.empty()) {
+    tangents.reserve(tangent_blocks * sizeof(shaders::Tangent), "bounds of steps");
+  }
+}
+
+void ComputePyramid::Device::dispatch(ComputeProgram& program, const std::vector<Stage>& planned) {
   program.use();
   levels.bind(0);
   coordinates.bind(1);
   map.bind(2);
   tasks.bind(3);
   boxes.bind(4);
+  tangents.bind(6);
   program.set("vertex_count", static_cast<GLuint>(vertices));
-  for (std::size_t i = 0; i < stages.size(); ++i) {
-    program.set("first_task", stages[i].first_task);
-    program.set("task_count", stages[i].task_count);
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    program.set("first_task", planned[i].first_task);
+    program.set("task_count", planned[i].task_count);
     program.set("from_image", i == 0 ? 1 : 0);
-    gl.DispatchCompute(stages[i].groups, 1, 1);
+    gl.DispatchCompute(planned[i].groups, 1, 1);
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
   }
   gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
@@ -185,7 +205,8 @@ void ComputePyramid::rebuild_boxes() {
   Device& own = *device_;
   own.context.make_current();
   own.unbounded.bind(5);
-  own.dispatch(own.bound_boxes);
+  own.dispatch(own.bound_boxes, own.stages);
+  if (!own.tangent_stages.empty()) own.dispatch(own.bound_tangents, own.tangent_stages);
   check_gl(own.gl, "bound boxes");
 }
 
@@ -194,7 +215,7 @@ void ComputePyramid::rebuild_spheres() {
   own.context.make_current();
   own.spheres.reserve(own.blocks * sizeof(bsi::Sphere), "spheres");
   own.spheres.bind(5);
-  own.dispatch(own.bound_spheres);
+  own.dispatch(own.bound_spheres, own.stages);
   check_gl(own.gl, "bound spheres");
 }
 
@@ -220,6 +241,7 @@ const bsi::BlockLevel& ComputePyramid::level(int body, int patch, int level) con
 }
 float ComputePyramid::magnitude(int body) const { return device_->bodies[body].magnitude; }
 bool ComputePyramid::is_swept(int body) const { return device_->bodies[body].swept; }
+bool ComputePyramid::has_tangents(int body) const { return device_->bodies[body].tangents; }
 
 std::vector<BlockBox> ComputePyramid::read_boxes(int body) const {
   device_->context.make_current();

@@ -23,6 +23,8 @@ struct BodyImage {
   int body = 0;
   std::span<const Vec3> start;
   std::span<const Vec3> end = {};
+  // Bound the steps between vertices too, for self traversals with the tangent certificate.
+  bool tangents = false;
 };
 
 struct UnboundedTexel {
@@ -47,7 +49,7 @@ struct BlockBox {
 //
 // Memory on the device: 24 bytes a particle (both ends of its path) and 24 a block, of which
 // there are about a third of the quads (up to 4/3, where an axis has one more quad than a power of
-// two); spheres 16 a block.
+// two); 48 a block that is no leaf (a quarter of them) for the tangent bounds; spheres 16 a block.
 //
 // All functions make the context current on the calling thread, and throw std::runtime_error with
 // the reason when OpenGL fails (memory, a buffer beyond what the device allows).
@@ -85,6 +87,7 @@ class ComputePyramid {
   // The largest |coordinate| of the float32 vertices at the last rebuild, m.
   float magnitude(int body) const;
   bool is_swept(int body) const;
+  bool has_tangents(int body) const;
   // For tests: by block. Wait for the device.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;

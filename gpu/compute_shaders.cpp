@@ -19,7 +19,7 @@ struct Level {
   uint first, log_u, log_v, leaf;
   uint quad_rows, quad_cols, rows, cols;
   uint first_vertex, first_map, first_quad, first_texel;
-  uint body, unused_0, unused_1, unused_2;
+  uint body, first_tangent, unused_0, unused_1;
 };
 layout(std430, binding = 0) readonly buffer Levels { Level levels[]; };
 )";
@@ -83,6 +83,8 @@ Box load_box(uint block) {
 const char* const box_bounds = R"(
 layout(std430, binding = 5) buffer Unbounded { uint first_unbounded[]; };
 #define Bound Box
+#define FIRST first
+#define KEEPS_LOWEST true
 const float far = 3.402823466e38;
 Box start(uint block) { return Box(vec3(far), vec3(-far)); }
 Box join(Box a, Box b) { return Box(min(a.low, b.low), max(a.high, b.high)); }
@@ -127,6 +129,8 @@ Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 const char* const sphere_bounds = R"(
 layout(std430, binding = 5) buffer Spheres { vec4 sphere[]; };
 #define Bound vec4
+#define FIRST first
+#define KEEPS_LOWEST true
 vec3 middle_of(Box box) { return 0.5 * (box.low + box.high); }
 float squared(vec3 d) {
   precise float sum = d.x * d.x + d.y * d.y + d.z * d.z;
@@ -167,6 +171,68 @@ vec4 bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
+// For the steps between vertices: along u and along v, the lower bounds with their signs changed,
+// so that every union is a maximum. Leaf blocks' are not kept.
+const char* const tangents = R"(
+layout(std430, binding = 6) buffer Tangents { float tangents[]; };
+struct Tangent { vec3 minus_low_u, minus_low_v, high_u, high_v; };
+vec3 tangent_at(uint i) { return vec3(tangents[i], tangents[i + 1u], tangents[i + 2u]); }
+Tangent load_tangent(uint block) {
+  uint i = 12u * block;
+  return Tangent(tangent_at(i), tangent_at(i + 3u), tangent_at(i + 6u), tangent_at(i + 9u));
+}
+Tangent join(Tangent a, Tangent b) {
+  return Tangent(max(a.minus_low_u, b.minus_low_u), max(a.minus_low_v, b.minus_low_v),
+                 max(a.high_u, b.high_u), max(a.high_v, b.high_v));
+}
+)";
+
+const char* const tangent_bounds = R"(
+#define Bound Tangent
+#define FIRST first_tangent
+#define KEEPS_LOWEST false
+const float far = 3.402823466e38;
+Tangent start(uint block) {
+  return Tangent(vec3(-far), vec3(-far), vec3(-far), vec3(-far));
+}
+Tangent finish(Tangent tangent, uint block) { return tangent; }
+Tangent load(uint block) { return load_tangent(block); }
+void store_vector(uint i, vec3 p) {
+  tangents[i] = p.x; tangents[i + 1u] = p.y; tangents[i + 2u] = p.z;
+}
+void store(uint block, Tangent tangent) {
+  uint i = 12u * block;
+  store_vector(i, tangent.minus_low_u);
+  store_vector(i + 3u, tangent.minus_low_v);
+  store_vector(i + 6u, tangent.high_u);
+  store_vector(i + 9u, tangent.high_v);
+}
+
+Tangent bound_leaf_at(Level level, uvec4 range, uint ends) {
+  Tangent all = start(0u);
+  for (uint row = range.x; row <= range.y; ++row) {
+    for (uint col = range.z; col <= range.w; ++col) {
+      vec3 p = start_of(ends + vertex_of(level, texel_at(level, row, col)));
+      if (col < range.w) {
+        vec3 step = start_of(ends + vertex_of(level, texel_at(level, row, col + 1u))) - p;
+        all.minus_low_u = max(all.minus_low_u, -step);
+        all.high_u = max(all.high_u, step);
+      }
+      if (row < range.y) {
+        vec3 step = start_of(ends + vertex_of(level, texel_at(level, row + 1u, col))) - p;
+        all.minus_low_v = max(all.minus_low_v, -step);
+        all.high_v = max(all.high_v, step);
+      }
+    }
+  }
+  return all;
+}
+Tangent bound_leaf(Level level, uint block, uvec4 range, bool swept) {
+  Tangent tangent = bound_leaf_at(level, range, 0u);
+  return swept ? join(tangent, bound_leaf_at(level, range, vertex_count)) : tangent;
+}
+)";
+
 const char* const bounds_main = R"(
 void main() {
   uvec4 task = find_task();
@@ -180,19 +246,20 @@ void main() {
   // Which axes are split: masks of one bit.
   uint mu = middle.log_u - top.log_u, mv = middle.log_v - top.log_v;
   uint lu = lowest.log_u - middle.log_u, lv = lowest.log_v - middle.log_v;
-  Bound whole = start(top.first + index);
+  uint whole_block = top.FIRST + index;
+  Bound whole = start(whole_block);
   for (uint i = 0u; i < 1u << (mu + mv); ++i) {
     uint u_middle = (u << mu) + (i & mu), v_middle = (v << mv) + (i >> mu);
-    uint part_block = middle.first + (v_middle << middle.log_u) + u_middle;
+    uint part_block = middle.FIRST + (v_middle << middle.log_u) + u_middle;
     Bound part = start(part_block);
     for (uint j = 0u; j < 1u << (lu + lv); ++j) {
       uint u_lowest = (u_middle << lu) + (j & lu), v_lowest = (v_middle << lv) + (j >> lu);
-      uint block = lowest.first + (v_lowest << lowest.log_u) + u_lowest;
+      uint block = lowest.FIRST + (v_lowest << lowest.log_u) + u_lowest;
       Bound bound;
       if (from_image != 0u) {
         uvec4 range = vertices_of_leaf(lowest, u_lowest, v_lowest);
         bound = bound_leaf(lowest, block, range, swept);
-        store(block, bound);
+        if (KEEPS_LOWEST) store(block, bound);
       } else {
         bound = load(block);
       }
@@ -204,7 +271,7 @@ void main() {
     }
     whole = join(whole, part);
   }
-  if (task.z != (task.w & 0x7FFFFFFFu)) store(top.first + index, finish(whole, top.first + index));
+  if (task.z != (task.w & 0x7FFFFFFFu)) store(whole_block, finish(whole, whole_block));
 }
 )";
 
@@ -213,11 +280,11 @@ void main() {
 const char* const queries = R"(
 layout(local_size_x = 64) in;
 struct Query {
-  float margin;
+  double certificate_margin;  // negative: no certificate
+  float half_margin;
   uint flags;
-  uint unused_0, unused_1;
   float x, y, z;
-  uint unused_2;
+  uint unused;
 };
 layout(std430, binding = 3) readonly buffer Queries { Query queries[]; };
 
@@ -227,10 +294,11 @@ Box point_of(Query query) {
   vec3 point = vec3(query.x, query.y, query.z);
   return Box(point, point);
 }
-bool within(Box a, Box b, float margin) {
-  precise vec3 above = a.low - b.high;
-  precise vec3 below = b.low - a.high;
-  return all(lessThanEqual(max(above, below), vec3(margin)));
+// Both widened by the half margin.
+bool overlap(Box a, Box b, float half_margin) {
+  precise vec3 a_low = a.low - half_margin, a_high = a.high + half_margin;
+  precise vec3 b_low = b.low - half_margin, b_high = b.high + half_margin;
+  return all(lessThanEqual(a_low, b_high)) && all(lessThanEqual(b_low, a_high));
 }
 
 // A list being appended to: how many work groups its next reader needs, and its length, which goes
@@ -250,7 +318,7 @@ const char* const expand_main = R"(
 // Pairs of blocks: a, b, the levels of both (16 bits each), the query.
 layout(std430, binding = 1) readonly buffer PairsIn { uvec4 pairs_in[]; };
 layout(std430, binding = 2) writeonly buffer PairsOut { uvec4 pairs_out[]; };
-layout(std430, binding = 6) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
+layout(std430, binding = 7) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 uniform uint list_in, list_out, list_leaves, pair_capacity, leaf_capacity;
 
 // The blocks of the level below under a block, or that itself: child i is first + (i & 1) and, in
@@ -270,8 +338,58 @@ uint child(Children children, uint i) {
   return children.first + (i & children.mask_u) + (i >> children.mask_u) * children.stride;
 }
 
+// --- The tangent certificate: operation by operation as in bsi/box_descent_kernels.cpp -----------
+
+double squared(dvec3 v) {
+  precise double sum = v.x * v.x + v.y * v.y + v.z * v.z;
+  return sum;
+}
+dvec3 cross_of(dvec3 a, dvec3 b) {
+  precise dvec3 product =
+      dvec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+  return product;
+}
+bool certified(Tangent t, double margin) {
+  dvec3 low_u = -dvec3(t.minus_low_u), low_v = -dvec3(t.minus_low_v);
+  dvec3 high_u = dvec3(t.high_u), high_v = dvec3(t.high_v);
+  dvec3 a = 0.5lf * (high_u + low_u), b = 0.5lf * (high_v + low_v);
+  dvec3 stray_u = 0.5lf * (high_u - low_u), stray_v = 0.5lf * (high_v - low_v);
+  double longest = max(max(squared(a), squared(b)), squared(a - b));
+  precise double needed = margin + sqrt(squared(stray_u)) + sqrt(squared(stray_v));
+  precise double bound = sqrt(longest) * needed + certificate_rounding * longest;
+  return sqrt(squared(cross_of(a, b))) > bound;
+}
+
+// The distance of two blocks along an axis, -1 .. 1, or 2 where they are no neighbours.
+int step_between(uint a, uint b, uint blocks, bool wraps) {
+  int step = int(b) - int(a);
+  if (wraps && step == int(blocks) - 1) step = -1;
+  if (wraps && step == 1 - int(blocks)) step = 1;
+  return abs(step) <= 1 ? step : 2;
+}
+
+// A block with itself, or two neighbours in the window of up to 2 x 2 blocks that holds both.
+bool cannot_touch(Query query, uvec4 pair) {
+  if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
+  Level level = levels[pair.z >> 16];
+  if (level.leaf != 0u) return false;
+  uint mask = (1u << level.log_u) - 1u;
+  uint a = pair.x - level.first, b = pair.y - level.first;
+  uvec2 at_a = uvec2(a & mask, a >> level.log_u), at_b = uvec2(b & mask, b >> level.log_u);
+  int step_u = step_between(at_a.x, at_b.x, 1u << level.log_u, level.quad_cols == level.cols);
+  int step_v = step_between(at_a.y, at_b.y, 1u << level.log_v, level.quad_rows == level.rows);
+  if (step_u == 2 || step_v == 2) return false;
+  Tangent bound = load_tangent(level.first_tangent + a);
+  uint first = level.first_tangent;
+  if (step_u != 0) bound = join(bound, load_tangent(first + (at_a.y << level.log_u) + at_b.x));
+  if (step_v != 0) bound = join(bound, load_tangent(first + (at_b.y << level.log_u) + at_a.x));
+  if (step_u != 0 && step_v != 0) bound = join(bound, load_tangent(first + b));
+  return certified(bound, query.certificate_margin);
+}
+
 void expand(uvec4 pair) {
   Query query = queries[pair.w];
+  if (cannot_touch(query, pair)) return;
   bool point = is_point(query);
   bool itself = is_self(query) && pair.x == pair.y;
   Children a = point ? Children(0u, pair.x, 0u, 0u, 1u) : children_of(pair.x, pair.z & 0xFFFFu);
@@ -280,7 +398,7 @@ void expand(uvec4 pair) {
   for (uint i = 0u; i < a.count; ++i) {
     Box box = point ? point_of(query) : load_box(child(a, i));
     for (uint j = itself ? i : 0u; j < b.count; ++j) {
-      if (within(box, load_box(child(b, j)), query.margin)) near |= 1u << (4u * i + j);
+      if (overlap(box, load_box(child(b, j)), query.half_margin)) near |= 1u << (4u * i + j);
     }
   }
   if (near == 0u) return;
@@ -363,8 +481,8 @@ uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corne
       if (is_point(query) && s == 1u) break;
       for (uint t = 0u; t <= triangles; ++t) {
         if (itself && triangles != 0u && quad == j) continue;  // they share particles
-        if (!within(s == 0u ? leaves.first : leaves.second, t == 0u ? others.first : others.second,
-                    query.margin)) {
+        if (!overlap(s == 0u ? leaves.first : leaves.second, t == 0u ? others.first : others.second,
+                    query.half_margin)) {
           continue;
         }
         if (is_self(query) && triangles != 0u &&
@@ -392,7 +510,7 @@ void find(uvec4 pair, uint i) {
     corners = corners_of(level_a, quad);
     leaves = bound_leaves(corners, (query.flags & 4u) != 0u);
     Box both = triangles == 0u ? leaves.first : join(leaves.first, leaves.second);
-    if (!within(both, load_box(pair.y), query.margin)) return;
+    if (!overlap(both, load_box(pair.y), query.half_margin)) return;
   }
   Level level_b = levels[pair.z >> 16];
   bool itself = is_self(query) && pair.x == pair.y;
@@ -441,8 +559,15 @@ std::string bound_spheres() {
          bounds_main;
 }
 
+std::string bound_tangents() {
+  return std::string("#version 450 core\n") + levels + vertices + tasks + tangents +
+         tangent_bounds + bounds_main;
+}
+
 std::string expand_pairs() {
-  return std::string("#version 450 core\n") + levels + boxes + queries + expand_main;
+  return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
+         "const double certificate_rounding = packDouble2x32(uvec2(0u, " +
+         std::to_string(std::bit_cast<std::uint64_t>(0x1p-48) >> 32) + "u));\n" + expand_main;
 }
 
 std::string find_leaves() {

@@ -21,7 +21,9 @@ struct Level {
   std::uint32_t first_map = 0;  // into the map from texels to particles, or no_map
   std::uint32_t first_quad = 0, first_texel = 0;  // in the atlas' numbers
   std::uint32_t body = 0;
-  std::uint32_t unused[3]{};
+  std::uint32_t first_tangent =
+      0;  // of the bounds of the steps of its blocks; none on a last level
+  std::uint32_t unused[2]{};
 };
 inline constexpr std::uint32_t no_map = 0xFFFFFFFF;
 
@@ -35,22 +37,29 @@ struct Task {
   std::uint32_t top_and_swept = 0;  // the highest bit: at both ends of the paths
 };
 
+// Bounds of the steps between the vertices of a block, as bsi::TangentBounds has them.
+struct Tangent {
+  float bound[12];
+};
+
 // Every invocation bounds the blocks of three levels that lie under one block of the top one, that
 // included. `from_image`: the lowest level, of leaf blocks, is made from the vertices; otherwise it
 // is there.
 std::string bound_boxes();
 // The same for spheres, where the boxes are there.
 std::string bound_spheres();
+// The same for the steps between vertices (bsi::TangentBounds), on all but the last levels.
+std::string bound_tangents();
 
 // --- Traversal ------------------------------------------------------------------------------
 
 // What pairs of blocks are compared for.
 struct Query {
-  float margin = 0;
+  double certificate_margin = -1;  // negative: the tangent certificate is not to be used
+  float half_margin = 0;
   std::uint32_t flags = 0;
-  std::uint32_t unused[2]{};
   float point[3]{};  // with flag point: what the blocks are compared with
-  std::uint32_t unused_too = 0;
+  std::uint32_t unused = 0;
 };
 namespace query_flags {
 inline constexpr std::uint32_t self = 1, point = 2, swept_a = 4, swept_b = 8;

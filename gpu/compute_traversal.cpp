@@ -15,19 +15,14 @@ namespace {
 constexpr int pair_lists = 30;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
-using Lists = std::array<shaders::List, pair_lists + 2>;
-
-// A margin in float32 that loses no pair by the rounding of the vertices, of the boxes' differences
-// and of itself.
-float inflated_margin(double margin, float magnitude_a, float magnitude_b) {
-  const double inflated =
-      margin + 0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) +
-      0x1p-125;
-  const auto rounded = static_cast<float>(inflated);
-  return static_cast<double>(rounded) < inflated
-             ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
-             : rounded;
+// The smallest float32 number that is certain not to be less.
+float rounded_up(double value) {
+  const auto rounded = static_cast<float>(value);
+  if (static_cast<double>(rounded) >= value) return rounded;
+  return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
+
+using Lists = std::array<shaders::List, pair_lists + 2>;
 
 }  // namespace
 
@@ -74,7 +69,11 @@ void ComputeTraversal::Implementation::add_query(const PairQuery& query) {
   const bool self = query.body_a == query.body_b;
   const auto number = static_cast<std::uint32_t>(query_table.size());
   shaders::Query entry;
-  entry.margin = inflated_margin(query.margin, a.magnitude, b.magnitude);
+  entry.half_margin = bsi::half_margin(query.margin, a.magnitude, b.magnitude);
+  if (self && query.certificate) {
+    assert(a.tangents);
+    entry.certificate_margin = bsi::certificate_margin(query.margin, a.magnitude);
+  }
   entry.flags = (self ? shaders::query_flags::self : 0) |
                 (a.swept ? shaders::query_flags::swept_a : 0) |
                 (b.swept ? shaders::query_flags::swept_b : 0);
@@ -99,7 +98,8 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
     const Eigen::Vector3f centre = ball.centre.cast<float>();
     const auto number = static_cast<std::uint32_t>(query_table.size());
     shaders::Query entry;
-    entry.margin = inflated_margin(margin + ball.radius, centre.cwiseAbs().maxCoeff(), b.magnitude);
+    entry.half_margin = bsi::half_margin(margin + ball.radius, b.magnitude,
+                                         rounded_up(ball.centre.cwiseAbs().maxCoeff()));
     entry.flags = shaders::query_flags::point | (b.swept ? shaders::query_flags::swept_b : 0);
     std::copy_n(centre.data(), 3, entry.point);
     query_table.push_back(entry);
@@ -140,14 +140,14 @@ Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
   queries.bind(3);
   device.boxes.bind(4);
   lists.bind(5);
-  leaf_pairs.bind(6);
-  results.bind(7);
   gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, lists.name());
   const auto dispatch = [&](std::uint32_t list) {
     gl.DispatchComputeIndirect(static_cast<GLintptr>(list * sizeof(shaders::List)));
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   };
   expand_pairs.use();
+  device.tangents.bind(6);
+  leaf_pairs.bind(7);
   expand_pairs.set("group_limit", static_cast<GLuint>(group_limit));
   expand_pairs.set("list_leaves", leaf_list);
   expand_pairs.set("pair_capacity", static_cast<GLuint>(pair_capacity));
@@ -160,6 +160,8 @@ Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
     dispatch(static_cast<std::uint32_t>(step));
   }
   find_leaves.use();
+  leaf_pairs.bind(6);
+  results.bind(7);
   device.coordinates.bind(1);
   device.map.bind(2);
   find_leaves.set("vertex_count", static_cast<GLuint>(device.vertices));

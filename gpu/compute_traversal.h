@@ -7,17 +7,21 @@
 #include <span>
 #include <vector>
 
+#include "bsi/traversal.h"
 #include "gpu/compute_pyramid.h"
 
 namespace weft::gpu {
 
-enum class Leaf { quad, triangle };
+using bsi::Leaf;
 
 // Two bodies, or one with itself (a == b).
 struct PairQuery {
   int body_a = 0;
   int body_b = 0;
   double margin = 0;  // m, >= 0
+  // For a body with itself: leave out what the tangent certificate proves not to touch; the body
+  // must have been rebuilt with BodyImage::tangents.
+  bool certificate = true;
 };
 
 struct Ball {
@@ -35,8 +39,7 @@ struct Candidate {
   bool operator==(const Candidate&) const = default;
 };
 
-// The candidates are those of the traversals of bsi/ (bsi/traversal.h): a pair of leaves whose
-// float32 boxes come within the inflated margin on every axis; none twice; in any order.
+// The candidates are those of the traversals of bsi/ (bsi/traversal.h), in any order.
 //
 // One dispatch for every level of the deepest pyramid, and one for the leaves; only the lengths of
 // the lists and the candidates come back. Where a list outgrew its memory it is enlarged and the

@@ -200,10 +200,12 @@ void ContactSearch::build_pyramid(int body, std::span<const Vec3> start,
   if (tracked.pyramid_built) return;
   PhaseTimer timer(statistics_.phases.rebuild);
   const SceneBody& scene_body = scene_.bodies[body];
-  if (!tracked.pyramid) tracked.pyramid.emplace(scene_body.atlas);
+  if (!tracked.pyramid) tracked.pyramid.emplace(scene_body.atlas, scene_body.self_contact);
+  const int threads = scene_.source.compute.threads;
   const bool swept = start.data() != end.data() && scene_body.moves;
-  const auto bad = swept ? tracked.pyramid->rebuild_swept(of_body(start, body), of_body(end, body))
-                         : tracked.pyramid->rebuild(of_body(end, body));
+  const auto bad =
+      swept ? tracked.pyramid->rebuild_swept(of_body(start, body), of_body(end, body), threads)
+            : tracked.pyramid->rebuild(of_body(end, body), threads);
   assert(!bad && "track() has refused what is not finite");
   static_cast<void>(bad);
   tracked.pyramid_built = true;
@@ -237,7 +239,8 @@ void ContactSearch::build_list(std::size_t l, std::span<const Vec3> start,
   build_pyramid(list.body_b, start, end);
   quad_pairs_.clear();
   bsi::TraversalCounters tests;
-  const bsi::TraversalOptions options{.margin = reach(list), .leaf = bsi::Leaf::quad};
+  const bsi::TraversalOptions options{
+      .margin = reach(list), .leaf = bsi::Leaf::quad, .threads = scene_.source.compute.threads};
   {
     PhaseTimer timer(statistics_.phases.traverse);
     if (list.is_self()) {

@@ -62,17 +62,10 @@ float largest_coordinate(const std::vector<LeafBox>& boxes) {
   return largest;
 }
 
-float inflated(double margin, float magnitude_a, float magnitude_b) {
-  const double wide =
-      margin + std::ldexp(double{magnitude_a} + double{magnitude_b}, -23) + std::ldexp(1.0, -125);
-  const auto rounded = static_cast<float>(wide);
-  return double{rounded} < wide ? std::nextafter(rounded, INFINITY) : rounded;
-}
-
-bool within(const LeafBox& a, const LeafBox& b, float margin) {
-  const Eigen::Vector3f above = a.low - b.high;
-  const Eigen::Vector3f below = b.low - a.high;
-  return (above.array() <= margin).all() && (below.array() <= margin).all();
+bool overlap(const LeafBox& a, const LeafBox& b, float half) {
+  const auto wide_low = [half](const LeafBox& box) { return box.low.array() - half; };
+  const auto wide_high = [half](const LeafBox& box) { return box.high.array() + half; };
+  return (wide_low(a) <= wide_high(b)).all() && (wide_low(b) <= wide_high(a)).all();
 }
 
 bool share_particle(const LeafBox& a, const LeafBox& b) {
@@ -99,14 +92,15 @@ std::vector<Candidate> expected_pairs(const Scene& scene, std::span<const PairQu
                                       Leaf leaf) {
   std::vector<Candidate> found;
   for (std::uint32_t q = 0; q < queries.size(); ++q) {
-    const auto [body_a, body_b, margin] = queries[q];
+    const auto [body_a, body_b, margin, certificate] = queries[q];
+    EXPECT_FALSE(certificate);
     const auto a = leaf_boxes(scene.bodies[body_a].atlas, scene.images[body_a], leaf);
     const auto b = leaf_boxes(scene.bodies[body_b].atlas, scene.images[body_b], leaf);
-    const float wide = inflated(margin, largest_coordinate(a), largest_coordinate(b));
+    const float half = bsi::half_margin(margin, largest_coordinate(a), largest_coordinate(b));
     const bool self = body_a == body_b;
     for (std::uint32_t i = 0; i < a.size(); ++i) {
       for (std::uint32_t j = self ? i : 0; j < b.size(); ++j) {
-        if (!within(a[i], b[j], wide)) continue;
+        if (!overlap(a[i], b[j], half)) continue;
         if (self && leaf == Leaf::triangle && share_particle(a[i], b[j])) continue;
         found.push_back({q, i, j});
       }
@@ -153,7 +147,7 @@ Scene scene_of_bodies() {
 std::vector<PairQuery> all_pairs(const Scene& scene, double margin) {
   std::vector<PairQuery> queries;
   for (int a = 0; a < scene.size(); ++a) {
-    for (int b = a; b < scene.size(); ++b) queries.push_back({a, b, margin * (1 + a)});
+    for (int b = a; b < scene.size(); ++b) queries.push_back({a, b, margin * (1 + a), false});
   }
   return queries;
 }
@@ -188,7 +182,10 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
   std::uniform_real_distribution<double> coordinate(-1, 1);
   std::vector<Ball> balls(300);
   for (Ball& ball : balls) {
-    ball.centre = {coordinate(random), coordinate(random), 0.4 * coordinate(random)};
+    // In float32, as the oracle takes them.
+    ball.centre = Vec3(coordinate(random), coordinate(random), 0.4 * coordinate(random))
+                      .cast<float>()
+                      .cast<double>();
     ball.radius = 0.05 * (1 + coordinate(random));
   }
   for (const int body : {1, 2, 4}) {
@@ -197,21 +194,16 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
     for (std::uint32_t i = 0; i < balls.size(); ++i) {
       const Eigen::Vector3f centre = balls[i].centre.cast<float>();
       const LeafBox point{centre, centre, {}};
-      const float wide =
-          inflated(0.01 + balls[i].radius, centre.cwiseAbs().maxCoeff(), largest_coordinate(boxes));
+      const float half = bsi::half_margin(0.01 + balls[i].radius, largest_coordinate(boxes),
+                                          centre.cwiseAbs().maxCoeff());
       for (std::uint32_t j = 0; j < boxes.size(); ++j) {
-        if (within(point, boxes[j], wide)) expected.push_back({i, i, j});
+        if (overlap(point, boxes[j], half)) expected.push_back({i, i, j});
       }
     }
-    EXPECT_GT(expected.size(), 10);
+    EXPECT_GT(expected.size(), 5);
     EXPECT_EQ(sorted(traversal.find_leaves(body, balls, 0.01, GetParam())), expected);
   }
 }
-
-INSTANTIATE_TEST_SUITE_P(Leaves, ComputeTraversals, testing::Values(Leaf::quad, Leaf::triangle),
-                         [](const auto& tested) {
-                           return tested.param == Leaf::quad ? "quads" : "triangles";
-                         });
 
 // Random sizes, wraps and folds, of few quads, so that every shape of the blocks occurs.
 TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
@@ -220,7 +212,7 @@ TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
   const auto pick = [&](int low, int high) {
     return std::uniform_int_distribution<int>(low, high)(random);
   };
-  for (int trial = 0; trial < 40; ++trial) {
+  for (int trial = 0; trial < 20; ++trial) {
     Scene scene;
     const double scale = std::pow(10.0, pick(-6, 6));
     for (int b = 0; b < 3; ++b) {
@@ -257,6 +249,78 @@ TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
   }
 }
 
+std::vector<Candidate> found_by_cpu(const Scene& scene, const PairQuery& query, Leaf leaf,
+                                    bsi::TraversalCounters& counters) {
+  std::vector<bsi::BoxPyramid> pyramids;
+  for (const int body : {query.body_a, query.body_b}) {
+    const BodyImage& image = scene.images[body];
+    pyramids.emplace_back(scene.bodies[body].atlas);
+    const auto bad = image.end.empty() ? pyramids.back().rebuild(image.start)
+                                       : pyramids.back().rebuild_swept(image.start, image.end);
+    EXPECT_FALSE(bad);
+  }
+  const bsi::TraversalOptions options{query.margin, leaf, query.certificate};
+  std::vector<bsi::LeafPair> pairs;
+  if (query.body_a == query.body_b) {
+    bsi::self_traversal(pyramids[0], options, pairs, counters);
+  } else {
+    bsi::dual_traversal(pyramids[0], pyramids[1], options, pairs, counters);
+  }
+  std::vector<Candidate> found;
+  for (const auto& [a, b] : pairs) {
+    found.push_back({0, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
+  }
+  return sorted(found);
+}
+
+// Smooth sheets, more and more crumpled ones, closed and sewn ones: of each some blocks are proved
+// free of contact with themselves, and some are not.
+Scene scene_of_sheets() {
+  std::mt19937 random(14);
+  Scene scene;
+  for (const double noise : {0.0, 0.003, 0.01, 0.03}) {
+    scene.bodies.push_back(moved(bsi::make_rectangle(1, 1, 33, 33), {1, 2, 3}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_rectangle(2, 0.5, 13, 70), {0, 0, 0}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_torus(0.7, 0.3, 40, 21), {0, 0, 0}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_cylinder(0.4, 1, 17, 64), {0, 0, 0}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_sphere(0.4, 12), {0, 0, 0}, noise, random));
+  }
+  for (Surface& body : scene.bodies) {
+    for (Vec3& p : body.positions) p.z() += 0.1 * std::sin(3 * p.x()) * std::cos(5 * p.y());
+    scene.start.push_back(body.positions);
+    scene.end.push_back(moved(body, {0.02, 0.01, 0.1}, 0.002, random).positions);
+  }
+  for (int b = 0; b < scene.size(); ++b) {
+    scene.images.push_back({.body = b, .start = scene.start[b], .tangents = true});
+    if (b % 3 == 0) scene.images.back().end = scene.end[b];
+  }
+  return scene;
+}
+
+// The same decisions to the last bit: on a graphics processor, whose roots may round differently, a
+// pair on the edge could go either way.
+TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
+  WEFT_NEEDS_CONTEXT();
+  const Scene scene = scene_of_sheets();
+  ComputePyramid pyramids(context, scene.atlases());
+  pyramids.rebuild(scene.images);
+  ComputeTraversal traversal(pyramids);
+  bsi::TraversalCounters counters;
+  std::size_t found = 0;
+  for (int b = 0; b < scene.size(); ++b) {
+    for (const double margin : {0.0, 0.004}) {
+      const PairQuery query{b, b, margin, true};
+      const auto expected = found_by_cpu(scene, query, GetParam(), counters);
+      ASSERT_EQ(sorted(traversal.find_pairs(std::span(&query, 1), GetParam())), expected)
+          << "body " << b << " margin " << margin;
+      found += expected.size();
+    }
+  }
+  EXPECT_GT(counters.certified, 100);
+  EXPECT_LT(counters.certified, counters.certificate_tests / 2);
+  EXPECT_GT(found, 10000);
+}
+
 TEST(ComputeTraversal, FindsNothingWhereThereIsNothing) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_bodies();
@@ -265,9 +329,14 @@ TEST(ComputeTraversal, FindsNothingWhereThereIsNothing) {
   ComputeTraversal traversal(pyramids);
   EXPECT_TRUE(traversal.find_pairs({}, Leaf::quad).empty());
   EXPECT_TRUE(traversal.find_leaves(0, {}, 0.1, Leaf::quad).empty());
-  const PairQuery apart{0, 5, 0.1};
+  const PairQuery apart{0, 5, 0.1, false};
   EXPECT_TRUE(traversal.find_pairs(std::span(&apart, 1), Leaf::triangle).empty());
 }
+
+INSTANTIATE_TEST_SUITE_P(Leaves, ComputeTraversals, testing::Values(Leaf::quad, Leaf::triangle),
+                         [](const auto& tested) {
+                           return tested.param == Leaf::quad ? "quads" : "triangles";
+                         });
 
 }  // namespace
 }  // namespace weft::gpu
