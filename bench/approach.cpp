@@ -69,16 +69,16 @@ class MovingTori {
  public:
   explicit MovingTori(const Body& torus)
       : rest_(torus), moved_(torus.start), of_rest_(torus.atlas), of_moved_(torus.atlas) {
-    static_cast<void>(of_rest_.rebuild(rest_.start));
+    static_cast<void>(of_rest_.rebuild(rest_.start, 1));
   }
 
   // Pairs of triangles that meet with the second torus there.
   long hits(const Matrix3& turn, const Vec3& shift) {
     for (std::size_t i = 0; i < moved_.size(); ++i) moved_[i] = turn * rest_.start[i] + shift;
-    static_cast<void>(of_moved_.rebuild(moved_));
+    static_cast<void>(of_moved_.rebuild(moved_, 1));
     candidates_.clear();
     bsi::TraversalCounters traversal;
-    bsi::dual_traversal(of_rest_, of_moved_, {.margin = 0}, candidates_, traversal);
+    bsi::dual_traversal(of_rest_, of_moved_, {.margin = 0, .threads = 1}, candidates_, traversal);
     bsi::TriangleHits found;
     bsi::NarrowPhaseCounters narrow;
     bsi::find_triangle_hits({rest_.start, rest_.triangles}, {moved_, rest_.triangles}, candidates_,

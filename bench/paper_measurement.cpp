@@ -33,7 +33,7 @@ void measure_brute_force(const CollisionScene& scene, int passes, PaperTimes& ti
 }  // namespace
 
 PaperTimes measure_passes(const CollisionScene& scene, int passes) {
-  WeftMethod weft(scene, true);
+  WeftMethod weft(scene, true, 1);
   std::vector<double> rebuild, query, narrow;
   std::vector<LeafPair> pairs;
   PaperTimes times;

@@ -1,6 +1,4 @@
 // The paper's particles: 1k to 100k of them against a torus that is rebuilt every pass.
-#include <omp.h>
-
 #include <cstdio>
 #include <sstream>
 
@@ -11,7 +9,6 @@
 namespace weft::bench {
 
 int run_paper_particles(const PaperOptions& options) {
-  omp_set_num_threads(1);
   const int n = options.torus_size;
   std::ostringstream csv;
   csv << "# particles in a box about a torus of " << n << " x " << n << " vertices, margin "

@@ -1,6 +1,4 @@
 // The paper's two tori: timed at a fixed pose, and approaching each other from many directions.
-#include <omp.h>
-
 #include <cstdio>
 #include <sstream>
 
@@ -95,7 +93,6 @@ bool run_approach(const PaperOptions& options) {
 }  // namespace
 
 int run_paper_tori(const PaperOptions& options) {
-  omp_set_num_threads(1);
   const bool timed = run_fixed_pose(options);
   return run_approach(options) && timed ? 0 : 1;
 }

@@ -1,7 +1,5 @@
 #include "bench/scene_measurement.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -64,10 +62,10 @@ std::vector<Method> make_methods(const CollisionScene& scene, const PeerScene& m
     add(maker.name, oracle ? MethodKind::oracle : MethodKind::peer, 1, maker.make(meshes));
   }
   for (const int threads : measurement.threads) {
-    add("weft", MethodKind::weft, threads, std::make_unique<WeftMethod>(scene, true));
+    add("weft", MethodKind::weft, threads, std::make_unique<WeftMethod>(scene, true, threads));
     if (!scene.is_self()) continue;
     add("weft-uncertified", MethodKind::variant, threads,
-        std::make_unique<WeftMethod>(scene, false));
+        std::make_unique<WeftMethod>(scene, false, threads));
   }
   return methods;
 }
@@ -111,8 +109,8 @@ void find_hits(const CollisionScene& scene, Method& method, int pass,
                const std::vector<LeafPair>& pairs) {
   const bool ours = method.kind == MethodKind::weft || method.kind == MethodKind::variant;
   if (!ours && pass > 0) return;
-  const double weft_ms = milliseconds(
-      method.threads, [&] { method.hits = weft_hits(scene, pairs, method.threads); });
+  const double weft_ms =
+      milliseconds(method.threads, [&] { method.hits = weft_hits(scene, pairs, method.threads); });
   method.weft_narrow.push_back(weft_ms);
   if (ours) {
     method.narrow.push_back(weft_ms);
@@ -125,7 +123,6 @@ void find_hits(const CollisionScene& scene, Method& method, int pass,
 
 // Refits before it rebuilds, so that the first refit is of the tree of another pose.
 void run_pass(const CollisionScene& scene, Method& method, int pass, std::vector<LeafPair>& pairs) {
-  omp_set_num_threads(method.threads);
   Peer& peer = *method.peer;
   if (peer.refits())
     method.refit.push_back(milliseconds(method.threads, [&] { peer.refit(); }));
