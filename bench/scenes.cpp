@@ -78,8 +78,7 @@ Vec3 pleated(double u, double v) {
   constexpr int pleats = 20;
   const double distance = 0.5 * scene_margin * (0.8 + 0.4 * v);  // from a panel to the next
   const double wave = 0.01 * std::sin(9 * v);                    // along the pleats
-  return turned(
-      {distance * pleats * u + wave, width * v, width / pleats * zigzag(pleats * u)});
+  return turned({distance * pleats * u + wave, width * v, width / pleats * zigzag(pleats * u)});
 }
 
 // Pleats whose widths and distances vary, then shears along each axis by waves along the others:
@@ -106,8 +105,8 @@ Vec3 draped(double u, double v) {
   const double down = std::max(0.0, length - ball * pi / 2);
   const double polar = std::min(length / ball, pi / 2);
   const double radius = ball * std::sin(polar) + 0.25 * down * (1 + std::cos(folds * angle));
-  return turned({radius * std::cos(angle), radius * std::sin(angle),
-                 ball * std::cos(polar) - 0.9 * down});
+  return turned(
+      {radius * std::cos(angle), radius * std::sin(angle), ball * std::cos(polar) - 0.9 * down});
 }
 
 // A displacement that is not rigid: up to 8 mm, over waves half a metre long.
@@ -178,7 +177,8 @@ Body make_particles(int count) {
 std::vector<std::string> scene_names() {
   std::vector<std::string> names{"tori"};
   for (const Sheet& sheet : sheets) names.emplace_back(sheet.name);
-  for (std::size_t i = 0, count = names.size(); i < count; ++i) names.push_back(names[i] + "-swept");
+  for (std::size_t i = 0, count = names.size(); i < count; ++i)
+    names.push_back(names[i] + "-swept");
   for (const Cloud& cloud : clouds) names.emplace_back(cloud.name);
   return names;
 }
@@ -193,8 +193,8 @@ CollisionScene make_scene(const std::string& name, int n) {
   }
   for (const Cloud& cloud : clouds) {
     if (name != cloud.name) continue;
-    scene.bodies.push_back(make_paper_torus(n));
     scene.bodies.push_back(make_particles(cloud.count));
+    scene.bodies.push_back(make_paper_torus(n));
   }
   if (scene.bodies.empty()) throw std::invalid_argument("unknown scene " + name);
   if (swept) {

@@ -20,7 +20,7 @@ struct Body {
   bool is_swept() const { return !end.empty(); }
 };
 
-// One body against itself, or the first against the second.
+// One body against itself, or the first against the second. Particles come first.
 struct CollisionScene {
   std::string name;
   int n = 0;  // images of n x n vertices

@@ -83,16 +83,11 @@ inline void bound_values(int count, int rows, float* __restrict minus_low, float
 template <bool join, int rows>
 void bound_columns_of(const VertexRows& vertices, int quad_cols, BoundRow out) {
   for (int axis = 0; axis < 3; ++axis) {
-    const float* const row[3] = {vertices.row[0][axis], vertices.row[1][axis],
-                                 vertices.row[rows - 1][axis]};
     const auto plane = [&](int number) { return out.plane + number * out.stride; };
+    const float* row[rows];
+    for (int r = 0; r < rows; ++r) row[r] = vertices.row[r][axis];
     bound_values<join>(quad_cols + 1, rows, plane(axis), plane(3 + axis),
                        [&](int r, int c) { return row[r][c]; });
-    if (out.planes == box_planes) continue;
-    bound_values<join>(quad_cols, rows, plane(6 + axis), plane(12 + axis),
-                       [&](int r, int c) { return row[r][c + 1] - row[r][c]; });
-    bound_values<join>(quad_cols + 1, rows - 1, plane(9 + axis), plane(15 + axis),
-                       [&](int r, int c) { return row[r + 1][c] - row[r][c]; });
   }
 }
 
@@ -106,14 +101,47 @@ void bound_columns(const VertexRows& vertices, int quad_cols, bool join, BoundRo
   }
 }
 
+template <bool join, int rows>
+void bound_steps_of(const VertexRows& vertices, int quad_cols, BoundRow out) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto plane = [&](int number) { return out.plane + number * out.stride; };
+    const float* row[rows];
+    for (int r = 0; r < rows; ++r) row[r] = vertices.row[r][axis];
+    bound_values<join>(quad_cols, rows, plane(6 + axis), plane(12 + axis),
+                       [&](int r, int c) { return row[r][c + 1] - row[r][c]; });
+    bound_values<join>(quad_cols + 1, rows - 1, plane(9 + axis), plane(15 + axis),
+                       [&](int r, int c) { return row[r + 1][c] - row[r][c]; });
+  }
+}
+
+template <bool join>
+void bound_steps_by_count(const VertexRows& vertices, int quad_cols, BoundRow out) {
+  switch (vertices.count) {
+    case 2:
+      return bound_steps_of<join, 2>(vertices, quad_cols, out);
+    case 3:
+      return bound_steps_of<join, 3>(vertices, quad_cols, out);
+    case 4:
+      return bound_steps_of<join, 4>(vertices, quad_cols, out);
+    default:
+      return bound_steps_of<join, 5>(vertices, quad_cols, out);
+  }
+}
+
+void bound_steps(const VertexRows& vertices, int quad_cols, bool join, BoundRow out) {
+  join ? bound_steps_by_count<true>(vertices, quad_cols, out)
+       : bound_steps_by_count<false>(vertices, quad_cols, out);
+}
+
 // Steps along u stand between two columns: a block has one fewer of them than columns.
 inline bool is_step_along_u(int plane) {
   return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
 }
 
-void bound_leaves(BoundRow columns, const std::int32_t* boundary, int blocks, BoundRow out) {
+void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
+                  BoundRow out) {
   const bool regular = boundary[blocks] == 2 * blocks;
-  for (int plane = 0; plane < out.planes; ++plane) {
+  for (int plane = planes.begin; plane < planes.end; ++plane) {
     const float* __restrict in = columns.plane + plane * columns.stride;
     float* __restrict bound = out.plane + plane * out.stride;
     const int last = is_step_along_u(plane) ? 1 : 0;
@@ -133,8 +161,9 @@ void bound_leaves(BoundRow columns, const std::int32_t* boundary, int blocks, Bo
   }
 }
 
-void merge(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoundRow out) {
-  for (int plane = 0; plane < out.planes; ++plane) {
+void merge(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int blocks,
+           BoundRow out) {
+  for (int plane = planes.begin; plane < planes.end; ++plane) {
     const float* up = upper.plane + plane * upper.stride;
     const float* down = lower.plane + plane * lower.stride;
     float* __restrict bound = out.plane + plane * out.stride;
@@ -196,7 +225,7 @@ void store_tangents(BoundRow row, int blocks, TangentBounds* out) {
 }  // namespace
 
 extern const BoxBuildKernels box_build_kernels;
-const BoxBuildKernels box_build_kernels = {load_vertices, bound_columns, bound_leaves,
-                                           merge,         store_groups,  store_tangents};
+const BoxBuildKernels box_build_kernels = {
+    load_vertices, bound_columns, bound_steps, bound_leaves, merge, store_groups, store_tangents};
 
 }  // namespace weft::bsi::WEFT_KERNELS

@@ -1,5 +1,5 @@
-// Eight floats at once and boxes in them, for the kernels alone: every function is forced inline into the namespace
-// of the kernels that include it, so that no two instruction sets share one (see
+// Eight floats at once and boxes in them, for the kernels alone: every function is forced inline
+// into the namespace of the kernels that include it, so that no two instruction sets share one (see
 // instruction_set.h).
 #pragma once
 

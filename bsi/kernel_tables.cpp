@@ -1,6 +1,7 @@
 // The tables of kernels that go with the instruction set in use.
 #include "bsi/box_build_kernels.h"
 #include "bsi/box_descent_kernels.h"
+#include "bsi/feature_kernels.h"
 #include "bsi/instruction_set.h"
 #include "bsi/narrow_phase_kernels.h"
 
@@ -9,6 +10,7 @@
   namespace weft::bsi::set {                            \
   extern const BoxBuildKernels box_build_kernels;       \
   extern const DescentKernels descent_kernels;          \
+  extern const FeatureKernels feature_kernels;          \
   extern const NarrowPhaseKernels narrow_phase_kernels; \
   }
 WEFT_DECLARE_KERNELS(portable)
@@ -27,6 +29,7 @@ namespace weft::bsi {
 
 const BoxBuildKernels& box_build_kernels() { return WEFT_CHOOSE(box_build_kernels); }
 const DescentKernels& descent_kernels() { return WEFT_CHOOSE(descent_kernels); }
+const FeatureKernels& feature_kernels() { return WEFT_CHOOSE(feature_kernels); }
 const NarrowPhaseKernels& narrow_phase_kernels() { return WEFT_CHOOSE(narrow_phase_kernels); }
 
 }  // namespace weft::bsi

@@ -139,21 +139,24 @@ WEFT_INLINE V every_second(V a, V b, Indices<index...>) {
   return __builtin_shufflevector(a, b, (2 * index + first)...);
 }
 
-// Points kept as four numbers each, the last one unused: `from` holds one for every lane.
+// Points kept as four numbers each: `from` holds one for every lane. The last number goes to
+// `fourth` unless that is null.
 template <class Float>
-WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4]) {
+WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
+                                             Lanes<Float>* fourth = nullptr) {
   using V = Lanes<Float>;
   constexpr IndicesUpTo<lane_count<Float>> all;
   const V* part = reinterpret_cast<const V*>(from);
   const V xz0 = every_second<0>(part[0], part[1], all);
   const V xz1 = every_second<0>(part[2], part[3], all);
-  const V y0 = every_second<1>(part[0], part[1], all);
-  const V y1 = every_second<1>(part[2], part[3], all);
-  return {every_second<0>(xz0, xz1, all), every_second<0>(y0, y1, all),
+  const V yw0 = every_second<1>(part[0], part[1], all);
+  const V yw1 = every_second<1>(part[2], part[3], all);
+  if (fourth != nullptr) *fourth = every_second<1>(yw0, yw1, all);
+  return {every_second<0>(xz0, xz1, all), every_second<0>(yw0, yw1, all),
           every_second<1>(xz0, xz1, all)};
 }
 
-// Stores point - origin, the difference taken in doubles.
+// Stores point - origin, the difference taken in doubles; the fourth number is 0.
 template <class Float>
 WEFT_INLINE void store_point(const double* point, const double* origin, Float (&to)[4]) {
   typedef double Double4 __attribute__((vector_size(32)));

@@ -124,8 +124,16 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (const Corner& corner : corners) {
     if (!check(corner.position, original(corner.row, corner.col))) return false;
   }
-  return check_inside(corners) && check_edge(corners[0], corners[1]) &&
-         check_edge(corners[1], corners[2]) && check_edge(corners[2], corners[0]);
+  if (!check_inside(corners)) return false;
+  for (int i = 0; i < 3; ++i) {
+    const int from = triangle[i].vertex;
+    const int to = triangle[(i + 1) % 3].vertex;
+    // The triangle on the other side has the edge from `to` to `from`. Between two texels given to
+    // themselves it is one of the original.
+    if (from > to || !patch.is_block(to)) continue;
+    if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;
+  }
+  return true;
 }
 
 // The point of the original surface at a place of the image.

@@ -3,7 +3,7 @@
 // distance by its length and a lower one by the shadows of both triangles on its line.
 #include "bsi/narrow_phase_kernels.h"
 
-#include "bsi/lanes.h"
+#include "bsi/nearest_lanes.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 
@@ -22,21 +22,6 @@ template <class V>
 struct Frame {
   Triangle<V> a, b;
   V size;  // no corner is further from the origin
-};
-
-// The shortest vector found so far from a point of b to a point of a.
-template <class V>
-struct Nearest {
-  V squared;
-  Lanes3<V> vector;
-
-  WEFT_INLINE void offer(V other_squared, const Lanes3<V>& other) {
-    const auto nearer = other_squared < squared;
-    squared = nearer ? other_squared : squared;
-    vector.x = nearer ? other.x : vector.x;
-    vector.y = nearer ? other.y : vector.y;
-    vector.z = nearer ? other.z : vector.z;
-  }
 };
 
 template <class Float>
@@ -97,15 +82,6 @@ WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
     const V squared = dot(vector, vector);
     nearest.offer(least > 0 ? squared : nearest.squared, vector);
   }
-}
-
-template <class V>
-WEFT_INLINE V smallest(V a, V b, V c) {
-  return smaller(smaller(a, b), c);
-}
-template <class V>
-WEFT_INLINE V largest(V a, V b, V c) {
-  return larger(larger(a, b), c);
 }
 
 // The gap between the shadows of the triangles on the line along `direction`, times its length.
@@ -190,7 +166,7 @@ WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float>& staged, int firs
   const Lanes3<V>* b = frame.b.corner;
   const V squared_size = larger(larger(frame.a.squared_length[0], frame.a.squared_length[2]),
                                 largest(dot(b[0], b[0]), dot(b[1], b[1]), dot(b[2], b[2])));
-  frame.size = square_root(squared_size + RoundingOf<Float>::smallest_square);
+  frame.size = safe_size<Float>(squared_size);
   return frame;
 }
 
@@ -205,13 +181,7 @@ WEFT_INLINE Nearest<Lanes<Float>> nearest_points(const Frame<Lanes<Float>>& fram
   return nearest;
 }
 
-// Bounds of the rounding, docs/theory.md.
-template <class Float>
-struct Bounds {
-  static constexpr Float u = RoundingOf<Float>::unit;
-  static constexpr Float length = 24 * u, shadow = 12 * u, relative = 1 + 16 * u;
-  static constexpr Float volume = 2048 * u;
-};
+constexpr double volume_rounding = 2048;  // units, for the volumes of piercing()
 
 // 0, 1 or 2 as in Verdict.
 template <class Float>
@@ -221,11 +191,9 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   using V = Lanes<Float>;
   constexpr Float least = RoundingOf<Float>::smallest_square;
   const V reach = larger(margin_low - Bounds<Float>::length * frame.size, V{});
-  const V gap = shadow_gap(frame, nearest.vector);
-  const V length = square_root(nearest.squared + least);
-  const V limit =
-      length * (margin_high + Bounds<Float>::shadow * frame.size) * Bounds<Float>::relative;
-  const V not_near = gap > limit ? V{} : V{} + 2;
+  const auto apart = is_apart<Float>(shadow_gap(frame, nearest.vector), nearest.squared,
+                                     V{} + margin_high, frame.size);
+  const V not_near = apart ? V{} : V{} + 2;
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
@@ -258,7 +226,8 @@ void measure(const TrianglePairs& pairs, double margin, Verdict* verdict, double
       const auto frame = load_frame(staged, k);
       const auto nearest = nearest_points<double>(frame);
       const V size = frame.size;
-      const auto pierced = piercing(frame) > Bounds<double>::volume * size * size * size;
+      const auto pierced =
+          piercing(frame) > volume_rounding * RoundingOf<double>::unit * size * size * size;
       const V gap = shadow_gap(frame, nearest.vector);
       const V squared = pierced ? V{} : nearest.squared;
       const V known = pierced || gap >= nearest.squared * (1 - 1e-12) ? V{} + 1 : V{};

@@ -9,8 +9,10 @@ class BruteForce final : public Peer {
  public:
   explicit BruteForce(const PeerScene& scene) : boxes_(scene) {}
 
-  void rebuild() override { boxes_.update(); }
-  void query(std::vector<PrimitivePair>& pairs) override {
+  bool rebuilds() const override { return false; }
+  void rebuild() override {}
+  void query(std::vector<LeafPair>& pairs) override {
+    boxes_.update();
     const int first = static_cast<int>(boxes_.first().size());
     const int second = static_cast<int>(boxes_.second().size());
     for (int a = 0; a < first; ++a) {

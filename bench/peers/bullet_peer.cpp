@@ -21,13 +21,13 @@ Box bounds_of(const PrimitiveBoxes& boxes) {
   return all;
 }
 
-// btOptimizedBvh of the boxes of one body: to Bullet, primitive i is the triangle (low, high, high)
+// btOptimizedBvh: to Bullet, primitive i is the triangle (low, high, high)
 // of box i. It has no query of tree against tree: one query a primitive.
 template <bool quantized>
 class MeshTree final : public Peer {
  public:
   explicit MeshTree(const PeerScene& scene) : boxes_(scene) {
-    for (std::size_t i = 0; i < boxes_.first().size(); ++i) {
+    for (std::size_t i = 0; i < boxes_.second().size(); ++i) {
       const int low = static_cast<int>(2 * i);
       corners_.push_back({low, low + 1, low + 1});
     }
@@ -36,7 +36,7 @@ class MeshTree final : public Peer {
     mesh.m_triangleIndexBase = reinterpret_cast<const unsigned char*>(corners_.data());
     mesh.m_triangleIndexStride = sizeof corners_[0];
     mesh.m_numVertices = 2 * mesh.m_numTriangles;
-    mesh.m_vertexBase = reinterpret_cast<const unsigned char*>(boxes_.first().boxes().data());
+    mesh.m_vertexBase = reinterpret_cast<const unsigned char*>(boxes_.second().boxes().data());
     mesh.m_vertexStride = sizeof(Float4);
     mesh_.addIndexedMesh(mesh);
   }
@@ -53,32 +53,35 @@ class MeshTree final : public Peer {
     const auto [low, high] = outer_box();
     tree_->refit(&mesh_, low, high);
   }
-  void query(std::vector<PrimitivePair>& pairs) override {
+  void query(std::vector<LeafPair>& pairs) override {
     Collector collector(boxes_, pairs);
-    for (std::size_t i = 0; i < boxes_.second().size(); ++i) {
-      collector.second = static_cast<int>(i);
-      // Half of the margin on either side of a widened box, and half again.
-      Box box = boxes_.second().widened(i, 2 * boxes_.margin());
+    for (std::size_t i = 0; i < boxes_.first().size(); ++i) {
+      collector.first = static_cast<int>(i);
+      // The boxes of the tree are not widened, so twice on this side, and a rounding more.
+      const Box once = boxes_.widened(boxes_.first(), i);
+      const Float4 more = lanes(boxes_.half_margin() * (1 + 0x1p-10F));
+      const Box box{once.low - more, once.high + more};
       tree_->reportAabbOverlappingNodex(&collector, point(box.low), point(box.high));
     }
   }
 
  private:
   struct Collector final : btNodeOverlapCallback {
-    Collector(const SceneBoxes& b, std::vector<PrimitivePair>& p) : boxes(&b), pairs(&p) {}
-    void processNode(int, int first) override {
+    Collector(const SceneBoxes& b, std::vector<LeafPair>& p) : boxes(&b), pairs(&p) {}
+    void processNode(int, int second) override {
       if (boxes->is_self() && first >= second) return;
       if (boxes->is_candidate(first, second)) pairs->push_back({first, second});
     }
     const SceneBoxes* boxes;
-    std::vector<PrimitivePair>* pairs;
-    int second = 0;
+    std::vector<LeafPair>* pairs;
+    int first = 0;
   };
 
   // Queries are clamped to it: it holds the whole body.
   std::array<btVector3, 2> outer_box() const {
-    const Box box = bounds_of(boxes_.first());
-    const btVector3 margin(boxes_.margin(), boxes_.margin(), boxes_.margin());
+    const Box box = bounds_of(boxes_.second());
+    const float more = 4 * boxes_.half_margin();
+    const btVector3 margin(more, more, more);
     return {point(box.low) - margin, point(box.high) + margin};
   }
 
@@ -113,7 +116,7 @@ class DynamicTree final : public Peer {
     boxes_.update();
     for (int body = 0; body < boxes_.body_count(); ++body) refit(body, trees_[body].m_root);
   }
-  void query(std::vector<PrimitivePair>& pairs) override {
+  void query(std::vector<LeafPair>& pairs) override {
     Collector collector(boxes_, pairs);
     if (boxes_.is_self()) {
       trees_[0].selfCollideTT(trees_[0].m_root, collector);
@@ -124,12 +127,12 @@ class DynamicTree final : public Peer {
 
  private:
   struct Collector final : btDbvt::ICollide {
-    Collector(const SceneBoxes& b, std::vector<PrimitivePair>& p) : boxes(&b), pairs(&p) {}
+    Collector(const SceneBoxes& b, std::vector<LeafPair>& p) : boxes(&b), pairs(&p) {}
     void Process(const btDbvtNode* a, const btDbvtNode* b) override {
       boxes->append_unordered(a->dataAsInt, b->dataAsInt, *pairs);
     }
     const SceneBoxes* boxes;
-    std::vector<PrimitivePair>* pairs;
+    std::vector<LeafPair>* pairs;
   };
 
   void insert_leaves(int body) {
@@ -140,8 +143,7 @@ class DynamicTree final : public Peer {
     }
   }
   btDbvtVolume volume(int body, const btDbvtNode* leaf) const {
-    const Box box =
-        boxes_.body(body).widened(static_cast<std::size_t>(leaf->dataAsInt), boxes_.margin());
+    const Box box = boxes_.widened(boxes_.body(body), static_cast<std::size_t>(leaf->dataAsInt));
     return btDbvtVolume::FromMM(point(box.low), point(box.high));
   }
   void refit(int body, btDbvtNode* node) const {

@@ -58,16 +58,18 @@ class BoxTree final : public Peer {
 
   void rebuild() override {
     boxes_.update();
-    const std::vector<Box>& boxes = boxes_.first().boxes();
     tree_.clear();
-    for (const Box& box : boxes) tree_.insert(BoxPrimitive(&box));
+    for (const Box& box : boxes_.second().boxes()) tree_.insert(BoxPrimitive(&box));
     tree_.build();
   }
-  void query(std::vector<PrimitivePair>& pairs) override {
+  void query(std::vector<LeafPair>& pairs) override {
     Collector collector{&boxes_, &pairs, 0};
-    for (std::size_t i = 0; i < boxes_.second().size(); ++i) {
-      collector.second = static_cast<int>(i);
-      tree_.traversal(bounds(boxes_.second().widened(i, 2 * boxes_.margin())), collector);
+    for (std::size_t i = 0; i < boxes_.first().size(); ++i) {
+      collector.first = static_cast<int>(i);
+      // The boxes of the tree are not widened, so twice on this side, and a rounding more.
+      const Box once = boxes_.widened(boxes_.first(), i);
+      const Float4 more = lanes(boxes_.half_margin() * (1 + 0x1p-10F));
+      tree_.traversal(bounds({once.low - more, once.high + more}), collector);
     }
   }
 
@@ -78,13 +80,13 @@ class BoxTree final : public Peer {
       return CGAL::do_overlap(box, node.bbox());
     }
     void intersection(const CGAL::Bbox_3&, const BoxPrimitive& primitive) const {
-      const int first = static_cast<int>(primitive.id() - boxes->first().boxes().data());
+      const int second = static_cast<int>(primitive.id() - boxes->second().boxes().data());
       if (boxes->is_self() && first >= second) return;
       if (boxes->is_candidate(first, second)) pairs->push_back({first, second});
     }
     const SceneBoxes* boxes;
-    std::vector<PrimitivePair>* pairs;
-    int second;
+    std::vector<LeafPair>* pairs;
+    int first;
   };
 
   SceneBoxes boxes_;
@@ -106,7 +108,7 @@ struct NumberedBoxTraits {
   static NT max_coord(Box_parameter box, int axis) { return box.high[axis]; }
 };
 
-// Its "rebuild" fills the boxes alone.
+// All in the query: there is no hierarchy that outlives it.
 class BoxIntersection final : public Peer {
  public:
   explicit BoxIntersection(const PeerScene& scene)
@@ -116,11 +118,11 @@ class BoxIntersection final : public Peer {
     }
   }
 
-  void rebuild() override {
+  bool rebuilds() const override { return false; }
+  void rebuild() override {}
+  void query(std::vector<LeafPair>& pairs) override {
     boxes_.update();
     for (int body = 0; body < boxes_.body_count(); ++body) fill(body);
-  }
-  void query(std::vector<PrimitivePair>& pairs) override {
     const auto collect = [&](const NumberedBox& a, const NumberedBox& b) {
       boxes_.append_unordered(a.number, b.number, pairs);
     };
@@ -138,7 +140,7 @@ class BoxIntersection final : public Peer {
  private:
   void fill(int body) {
     for (std::size_t i = 0; i < numbered_[body].size(); ++i) {
-      const Box box = boxes_.body(body).widened(i, boxes_.margin());
+      const Box box = boxes_.widened(boxes_.body(body), i);
       numbered_[body][i] = {{box.low[0], box.low[1], box.low[2]},
                             {box.high[0], box.high[1], box.high[2]},
                             static_cast<int>(i)};

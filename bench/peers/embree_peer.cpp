@@ -1,6 +1,8 @@
 // Embree 3: rtcCollide on user geometry, one primitive a triangle, one thread.
 #include <embree3/rtcore.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
@@ -30,8 +32,8 @@ RTCDevice one_threaded_device() {
 class Tree {
  public:
   Tree(const SceneBoxes& boxes, int body, Build build)
-      : boxes_(&boxes.body(body)),
-        margin_(boxes.margin()),
+      : boxes_(&boxes),
+        body_(&boxes.body(body)),
         scene_(rtcNewScene(one_threaded_device())),
         geometry_(rtcNewGeometry(one_threaded_device(), RTC_GEOMETRY_TYPE_USER)) {
     // A scene of low quality leaves the choice to the geometry, and its trees are both faster to
@@ -44,7 +46,7 @@ class Tree {
     rtcSetGeometryBuildQuality(geometry_, build == Build::morton ? RTC_BUILD_QUALITY_LOW
                                           : build == Build::sah  ? RTC_BUILD_QUALITY_MEDIUM
                                                                  : RTC_BUILD_QUALITY_REFIT);
-    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(boxes_->size()));
+    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(body_->size()));
     rtcSetGeometryUserData(geometry_, this);
     rtcSetGeometryBoundsFunction(geometry_, bounds, nullptr);
     rtcAttachGeometry(scene_, geometry_);
@@ -65,14 +67,14 @@ class Tree {
  private:
   static void bounds(const RTCBoundsFunctionArguments* arguments) {
     const auto* tree = static_cast<const Tree*>(arguments->geometryUserPtr);
-    const Box box = tree->boxes_->widened(arguments->primID, tree->margin_);
+    const Box box = tree->boxes_->widened(*tree->body_, arguments->primID);
     RTCBounds& out = *arguments->bounds_o;
     out.lower_x = box.low[0], out.lower_y = box.low[1], out.lower_z = box.low[2];
     out.upper_x = box.high[0], out.upper_y = box.high[1], out.upper_z = box.high[2];
   }
 
-  const PrimitiveBoxes* boxes_;
-  float margin_;
+  const SceneBoxes* boxes_;
+  const PrimitiveBoxes* body_;
   RTCScene scene_;
   RTCGeometry geometry_;
 };
@@ -92,7 +94,7 @@ class Embree final : public Peer {
   }
   bool refits() const override { return build_ == Build::refit; }
   void refit() override { rebuild(); }
-  void query(std::vector<PrimitivePair>& pairs) override {
+  void query(std::vector<LeafPair>& pairs) override {
     pairs_ = &pairs;
     rtcCollide(trees_.front()->scene(), trees_.back()->scene(),
                boxes_.is_self() ? self_pairs : dual_pairs, this);
@@ -118,14 +120,14 @@ class Embree final : public Peer {
   SceneBoxes boxes_;
   Build build_;
   std::vector<std::unique_ptr<Tree>> trees_;
-  std::vector<PrimitivePair>* pairs_ = nullptr;
+  std::vector<LeafPair>* pairs_ = nullptr;
 };
 
 // Particles one by one against the tree of a body: rtcPointQuery.
 class EmbreePoints final : public Peer {
  public:
   EmbreePoints(const PeerScene& scene, Build build)
-      : boxes_(scene), build_(build), tree_(boxes_, 0, build) {}
+      : boxes_(scene), build_(build), tree_(boxes_, 1, build) {}
 
   bool rebuilds() const override { return build_ != Build::refit; }
   void rebuild() override {
@@ -134,17 +136,17 @@ class EmbreePoints final : public Peer {
   }
   bool refits() const override { return build_ == Build::refit; }
   void refit() override { rebuild(); }
-  void query(std::vector<PrimitivePair>& pairs) override {
+  void query(std::vector<LeafPair>& pairs) override {
     pairs_ = &pairs;
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    for (std::size_t i = 0; i < boxes_.second().size(); ++i) {
-      const Float4 centre = boxes_.second()[i].low;
+    for (std::size_t i = 0; i < boxes_.first().size(); ++i) {
+      const Float4 centre = boxes_.first()[i].low;
       particle_ = static_cast<int>(i);
-      // The ball that holds the cube of half the margin around the particle; the tree's boxes are
-      // widened by the other half.
-      const float radius = 0.5F * boxes_.margin() * 1.7321F * (1 + 0x1p-18F) +
-                           0x1p-22F * (std::abs(centre[0]) + std::abs(centre[1]) + std::abs(centre[2]));
+      // A ball that holds the widened box of the particle, rounding included.
+      const float largest =
+          std::max({std::abs(centre[0]), std::abs(centre[1]), std::abs(centre[2])});
+      const float radius = 1.7321F * boxes_.half_margin() + 0x1p-21F * largest;
       RTCPointQuery query{centre[0], centre[1], centre[2], 0, radius};
       rtcPointQuery(tree_.scene(), &query, &context, near_particle, this);
     }
@@ -154,8 +156,8 @@ class EmbreePoints final : public Peer {
   static bool near_particle(RTCPointQueryFunctionArguments* arguments) {
     const auto* peer = static_cast<const EmbreePoints*>(arguments->userPtr);
     const int triangle = static_cast<int>(arguments->primID);
-    if (peer->boxes_.is_candidate(triangle, peer->particle_)) {
-      peer->pairs_->push_back({triangle, peer->particle_});
+    if (peer->boxes_.is_candidate(peer->particle_, triangle)) {
+      peer->pairs_->push_back({peer->particle_, triangle});
     }
     return false;  // the radius stays
   }
@@ -164,7 +166,7 @@ class EmbreePoints final : public Peer {
   Build build_;
   Tree tree_;
   int particle_ = 0;
-  std::vector<PrimitivePair>* pairs_ = nullptr;
+  std::vector<LeafPair>* pairs_ = nullptr;
 };
 
 template <Build build>
@@ -174,7 +176,8 @@ std::unique_ptr<Peer> make(const PeerScene& scene) {
 
 template <Build build>
 std::unique_ptr<Peer> make_points(const PeerScene& scene) {
-  const bool fits = !scene.is_self() && scene.bodies[1].is_particles() && scene.bodies[1].end == nullptr;
+  const bool fits =
+      !scene.is_self() && scene.bodies[0].is_particles() && scene.bodies[0].end == nullptr;
   if (!fits) return nullptr;
   return std::make_unique<EmbreePoints>(scene, build);
 }

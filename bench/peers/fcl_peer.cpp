@@ -8,7 +8,6 @@
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "bench/peers/primitive_boxes.h"
 
@@ -21,22 +20,22 @@ using Point = fcl::Vector3<double>;
 
 // The margin at the boxes of the tree, which are those of the positions before they are rounded.
 double margin_of_double_boxes(const SceneBoxes& boxes) {
-  double largest = 0;
+  Float4 largest{};
   for (int body = 0; body < boxes.body_count(); ++body) {
     for (const Box& box : boxes.body(body).boxes()) {
-      for (int axis = 0; axis < 3; ++axis) {
-        largest = std::max({largest, std::abs(double{box.low[axis]}), std::abs(double{box.high[axis]})});
-      }
+      const Float4 size = -box.low > box.high ? -box.low : box.high;
+      largest = size > largest ? size : largest;
     }
   }
-  return boxes.margin() * (1 + 0x1p-20) + 0x1p-21 * largest;
+  return 2 * boxes.half_margin() * (1 + 0x1p-20) +
+         0x1p-21 * std::max({largest[0], largest[1], largest[2]});
 }
 
 // FCL's traversal of two trees; only the tests of a pair of nodes are ours, to add the margin.
 class Traversal final : public fcl::detail::BVHCollisionTraversalNode<fcl::AABB<double>> {
  public:
   Traversal(const SceneBoxes& boxes, const Model& first, const Model& second, double margin,
-            std::vector<PrimitivePair>& pairs)
+            std::vector<LeafPair>& pairs)
       : boxes_(&boxes), margin_(margin), pairs_(&pairs) {
     model1 = &first;
     model2 = &second;
@@ -52,14 +51,15 @@ class Traversal final : public fcl::detail::BVHCollisionTraversalNode<fcl::AABB<
     return false;
   }
   void leafTesting(int b1, int b2) const override {
-    boxes_->append_unordered(model1->getBV(b1).primitiveId(), model2->getBV(b2).primitiveId(), *pairs_);
+    boxes_->append_unordered(model1->getBV(b1).primitiveId(), model2->getBV(b2).primitiveId(),
+                             *pairs_);
   }
   bool canStop() const override { return false; }
 
  private:
   const SceneBoxes* boxes_;
   double margin_;
-  std::vector<PrimitivePair>* pairs_;
+  std::vector<LeafPair>* pairs_;
 };
 
 class Fcl final : public Peer {
@@ -88,7 +88,7 @@ class Fcl final : public Peer {
   void rebuild() override { take_positions(false); }
   bool refits() const override { return true; }
   void refit() override { take_positions(true); }
-  void query(std::vector<PrimitivePair>& pairs) override {
+  void query(std::vector<LeafPair>& pairs) override {
     Traversal traversal(boxes_, *models_.front(), *models_.back(), margin_, pairs);
     if (boxes_.is_self()) {
       fcl::detail::selfCollide<double>(&traversal);
@@ -96,8 +96,8 @@ class Fcl final : public Peer {
       fcl::detail::collide<double>(&traversal);
     }
   }
-  long hits(std::span<const PrimitivePair> pairs, double distance) override {
-    if (bodies_.back().is_particles() || bodies_.front().end != nullptr) return -1;
+  long hits(std::span<const LeafPair> pairs, double distance) override {
+    if (bodies_.front().is_particles() || bodies_.front().end != nullptr) return -1;
     long count = 0;
     for (const auto& [a, b] : pairs) {
       std::array<Point, 3> first, second;

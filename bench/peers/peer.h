@@ -1,6 +1,7 @@
 // What a benchmark asks of a library that finds pairs of near triangles in any mesh.
 //
-// No Eigen here: FCL needs its own alignment of Eigen's types, so that its file shares none of ours.
+// No Eigen here: FCL needs its own alignment of Eigen's types, so that its file shares none of
+// ours.
 #pragma once
 
 #include <array>
@@ -9,6 +10,8 @@
 #include <span>
 #include <string>
 #include <vector>
+
+#include "bsi/leaf_pair.h"
 
 namespace weft::bench {
 
@@ -23,18 +26,19 @@ struct PeerBody {
   std::size_t primitive_count() const { return is_particles() ? point_count : triangles.size(); }
 };
 
-// One body against itself, or the first against the second.
+// One body against itself, or the first against the second. Particles come first.
 struct PeerScene {
   std::vector<PeerBody> bodies;
-  float margin = 0;  // as candidate pairs are defined (bsi::inflated_margin), metres
+  // By which boxes of points rounded to float32 are widened, in float32 (bsi::half_margin), metres:
+  // pairs whose widened boxes overlap or touch are candidates.
+  float half_margin = 0;
+  // For particles, each its own; none larger than half_margin. Else empty.
+  std::vector<float> particle_half_margins;
 
   bool is_self() const { return bodies.size() == 1; }
 };
 
-// Two primitives. Of a self query: a < b.
-struct PrimitivePair {
-  int a = 0, b = 0;
-};
+using bsi::LeafPair;  // of a self query: a < b
 
 // A hierarchy of a scene. It reads the positions of the scene afresh with every rebuild and refit.
 class Peer {
@@ -48,12 +52,11 @@ class Peer {
   virtual void rebuild() = 0;  // from nothing; where rebuilds() is false: to be called once, first
   virtual bool refits() const { return false; }
   virtual void refit() {}  // keeps the tree of the last rebuild
-  // Appends the candidates: pairs whose boxes come within the margin (PrimitiveBoxes::near), those
-  // of a self query without a common point, each once, in any order.
-  virtual void query(std::vector<PrimitivePair>& pairs) = 0;
+  // Appends the candidates, those of a self query without a common point, each once, in any order.
+  virtual void query(std::vector<LeafPair>& pairs) = 0;
   // Its own exact test: how many pairs of triangles come within `distance` (metres) of each other;
   // negative where it has none.
-  virtual long hits(std::span<const PrimitivePair>, double distance) { return distance < 0 ? 0 : -1; }
+  virtual long hits(std::span<const LeafPair>, double distance) { return distance < 0 ? 0 : -1; }
 };
 
 struct PeerMaker {

@@ -25,12 +25,12 @@ inline bool all(Int4 mask) {
   return (halves[0] & halves[1]) == -1;
 }
 
-// Whether the boxes come within the margin of each other on every axis, in float32 as written.
-inline bool near(const Box& a, const Box& b, Float4 margin) {
-  return all((a.low - b.high <= margin) & (b.low - a.high <= margin));
-}
-
 inline Float4 lanes(float value) { return Float4{value, value, value, 0}; }
+
+// The boxes, each widened by half a margin, overlap or touch: in float32 as written.
+inline bool near(const Box& a, const Box& b, Float4 half) {
+  return all((a.low - half <= b.high + half) & (b.low - half <= a.high + half));
+}
 
 // Boxes of the primitives of a body, their points rounded to float32.
 class PrimitiveBoxes {
@@ -55,16 +55,6 @@ class PrimitiveBoxes {
   std::size_t size() const { return boxes_.size(); }
   const Box& operator[](std::size_t i) const { return boxes_[i]; }
   const std::vector<Box>& boxes() const { return boxes_; }
-
-  // The box widened to every side by a little more than half the margin, so that the boxes of all
-  // candidates meet, whatever the rounding.
-  Box widened(std::size_t i, float margin) const {
-    const Float4 half = lanes(0.5F * margin * (1 + 0x1p-20F));
-    constexpr float rounding = 0x1p-23F;  // of the sums
-    const Float4 low = boxes_[i].low - half, high = boxes_[i].high + half;
-    const Float4 low_size = low < 0 ? -low : low, high_size = high < 0 ? -high : high;
-    return {low - low_size * rounding, high + high_size * rounding};
-  }
 
   bool share_point(int a, int b) const {
     for (const int i : body_.triangles[a]) {
@@ -98,7 +88,10 @@ class PrimitiveBoxes {
 class SceneBoxes {
  public:
   explicit SceneBoxes(const PeerScene& scene)
-      : self_(scene.is_self()), margin_(scene.margin), lanes_(lanes(scene.margin)) {
+      : self_(scene.is_self()),
+        half_margin_(scene.half_margin),
+        half_(lanes(scene.half_margin)),
+        particle_half_margins_(scene.particle_half_margins) {
     for (const PeerBody& body : scene.bodies) bodies_.emplace_back(body);
   }
 
@@ -110,21 +103,27 @@ class SceneBoxes {
   const PrimitiveBoxes& body(int i) const { return bodies_[i]; }
   const PrimitiveBoxes& first() const { return bodies_.front(); }
   const PrimitiveBoxes& second() const { return bodies_.back(); }
-  float margin() const { return margin_; }
+  float half_margin() const { return half_margin_; }
 
+  // What a library gets: those of all candidates overlap or touch.
+  Box widened(const PrimitiveBoxes& body, std::size_t i) const {
+    return {body[i].low - half_, body[i].high + half_};
+  }
   bool is_candidate(int a, int b) const {
-    return near(first()[a], second()[b], lanes_) && !(self_ && first().share_point(a, b));
+    const Float4 half = particle_half_margins_.empty() ? half_ : lanes(particle_half_margins_[a]);
+    return near(first()[a], second()[b], half) && !(self_ && first().share_point(a, b));
   }
   // For those that report either order once.
-  void append_unordered(int a, int b, std::vector<PrimitivePair>& pairs) const {
+  void append_unordered(int a, int b, std::vector<LeafPair>& pairs) const {
     if (!is_candidate(a, b)) return;
-    pairs.push_back(self_ && a > b ? PrimitivePair{b, a} : PrimitivePair{a, b});
+    pairs.push_back(self_ && a > b ? LeafPair{b, a} : LeafPair{a, b});
   }
 
  private:
   bool self_;
-  float margin_;
-  Float4 lanes_;
+  float half_margin_;
+  Float4 half_;
+  std::vector<float> particle_half_margins_;
   std::vector<PrimitiveBoxes> bodies_;
 };
 

@@ -14,9 +14,10 @@ class CpuSearch : public PairSearch {
   void rebuild(std::span<const BodyPath> paths) override {
     for (const BodyPath& path : paths) {
       std::optional<bsi::BoxPyramid>& pyramid = pyramids_[path.body];
-      if (!pyramid) pyramid.emplace(scene_.bodies[path.body].atlas);
-      const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end)
-                                       : pyramid->rebuild(path.end);
+      const SceneBody& body = scene_.bodies[path.body];
+      if (!pyramid) pyramid.emplace(body.atlas, body.self_contact);
+      const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
+                                       : pyramid->rebuild(path.end, threads());
       assert(!bad && "positions are finite");
       static_cast<void>(bad);
     }
@@ -27,7 +28,8 @@ class CpuSearch : public PairSearch {
     found.resize(queries.size());
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const PairQuery& query = queries[i];
-      const bsi::TraversalOptions options{.margin = query.margin, .leaf = bsi::Leaf::quad};
+      const bsi::TraversalOptions options{
+          .margin = query.margin, .leaf = bsi::Leaf::quad, .threads = threads()};
       const bsi::BoxPyramid& a = *pyramids_[query.body_a];
       found[i].clear();
       if (query.body_a == query.body_b) {
@@ -39,6 +41,8 @@ class CpuSearch : public PairSearch {
   }
 
  private:
+  int threads() const { return scene_.source.compute.threads; }
+
   const Scene& scene_;
   std::vector<std::optional<bsi::BoxPyramid>> pyramids_;  // made when first needed
 };
