@@ -26,6 +26,7 @@ struct PaperOptions {
   std::filesystem::path directory = "out";
   std::vector<int> sizes{32, 64, 128, 256, 512, 1024};
   int passes = 1000;
+  int torus_size = 256;                                // paper-particles
   int directions = 200;                                // paper-tori
   int approach_size = 128;                             // paper-tori: of the tori that approach
   std::vector<int> particles{1'000, 10'000, 100'000};  // paper-particles

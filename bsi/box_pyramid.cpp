@@ -1,5 +1,7 @@
 #include "bsi/box_pyramid.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -177,23 +179,23 @@ std::size_t BoxPyramid::bytes() const {
          sizeof(std::int32_t) * boundaries_.size();
 }
 
-std::optional<TexelAddress> BoxPyramid::rebuild(std::span<const Vec3> positions) {
+std::optional<TexelAddress> BoxPyramid::rebuild(std::span<const Vec3> positions, int threads) {
   ends_ = {positions, positions};
-  return rebuild_all(1);
+  return rebuild_all(1, threads);
 }
 
 std::optional<TexelAddress> BoxPyramid::rebuild_swept(std::span<const Vec3> start,
-                                                      std::span<const Vec3> end) {
+                                                      std::span<const Vec3> end, int threads) {
   ends_ = {start, end};
   if (vertices_[1].empty()) {
     vertices_[1].resize(vertices_[0].size());
     for (Strip& strip : strips_) strip.boundary[1].resize(strip.boundary[0].size());
     point_views();
   }
-  return rebuild_all(2);
+  return rebuild_all(2, threads);
 }
 
-std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends) {
+std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends, int threads) {
   for (const auto& end : ends_) {
     assert(static_cast<int>(end.size()) == atlas_.particle_count());
     static_cast<void>(end);
@@ -201,7 +203,8 @@ std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends) {
   built_ = false;
   tree_.swept = ends - 1;
   const int strips = static_cast<int>(strips_.size());
-#pragma omp parallel for schedule(dynamic, 1) if (strips > 1)
+  const int team = std::min(strips, threads > 0 ? threads : omp_get_max_threads());
+#pragma omp parallel for schedule(dynamic, 1) num_threads(team) if (team > 1)
   for (int i = 0; i < strips; ++i) rebuild_strip(strips_[i]);
   const bool finite =
       std::all_of(strips_.begin(), strips_.end(), [](const Strip& s) { return s.finite; });

@@ -47,15 +47,17 @@ class BoxPyramid {
   BoxPyramid(BoxPyramid&&) = default;
   BoxPyramid& operator=(BoxPyramid&&) = default;
 
-  // Rebuilds everything from the positions (metres) of the atlas' particles, on the threads of
-  // OpenMP, with the same bits for any number of them. O(quads); allocates nothing. Returns the
-  // first texel whose position is not finite (the pyramid is then not usable until the next
-  // rebuild).
-  [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions);
+  // Rebuilds everything from the positions (metres) of the atlas' particles, on `threads`
+  // threads (0: those of OpenMP), with the same bits for any number of them. O(quads); allocates
+  // nothing. Returns the first texel whose position is not finite (the pyramid is then not usable
+  // until the next rebuild).
+  [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
+                                                    int threads = 0);
   // Bounds every vertex at both ends of its path, and so all along a straight one. The first call
   // makes room for the second image.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
-                                                          std::span<const Vec3> end);
+                                                          std::span<const Vec3> end,
+                                                          int threads = 0);
   // True after a rebuild that found every position finite.
   bool is_built() const { return built_; }
 
@@ -106,7 +108,7 @@ class BoxPyramid {
   void add_patch(int patch);
   void add_strips(int patch);
   void point_views();
-  std::optional<TexelAddress> rebuild_all(int ends);
+  std::optional<TexelAddress> rebuild_all(int ends, int threads);
   void rebuild_strip(Strip& strip);
   bool load_row(Strip& strip, int row, int end);
   VertexRows vertex_rows(const Strip& strip, int first_row, int last_row, int end) const;

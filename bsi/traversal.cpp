@@ -170,22 +170,23 @@ PairConsumer appender(std::vector<LeafPair>& pairs) {
 // Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
 // what it finds in the order of i.
 template <class Work>
-void collect(int count, int chunk, std::vector<LeafPair>& pairs, DescentCounters& counters,
-             const Work& work) {
+void collect(int count, int chunk, int threads, std::vector<LeafPair>& pairs,
+             DescentCounters& counters, const Work& work) {
   const auto run = [&](int begin, int end, std::vector<LeafPair>& found, DescentCounters& tests) {
     const PairConsumer append = appender(found);
     Handover handover(append);
     for (int i = begin; i < end; ++i) work(i, handover.sink(), tests);
     handover.finish();
   };
-  if (omp_get_max_threads() == 1 || count <= chunk) {
+  const int team = threads > 0 ? threads : omp_get_max_threads();
+  if (team == 1 || count <= chunk) {
     run(0, count, pairs, counters);
     return;
   }
   const int chunks = (count + chunk - 1) / chunk;
   std::vector<std::vector<LeafPair>> found(chunks);
   std::vector<DescentCounters> tests(chunks);
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(team)
   for (int c = 0; c < chunks; ++c) {
     run(c * chunk, std::min(count, (c + 1) * chunk), found[c], tests[c]);
   }
@@ -201,11 +202,11 @@ void collect(int count, int chunk, std::vector<LeafPair>& pairs, DescentCounters
 }
 
 void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
-              std::vector<LeafPair>& pairs, TraversalCounters& counters) {
+              int threads, std::vector<LeafPair>& pairs, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
   const DescentKernels& kernels = descent_kernels();
-  collect(static_cast<int>(starts.size()), 4, pairs, tests,
+  collect(static_cast<int>(starts.size()), 4, threads, pairs, tests,
           [&](int i, PairSink& sink, DescentCounters& own) {
             kernels.descend(query, starts[i], sink, own);
           });
@@ -275,7 +276,7 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
   DescentCounters tests{};
   const DescentKernels& kernels = descent_kernels();
   constexpr int points_a_chunk = 256;
-  collect(static_cast<int>(points.size()), points_a_chunk, pairs, tests,
+  collect(static_cast<int>(points.size()), points_a_chunk, options.threads, pairs, tests,
           [&](int i, PairSink& sink, DescentCounters& own) {
             const Vec3& point = points[i];
             const double largest = point.cwiseAbs().maxCoeff();
@@ -296,12 +297,14 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
                     const TraversalOptions& options, std::vector<LeafPair>& pairs,
                     TraversalCounters& counters) {
-  traverse(first, second, query_of(first, second, false, options), pairs, counters);
+  traverse(first, second, query_of(first, second, false, options), options.threads, pairs,
+           counters);
 }
 
 void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters) {
-  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), pairs, counters);
+  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options.threads, pairs,
+           counters);
 }
 
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,

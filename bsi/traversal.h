@@ -11,17 +11,13 @@
 
 namespace weft::bsi {
 
-enum class Leaf {
-  quad,
-  triangle,  // 2 q and 2 q + 1 are those of quad q, as in Mesh
-};
-
 struct TraversalOptions {
   // Metres, >= 0 and finite.
   double margin = 0;
   Leaf leaf = Leaf::triangle;
   // Self traversal: leave out what the tangent certificate proves not to touch.
   bool certificate = true;
+  int threads = 0;  // 0: those of OpenMP
 };
 
 struct TraversalCounters {
@@ -53,17 +49,18 @@ double certificate_margin(double margin, float magnitude);
 void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
                       const TraversalOptions& options, std::vector<int>& leaves,
                       TraversalCounters& counters);
-// The same for many points: pairs (number of the point, leaf), on the threads of OpenMP.
+// The same for many points: pairs (number of the point, leaf). On several threads, like what
+// follows.
 void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, double radius,
                       const TraversalOptions& options, std::vector<LeafPair>& pairs,
                       TraversalCounters& counters);
 
-// Pairs (leaf of the first, leaf of the second), on the threads of OpenMP.
+// Pairs (leaf of the first, leaf of the second).
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
                     const TraversalOptions& options, std::vector<LeafPair>& pairs,
                     TraversalCounters& counters);
 
-// Unordered pairs of leaves of one body, on the threads of OpenMP. Triangles: a < b, those that
+// Unordered pairs of leaves of one body. Triangles: a < b, those that
 // share a particle left out. Quads: a <= b, neighbours and the quad with itself included, for a
 // quad can fold. With the certificate, pairs are left out that lie in a block, or in two
 // neighbouring ones, whose points are proved to stay farther apart than the margin, all along their

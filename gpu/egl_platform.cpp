@@ -150,7 +150,7 @@ std::unique_ptr<GlPlatform> make_egl_platform(bool hardware) {
     platform->make_current();
     const std::string renderer = platform->renderer();
     if (is_software(renderer) != hardware) return platform;
-    seen += (seen.empty() ? "" : "; ") + renderer;
+    if (seen.find(renderer) == std::string::npos) seen += (seen.empty() ? "" : "; ") + renderer;
   }
   throw std::runtime_error(
       std::string("no OpenGL 4.5 by EGL on ") + (hardware ? "a graphics processor" : "the CPU") +

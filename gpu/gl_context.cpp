@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include <atomic>
+#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -40,14 +41,11 @@ std::unique_ptr<GlPlatform> make_platform(GlBackend backend) {
 }
 
 GlBackend backend_for_pictures() {
-  const std::scoped_lock lock(process_mutex);
-  if (process_backend) return *process_backend;
-  // Loading it is harmless, unlike making a context.
-  for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}) {
-    if (dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr) return GlBackend::osmesa;
+  {
+    const std::scoped_lock lock(process_mutex);
+    if (process_backend) return *process_backend;
   }
-  return dlopen("libEGL.so.1", RTLD_LAZY | RTLD_LOCAL) != nullptr ? GlBackend::egl_software
-                                                                  : GlBackend::osmesa;
+  return software_backend();
 }
 
 }  // namespace
@@ -81,6 +79,32 @@ std::string_view name(GlBackend backend) {
       return "OSMesa";
   }
   return "";
+}
+
+GlBackend software_backend() {
+  {
+    const std::scoped_lock lock(process_mutex);
+    if (process_backend) {
+      return *process_backend == GlBackend::osmesa ? GlBackend::osmesa : GlBackend::egl_software;
+    }
+  }
+  // Loading it is harmless, unlike making a context.
+  for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}) {
+    if (dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr) return GlBackend::osmesa;
+  }
+  return dlopen("libEGL.so.1", RTLD_LAZY | RTLD_LOCAL) != nullptr ? GlBackend::egl_software
+                                                                  : GlBackend::osmesa;
+}
+
+bool may_have_graphics_processor() {
+  std::error_code error;
+  for (const char* device : {"/dev/nvidiactl", "/dev/dxg"}) {
+    if (std::filesystem::exists(device, error)) return true;
+  }
+  for (const auto& entry : std::filesystem::directory_iterator("/dev/dri", error)) {
+    if (entry.path().filename().string().starts_with("renderD")) return true;
+  }
+  return false;
 }
 
 GlContext::GlContext() : GlContext(backend_for_pictures()) {}

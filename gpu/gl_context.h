@@ -19,6 +19,12 @@ enum class GlBackend {
 
 std::string_view name(GlBackend backend);
 
+// OSMesa, or EGL software where there is none or the process uses EGL already.
+GlBackend software_backend();
+
+// Whether the machine shows a device that may be a graphics processor (in /dev). Loads nothing.
+bool may_have_graphics_processor();
+
 // The libraries are loaded when the first context is made, so a run that needs none neither pays
 // for them nor fails where they are missing. EGL and OSMesa in one process abort at exit (Mesa
 // 22.3): the one that is loaded first is the process's, and asking for the other throws.
@@ -28,8 +34,7 @@ class GlContext {
   // when there is no library, no such device, or no OpenGL 4.5 core profile. ~20 ms the first time
   // (EGL ~0.2 s).
   explicit GlContext(GlBackend backend);
-  // For pictures, which any backend draws: that of the process's last context; else OSMesa, else
-  // EGL software.
+  // For pictures, which any backend draws: that of the process's last context, else software.
   GlContext();
   ~GlContext();
   GlContext(const GlContext&) = delete;

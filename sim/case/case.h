@@ -140,8 +140,11 @@ struct OutputCase {
   bool velocity = false;  // record velocities too
 };
 
+enum class ComputeBackend { automatic, gpu, osmesa, cpu };
+
 struct ComputeCase {
   int threads = 1;
+  ComputeBackend backend = ComputeBackend::automatic;  // of the contact search
 };
 
 struct Case {

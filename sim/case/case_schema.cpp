@@ -122,9 +122,16 @@ Table describe(OutputCase& target) {
 }
 
 Table describe(ComputeCase& target) {
-  auto& [threads] = target;
-  return {{field("threads", &threads, "", at_least(1),
-                 "Threads of one run; the result does not depend on it.")}};
+  auto& [threads, backend] = target;
+  return {{
+      field("threads", &threads, "", at_least(1),
+            "Threads of one run; the result does not depend on it."),
+      field(
+          "backend", choice(&backend, {"auto", "gpu", "osmesa", "cpu"}),
+          "What finds the candidates of contact: a graphics processor, OpenGL on the CPU (a check "
+          "of the shaders, slow), the CPU, or whichever of graphics processor and CPU is measured "
+          "to be faster. The result does not depend on it."),
+  }};
 }
 
 Table describe(MaterialCase& target) {

@@ -38,10 +38,10 @@ std::string ContactFault::describe(const Scene& scene) const {
   return "";
 }
 
-Contact::Contact(const Scene& scene, Statistics& statistics)
+Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search)
     : scene_(scene),
       statistics_(statistics),
-      search_(scene, statistics),
+      search_(scene, statistics, std::move(search)),
       range_(scene.source.contact.range),
       stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),

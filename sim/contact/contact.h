@@ -37,7 +37,10 @@ struct ContactFault {
 // turn with x is left to the iteration.
 class Contact {
  public:
-  Contact(const Scene& scene, Statistics& statistics);
+  Contact(const Scene& scene, Statistics& statistics, ChosenSearch search);
+  // On the CPU.
+  Contact(const Scene& scene, Statistics& statistics)
+      : Contact(scene, statistics, {make_cpu_search(scene), {}}) {}
 
   // Finds the pairs in reach and their forces. `position` and `velocity` are of all particles (m,
   // m/s).
@@ -51,6 +54,8 @@ class Contact {
   // Subtracts factor * K * in.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  // What its search runs on.
+  const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return active_.size(); }
   // Smallest gap of the pairs in reach; nothing where there are none.
   std::optional<double> smallest_gap() const;
