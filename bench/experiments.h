@@ -38,6 +38,16 @@ int run_paper_particles(const PaperOptions& options);
 // std::runtime_error without.
 int run_paper_lod(const PaperOptions& options);
 
+// The pyramids and traversals of gpu/ beside those of the CPU. Throws std::runtime_error without
+// gpu/ or the device.
+struct GpuOptions {
+  std::string backend = "auto";  // "gpu", "osmesa"
+  std::vector<int> sizes{256, 512, 1024, 2048, 4096};
+  std::vector<std::string> scenes{"drape", "crumpled"};
+  int repeats = 7;
+};
+int run_gpu(const GpuOptions& options);
+
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();
 

@@ -15,6 +15,7 @@ using namespace weft::bench;
 struct Arguments {
   HierarchyOptions hierarchy;
   PaperOptions paper;
+  GpuOptions gpu;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -71,6 +72,21 @@ void add_paper_particles(CLI::App& sub, Arguments& arguments) {
   add_numbers(sub, "--particles", arguments.paper.particles, 1, 10'000'000, "Numbers of particles");
 }
 
+void add_gpu(CLI::App& sub, Arguments& arguments) {
+  GpuOptions& options = arguments.gpu;
+  sub.add_option("--backend", options.backend, "What runs the shaders")
+      ->check(CLI::IsMember({"auto", "gpu", "osmesa"}))
+      ->capture_default_str();
+  add_sizes(sub, options.sizes, "Sheets of n x n vertices");
+  sub.add_option("--scenes", options.scenes, "Sheets against themselves")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rolled", "pleated", "crumpled", "drape"}))
+      ->capture_default_str();
+  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+
 struct Experiment {
   const char* name;
   const char* description;
@@ -86,6 +102,8 @@ constexpr std::array experiments{
     Experiment{"paper-particles", "Particles against a torus, against brute force",
                add_paper_particles,
                [](const Arguments& a) { return run_paper_particles(a.paper); }},
+    Experiment{"gpu", "Pyramids and traversals in compute shaders beside the CPU", add_gpu,
+               [](const Arguments& a) { return run_gpu(a.gpu); }},
     Experiment{"far-obstacles", "What obstacles out of reach cost a run",
                [](CLI::App&, Arguments&) {}, [](const Arguments&) { return run_far_obstacles(); }},
 };
