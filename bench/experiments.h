@@ -26,6 +26,7 @@ struct PaperOptions {
   std::filesystem::path directory = "out";
   std::vector<int> sizes{32, 64, 128, 256, 512, 1024};
   int passes = 1000;
+  int torus_size = 256;                                // paper-particles
   int directions = 200;                                // paper-tori
   int approach_size = 128;                             // paper-tori: of the tori that approach
   std::vector<int> particles{1'000, 10'000, 100'000};  // paper-particles
@@ -38,8 +39,8 @@ int run_paper_particles(const PaperOptions& options);
 // std::runtime_error without.
 int run_paper_lod(const PaperOptions& options);
 
-// The pyramids and traversals of gpu/ beside those of the CPU. Throws std::runtime_error without
-// gpu/ or the device.
+// The pyramids and traversals of gpu/ beside those of the CPU. Needs gpu/; throws
+// std::runtime_error without the device.
 struct GpuOptions {
   std::string backend = "auto";  // "gpu", "osmesa"
   std::vector<int> sizes{256, 512, 1024, 2048, 4096};

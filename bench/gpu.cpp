@@ -162,7 +162,7 @@ int run_gpu(const GpuOptions& options) {
   for (const std::string& scene : options.scenes) {
     const std::vector<Row> rows = run_scene(*context, scene, options);
     print_break_even(scene, rows);
-    // On a graphics processor the certificate may round a few pairs the other way.
+    // On a graphics processor the certificate leaves out a few pairs less.
     if (context->backend() == gpu::GlBackend::hardware) continue;
     wrong |= !std::ranges::all_of(rows, &Row::same);
   }

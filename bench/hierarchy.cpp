@@ -1,8 +1,8 @@
 // Weft's hierarchy and traversals beside those of its peers, and how their cost grows.
-#include <omp.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstring>
 
@@ -51,7 +51,7 @@ Row growth_row(int n, const char* method, MethodKind kind, int threads,
 void measure_growth(int n, int repeats, Results& results) {
   const CollisionScene scene = make_scene("drape", n);
   const Body& sheet = scene.bodies.front();
-  WeftMethod boxes(scene, true);
+  WeftMethod boxes(scene, true, 1);
   bsi::Pyramid fast(sheet.atlas, bsi::RadiusPolicy::fast);
   bsi::Pyramid exact(sheet.atlas, bsi::RadiusPolicy::exact);
   Copy copy(sheet.start, boxes.bytes());
@@ -84,31 +84,30 @@ void measure_growth(int n, int repeats, Results& results) {
   }
 }
 
-// How much several threads gain: wall time of the rebuild and of both, at the size of the issue's
-// interest or the largest there is.
+// What several threads gain, of both on a scene in contact: wall time, in turn.
 void measure_threads(int n, int threads, int repeats, Results& results) {
   const CollisionScene scene = make_scene("crumpled", n);
   std::vector<LeafPair> pairs;
-  WeftMethod weft(scene, true);
-  std::vector<double> rebuild_one, rebuild_all, query_one, query_all;
-  for (int pass = -1; pass < repeats; ++pass) {
-    const auto take = [&](int count, std::vector<double>& rebuild, std::vector<double>& query) {
-      omp_set_num_threads(count);
-      const double made = 1e3 * wall_time_of([&] { weft.rebuild(); });
+  struct Crew {
+    WeftMethod weft;
+    int threads;
+    std::vector<double> rebuild{}, query{};
+  };
+  std::array<Crew, 2> crews{Crew{{scene, true, 1}, 1}, Crew{{scene, true, threads}, threads}};
+  for (int pass = -1; pass < repeats; ++pass) {  // the first warms up
+    for (Crew& crew : crews) {
+      const double made = 1e3 * wall_time_of([&] { crew.weft.rebuild(); });
       pairs.clear();
-      const double found = 1e3 * wall_time_of([&] { weft.query(pairs); });
-      if (pass < 0) return;
-      rebuild.push_back(made);
-      query.push_back(found);
-    };
-    take(1, rebuild_one, query_one);
-    take(threads, rebuild_all, query_all);
+      const double found = 1e3 * wall_time_of([&] { crew.weft.query(pairs); });
+      if (pass < 0) continue;
+      crew.rebuild.push_back(made);
+      crew.query.push_back(found);
+    }
   }
-  omp_set_num_threads(1);
-  for (const bool all : {false, true}) {
-    Row row{"crumpled-threads", n, "weft", MethodKind::variant, all ? threads : 1};
-    row.rebuild_ms = median(all ? rebuild_all : rebuild_one);
-    row.query_ms = median(all ? query_all : query_one);
+  for (const Crew& crew : crews) {
+    Row row{"crumpled-threads", n, "weft", MethodKind::variant, crew.threads};
+    row.rebuild_ms = median(crew.rebuild);
+    row.query_ms = median(crew.query);
     row.candidates = static_cast<long>(pairs.size());
     results.rows.push_back(row);
   }
@@ -134,7 +133,6 @@ int run_hierarchy(const HierarchyOptions& options) {
       right = measure_scene(make_scene(name, n), measurement, results.rows) && right;
     }
   }
-  omp_set_num_threads(1);
   for (const int n : options.growth) {
     say_what_is_running("growth", n);
     measure_growth(n, options.repeats, results);

@@ -69,9 +69,13 @@ void add_paper_tori(CLI::App& sub, Arguments& arguments) {
 
 void add_paper_particles(CLI::App& sub, Arguments& arguments) {
   add_paper(sub, arguments);
+  sub.add_option("--torus-size", arguments.paper.torus_size, "Torus of n x n vertices")
+      ->check(CLI::Range(4, 8192))
+      ->capture_default_str();
   add_numbers(sub, "--particles", arguments.paper.particles, 1, 10'000'000, "Numbers of particles");
 }
 
+#ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
   sub.add_option("--backend", options.backend, "What runs the shaders")
@@ -86,6 +90,19 @@ void add_gpu(CLI::App& sub, Arguments& arguments) {
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
 }
+
+void add_paper_lod(CLI::App& sub, Arguments& arguments) {
+  PaperOptions& options = arguments.paper;
+  sub.add_option("-o,--output", options.directory, "Folder of the CSV file and plot")
+      ->capture_default_str();
+  sub.add_option("--size", options.lod_size, "Columns n of each of the 48 patches of 2 n - 1 rows")
+      ->check(CLI::Range(3, 1025))
+      ->capture_default_str();
+  sub.add_option("--frames", options.lod_frames, "Pictures for each median")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+#endif
 
 struct Experiment {
   const char* name;
@@ -102,8 +119,12 @@ constexpr std::array experiments{
     Experiment{"paper-particles", "Particles against a torus, against brute force",
                add_paper_particles,
                [](const Arguments& a) { return run_paper_particles(a.paper); }},
+#ifdef WEFT_BENCH_GPU
+    Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
+               [](const Arguments& a) { return run_paper_lod(a.paper); }},
     Experiment{"gpu", "Pyramids and traversals in compute shaders beside the CPU", add_gpu,
                [](const Arguments& a) { return run_gpu(a.gpu); }},
+#endif
     Experiment{"far-obstacles", "What obstacles out of reach cost a run",
                [](CLI::App&, Arguments&) {}, [](const Arguments&) { return run_far_obstacles(); }},
 };

@@ -19,7 +19,8 @@ struct SceneMeasurement {
 std::vector<std::string> method_names();
 
 // Appends a row for each method that can do the scene. Pass after pass, every method rebuilds,
-// refits, queries; narrow phases in the first three passes only, brute force in the first alone.
+// refits, queries; the exact tests of peers, which take long, and brute force in the first pass
+// alone.
 // CPU time of one thread, wall time of several. False, after saying so on standard error, if any
 // finds other candidates or other hits than it should.
 bool measure_scene(CollisionScene scene, const SceneMeasurement& measurement,

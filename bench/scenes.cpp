@@ -15,7 +15,6 @@ namespace {
 using bsi::Vec3;
 constexpr double pi = std::numbers::pi;
 constexpr double width = 2;  // of the sheets, m
-constexpr double torus_major = 0.5, torus_minor = 0.2;
 
 // Where the point (u, v) of a sheet is, both in [0, 1].
 using SheetMap = std::function<Vec3(double u, double v)>;

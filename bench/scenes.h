@@ -46,7 +46,8 @@ std::vector<std::string> scene_names();
 // Deterministic. Throws std::invalid_argument on an unknown name.
 CollisionScene make_scene(const std::string& name, int n);
 
-// A torus as the paper's experiments use it: radii 0.5 m and 0.2 m, n x n vertices.
+// A torus as the paper's experiments use it, around the z axis, n x n vertices.
+constexpr double torus_major = 0.5, torus_minor = 0.2;  // radii, m
 Body make_paper_torus(int n);
 // Uniform in the box of that torus widened by 5 cm, with a fixed seed.
 Body make_particles(int count);

@@ -53,8 +53,11 @@ struct WeftMethod::Pyramids {
   std::vector<bsi::BoxPyramid> of_body;  // none for particles
 };
 
-WeftMethod::WeftMethod(const CollisionScene& scene, bool certificate)
-    : scene_(scene), certificate_(certificate), pyramids_(std::make_unique<Pyramids>()) {
+WeftMethod::WeftMethod(const CollisionScene& scene, bool certificate, int threads)
+    : scene_(scene),
+      certificate_(certificate),
+      threads_(threads),
+      pyramids_(std::make_unique<Pyramids>()) {
   for (const Body& body : scene.bodies) {
     if (!body.is_particles()) pyramids_->of_body.emplace_back(body.atlas);
   }
@@ -67,8 +70,8 @@ void WeftMethod::rebuild() {
   for (const Body& body : scene_.bodies) {
     if (body.is_particles()) continue;
     bsi::BoxPyramid& pyramid = pyramids_->of_body[next++];
-    if (body.is_swept() ? pyramid.rebuild_swept(body.start, body.end)
-                        : pyramid.rebuild(body.start)) {
+    if (body.is_swept() ? pyramid.rebuild_swept(body.start, body.end, threads_)
+                        : pyramid.rebuild(body.start, threads_)) {
       std::fprintf(stderr, "%s: a position is not finite\n", scene_.name.c_str());
       std::exit(1);
     }
@@ -76,8 +79,10 @@ void WeftMethod::rebuild() {
 }
 
 void WeftMethod::query(std::vector<LeafPair>& pairs) {
-  const bsi::TraversalOptions options{
-      .margin = scene_.margin, .leaf = bsi::Leaf::triangle, .certificate = certificate_};
+  const bsi::TraversalOptions options{.margin = scene_.margin,
+                                      .leaf = bsi::Leaf::triangle,
+                                      .certificate = certificate_,
+                                      .threads = threads_};
   bsi::TraversalCounters counters;
   const std::vector<bsi::BoxPyramid>& of_body = pyramids_->of_body;
   if (scene_.is_self()) {

@@ -16,7 +16,7 @@ PeerScene mesh_view(const CollisionScene& scene);
 // (self queries only), less: what it leaves out cannot be a hit. Bytes of the hierarchy in `bytes`.
 class WeftMethod final : public Peer {
  public:
-  WeftMethod(const CollisionScene& scene, bool certificate);
+  WeftMethod(const CollisionScene& scene, bool certificate, int threads);
   ~WeftMethod() override;
   void rebuild() override;
   void query(std::vector<LeafPair>& pairs) override;
@@ -26,6 +26,7 @@ class WeftMethod final : public Peer {
   struct Pyramids;
   const CollisionScene& scene_;
   bool certificate_;
+  int threads_;
   std::unique_ptr<Pyramids> pyramids_;
 };
 

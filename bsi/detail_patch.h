@@ -22,6 +22,12 @@ struct DetailCorner {
 };
 using DetailTriangle = std::array<DetailCorner, 3>;
 
+// Twice the area in the image; not positive where the triangle is folded over.
+inline double image_area(const DetailTriangle& triangle) {
+  const auto& [a, b, c] = triangle;
+  return (b.col - a.col) * (c.row - a.row) - (c.col - a.col) * (b.row - a.row);
+}
+
 // Every texel is given to a vertex: those of a block inside the patch to the block's sphere centre,
 // all others to themselves. The quads' triangles whose corners are given to three different
 // vertices are the coarse surface: the dual of the partition of the image into rectangles.
@@ -72,7 +78,8 @@ inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col
     place.row = placed.row;
     place.col = placed.col;
   } else {
-    place.row = vertex / size_.cols;
+    const int row = vertex / size_.cols;
+    place.row = row;
     place.col = vertex % size_.cols;
   }
   if (texel_row == size_.rows) place.row += size_.rows;
@@ -92,15 +99,18 @@ void DetailPatch::for_each_triangle(const Visit& visit) const {
       const bool first = vertex[0] != vertex[1] && vertex[0] != vertex[2];
       const bool second = vertex[3] != vertex[1] && vertex[3] != vertex[2];
       if (!first && !second) continue;
-      const std::array<DetailCorner, 4> corners{
+      const std::array<DetailCorner, 4> at{
           corner(vertex[0], row, col), corner(vertex[1], row, col + 1),
           corner(vertex[2], row + 1, col), corner(vertex[3], row + 1, col + 1)};
-      const auto triangles = quad_triangles({0, 1, 2, 3});
-      for (int i = 0; i < 2; ++i) {
-        if (!(i == 0 ? first : second)) continue;
-        const auto& [a, b, c] = triangles[i];
-        visit(DetailTriangle{corners[a], corners[b], corners[c]});
+      DetailTriangle upper_left{at[0], at[1], at[2]};
+      DetailTriangle lower_right{at[1], at[3], at[2]};
+      if (first && second && (image_area(upper_left) <= 0 || image_area(lower_right) <= 0)) {
+        // Unlike four texels, four blocks need not be convex: then the other diagonal is inside.
+        upper_left = {at[0], at[1], at[3]};
+        lower_right = {at[0], at[3], at[2]};
       }
+      if (first) visit(upper_left);
+      if (second) visit(lower_right);
     }
   }
 }

@@ -1,9 +1,16 @@
-// A pair of leaves: what the traversals find and the narrow phase takes.
+// Leaves of the hierarchies, and pairs of them: what the traversals find and the narrow phase
+// takes.
 #pragma once
 
 #include <compare>
 
 namespace weft::bsi {
+
+// What a leaf bounds.
+enum class Leaf {
+  quad,
+  triangle,  // 2 q and 2 q + 1 are those of quad q, as in Mesh
+};
 
 // Numbers of two triangles (or quads) of the first and the second body; of one body: a <= b.
 struct LeafPair {

@@ -57,6 +57,9 @@ std::vector<DetailPatch> patches_at_levels(const Pyramid& pyramid, std::span<con
 
 Vec3 centre_of(const Sphere& sphere) { return {sphere.x, sphere.y, sphere.z}; }
 
+// The first whole number beyond; not for negative ones.
+int first_after(double place) { return static_cast<int>(place) + 1; }
+
 // Measures how far coarse triangles of a patch are from the original surface at the same place of
 // the image. Both are linear on each piece of the image that the edges of the two cut out, so the
 // distance is largest at a corner of such a piece.
@@ -128,9 +131,7 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (int i = 0; i < 3; ++i) {
     const int from = triangle[i].vertex;
     const int to = triangle[(i + 1) % 3].vertex;
-    // The triangle on the other side has the edge from `to` to `from`. Between two texels given to
-    // themselves it is one of the original.
-    if (from > to || !patch.is_block(to)) continue;
+    if (from > to) continue;  // the triangle on the other side has it from `to` to `from`
     if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;
   }
   return true;
@@ -162,7 +163,7 @@ bool Ruler::check_edge(const Corner& from, const Corner& to) {
   for (const auto& [start, end] : ends) {
     const double low = std::min(start, end);
     const double high = std::max(start, end);
-    for (double line = std::floor(low) + 1; line < high; ++line) {
+    for (int line = first_after(low); line < high; ++line) {
       const double t = (line - start) / (end - start);
       const Vec3 point = from.position + t * (to.position - from.position);
       if (!check(point, original(from.row + t * (to.row - from.row),
@@ -177,7 +178,7 @@ bool Ruler::check_edge(const Corner& from, const Corner& to) {
 // At the texels inside the triangle.
 bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
   const auto [lowest, highest] = std::minmax({corners[0].row, corners[1].row, corners[2].row});
-  for (double row = std::floor(lowest) + 1; row < highest; ++row) {
+  for (int row = first_after(lowest); row < highest; ++row) {
     // Where the row enters the triangle and leaves it, in order of columns.
     std::array<Corner, 2> ends;
     int found = 0;
@@ -186,15 +187,15 @@ bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
       const Corner& to = corners[(i + 1) % 3];
       if ((from.row <= row) == (to.row <= row)) continue;
       const double t = (row - from.row) / (to.row - from.row);
-      ends[found++] = {from.position + t * (to.position - from.position), row,
+      ends[found++] = {from.position + t * (to.position - from.position), static_cast<double>(row),
                        from.col + t * (to.col - from.col)};
     }
     if (ends[0].col > ends[1].col) std::swap(ends[0], ends[1]);
     const double width = ends[1].col - ends[0].col;
-    for (double col = std::floor(ends[0].col) + 1; col < ends[1].col; ++col) {
+    for (int col = first_after(ends[0].col); col < ends[1].col; ++col) {
       const Vec3 point =
           ends[0].position + (col - ends[0].col) / width * (ends[1].position - ends[0].position);
-      if (!check(point, texel(static_cast<int>(row), static_cast<int>(col)))) return false;
+      if (!check(point, texel(row, col))) return false;
     }
   }
   return true;
@@ -218,7 +219,8 @@ double refine(DetailPatch& patch, Ruler& ruler) {
           is_new = true;  // may have been in a block until now
         }
       }
-      if (!is_new || ruler.measure(patch, triangle)) return;
+      // Where a long block meets a wide one a triangle may be folded over.
+      if (!is_new || (image_area(triangle) > 0 && ruler.measure(patch, triangle))) return;
       done = false;
       for (const DetailCorner& corner : triangle) {
         if (patch.is_block(corner.vertex) && patch.block(corner.vertex).level == coarsest) {

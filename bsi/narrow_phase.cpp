@@ -8,7 +8,6 @@
 
 #include "bsi/narrow_phase_kernels.h"
 #include "bsi/proximity.h"
-#include "bsi/triangle_intersection.h"
 
 namespace weft::bsi {
 
@@ -21,6 +20,12 @@ constexpr int chunk_size = 2048;  // candidates
 std::array<Vec3, 3> corners(const TriangleSet& set, int triangle) {
   const auto& [i, j, k] = set.triangles[triangle];
   return {set.positions[i], set.positions[j], set.positions[k]};
+}
+
+Triangle3 to_points(const std::array<Vec3, 3>& corner) {
+  Triangle3 triangle;
+  for (int i = 0; i < 3; ++i) triangle[i] = {corner[i].x(), corner[i].y(), corner[i].z()};
+  return triangle;
 }
 
 // One thread's work on one chunk of candidates after the other.
@@ -38,10 +43,15 @@ class Sieve {
     const NarrowPhaseKernels& kernels = narrow_phase_kernels();
     kernels.judge(pairs(candidates), margin_low_, margin_high_, verdict_.data());
     counters.judged += static_cast<std::int64_t>(candidates.size());
-    open_.clear();
+    // Here and in append(), every candidate is written and the place moves on where it counts: that
+    // is as good as random, so a branch would be mispredicted as often as not.
+    open_.resize(candidates.size());
+    std::size_t open = 0;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
-      if (needs_measuring(verdict_[k])) open_.push_back(candidates[k]);
+      open_[open] = candidates[k];
+      open += needs_measuring(verdict_[k]) ? 1 : 0;
     }
+    open_.resize(open);
     measure(counters);
     append(candidates, hits);
   }
@@ -79,15 +89,23 @@ class Sieve {
     }
   }
 
-  void append(std::span<const LeafPair> candidates, TriangleHits& hits) const {
+  void append(std::span<const LeafPair> candidates, TriangleHits& hits) {
     std::size_t measured = 0;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-      Verdict verdict = verdict_[k];
-      if (needs_measuring(verdict)) verdict = open_verdict_[measured++];
-      if (verdict != Verdict::near) continue;
-      hits.pairs.push_back(candidates[k]);
-      if (options_.distances) hits.distances.push_back(std::sqrt(squared_[measured - 1]));
+    if (!open_.empty()) {
+      for (std::size_t k = 0; k < candidates.size(); ++k)
+        if (needs_measuring(verdict_[k])) verdict_[k] = open_verdict_[measured++];
     }
+    std::size_t place = hits.pairs.size();
+    hits.pairs.resize(place + candidates.size());
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      hits.pairs[place] = candidates[k];
+      place += verdict_[k] == Verdict::near ? 1 : 0;
+    }
+    hits.pairs.resize(place);
+    if (!options_.distances) return;
+    // All that are near were measured.
+    for (std::size_t k = 0; k < measured; ++k)
+      if (open_verdict_[k] == Verdict::near) hits.distances.push_back(std::sqrt(squared_[k]));
   }
 
   const TriangleSet& first_;
@@ -136,13 +154,26 @@ void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
   }
 }
 
-double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) {
-  Triangle3 first, second;
-  for (int i = 0; i < 3; ++i) {
-    first[i] = {a[i].x(), a[i].y(), a[i].z()};
-    second[i] = {b[i].x(), b[i].y(), b[i].z()};
+void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,
+                                 std::span<const LeafPair> candidates, int threads,
+                                 std::vector<TriangleMeeting>& meetings,
+                                 NarrowPhaseCounters& counters) {
+  TriangleHits hits;
+  find_triangle_hits(first, second, candidates, {0, false, threads}, hits, counters);
+  std::vector<TriangleIntersection> found(hits.pairs.size());
+#pragma omp parallel for schedule(dynamic, 64) \
+    num_threads(threads > 0 ? threads : omp_get_max_threads())
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const auto [a, b] = hits.pairs[k];
+    found[k] = intersect_triangles(to_points(corners(first, a)), to_points(corners(second, b)));
   }
-  if (triangles_meet(first, second)) return 0;
+  // Distances can round to 0.
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (found[k].kind != IntersectionKind::none) meetings.push_back({hits.pairs[k], found[k]});
+}
+
+double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) {
+  if (triangles_meet(to_points(a), to_points(b))) return 0;
   double least = INFINITY;
   for (int i = 0; i < 3; ++i) {
     least = std::min(least, closest_vertex_triangle(a[i], b[0], b[1], b[2]).squared_distance);

@@ -8,6 +8,7 @@
 
 #include "bsi/geometry_image.h"
 #include "bsi/leaf_pair.h"
+#include "bsi/triangle_intersection.h"
 
 namespace weft::bsi {
 
@@ -47,6 +48,19 @@ struct NarrowPhaseCounters {
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
                         std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
                         TriangleHits& hits, NarrowPhaseCounters& counters);
+
+struct TriangleMeeting {
+  LeafPair pair;
+  TriangleIntersection intersection;  // never of kind none
+};
+
+// Appends the pairs that have a point in common, in the order of the candidates, with what they
+// have in common: exact, for coordinates as in exact_predicates.h. The candidates are sifted as
+// above with a margin of 0, and those that are left are intersected one by one.
+void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,
+                                 std::span<const LeafPair> candidates, int threads,
+                                 std::vector<TriangleMeeting>& meetings,
+                                 NarrowPhaseCounters& counters);
 
 // The squared distance of two triangles: 0 where they have a point in common, which is decided
 // exactly (coordinates as in exact_predicates.h), else the least of the six of a vertex and a

@@ -127,40 +127,55 @@ WEFT_INLINE V piercing(const Frame<V>& frame) {
   return larger(piercing(frame.a, frame.b, volume), piercing(frame.b, frame.a, transposed));
 }
 
-template <class Float>
+constexpr int chunk = 64;  // pairs: whole vectors of every kind
+
+// Corners of pairs, relative to the first: the other two of the first triangle, then three.
+template <class Float, int capacity = chunk>
 struct Staged {
-  static constexpr int chunk = 64;
-  alignas(64) Float corner[6][chunk][4];
+  alignas(64) Float corner[5][capacity][4];
+
+  WEFT_INLINE void fill(const TrianglePairs& pairs, int first, int count) {
+    for (int k = 0; k < count; ++k) {
+      const LeafPair pair = pairs.pairs[first + k];
+      const int* a = pairs.triangles_a + 3L * pair.a;
+      const int* b = pairs.triangles_b + 3L * pair.b;
+      const double* origin = pairs.positions_a + 3L * a[0];
+      store_point(pairs.positions_a + 3L * a[1], origin, corner[0][k]);
+      store_point(pairs.positions_a + 3L * a[2], origin, corner[1][k]);
+      for (int i = 0; i < 3; ++i)
+        store_point(pairs.positions_b + 3L * b[i], origin, corner[2 + i][k]);
+    }
+    pad(count);
+  }
+  // Fills up the last vector.
+  WEFT_INLINE void pad(int count) {
+    for (int k = count; k % lane_count<Float> != 0; ++k) copy(*this, count - 1, k);
+  }
+  template <int other_capacity>
+  WEFT_INLINE void copy(const Staged<Float, other_capacity>& from, int pair, int to) {
+    typedef Float Float4 __attribute__((vector_size(4 * sizeof(Float))));
+    for (int i = 0; i < 5; ++i) {
+      *reinterpret_cast<Float4*>(corner[i][to]) =
+          *reinterpret_cast<const Float4*>(from.corner[i][pair]);
+    }
+  }
 };
 
-template <class Float>
-WEFT_INLINE void stage(const TrianglePairs& pairs, int first, int count, Staged<Float>& staged) {
-  for (int k = 0; k < count; ++k) {
-    const LeafPair pair = pairs.pairs[first + k];
-    const int* a = pairs.triangles_a + 3L * pair.a;
-    const int* b = pairs.triangles_b + 3L * pair.b;
-    const double* origin = pairs.positions_a + 3L * a[0];
-    store_point(origin, origin, staged.corner[0][k]);
-    store_point(pairs.positions_a + 3L * a[1], origin, staged.corner[1][k]);
-    store_point(pairs.positions_a + 3L * a[2], origin, staged.corner[2][k]);
-    for (int i = 0; i < 3; ++i)
-      store_point(pairs.positions_b + 3L * b[i], origin, staged.corner[3 + i][k]);
-  }
-  for (int k = count; k % lane_count<Float> != 0; ++k) {
-    for (auto& corner : staged.corner)
-      for (int axis = 0; axis < 4; ++axis) corner[k][axis] = corner[count - 1][axis];
-  }
+template <class Float, int capacity>
+WEFT_INLINE void load_corners(const Staged<Float, capacity>& staged, int first,
+                              Lanes3<Lanes<Float>> (&a)[3], Lanes3<Lanes<Float>> (&b)[3]) {
+  a[0] = Lanes3<Lanes<Float>>{};
+  a[1] = load_points(staged.corner[0] + first);
+  a[2] = load_points(staged.corner[1] + first);
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) b[i] = load_points(staged.corner[2 + i] + first);
 }
 
-template <class Float>
-WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float>& staged, int first) {
+template <class Float, int capacity>
+WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float, capacity>& staged, int first) {
   using V = Lanes<Float>;
   Frame<V> frame;
-#pragma GCC unroll 3
-  for (int i = 0; i < 3; ++i) {
-    frame.a.corner[i] = load_points(staged.corner[i] + first);
-    frame.b.corner[i] = load_points(staged.corner[3 + i] + first);
-  }
+  load_corners(staged, first, frame.a.corner, frame.b.corner);
   set_edges<Float>(frame.a);
   set_edges<Float>(frame.b);
   const Lanes3<V>* b = frame.b.corner;
@@ -197,31 +212,124 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
+// What the corners of one triangle over the other settle alone, without pairs of edges. They bound
+// the distance from above by points of the triangle near their feet, and from below by its plane
+// and by those across its edges, where all three corners are beyond one.
+struct Sieve {
+  using V = Lanes<float>;
+  V squared;  // the least bound from above
+  V beyond;   // positive where a plane keeps the triangles apart
+
+  // `squared_margin`: of the margin and a little more.
+  WEFT_INLINE void sift(const Lanes3<V>* corner, const Lanes3<V>* triangle, V squared_size,
+                        float squared_margin) {
+    const Lanes3<V> edge1 = triangle[1] - triangle[0], edge2 = triangle[2] - triangle[0];
+    const Lanes3<V> normal = cross(edge1, edge2);
+    const V inverse = 1 / larger(dot(normal, normal), V{} + RoundingOf<float>::smallest_square);
+    const Lanes3<V> slope1 = inverse * cross(edge2, normal);
+    const Lanes3<V> slope2 = inverse * cross(normal, edge1);
+    V weight0[3], weight1[3], weight2[3], height[3];
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) {
+      const Lanes3<V> from = corner[i] - triangle[0];
+      weight1[i] = dot(slope1, from);
+      weight2[i] = dot(slope2, from);
+      weight0[i] = 1 - (weight1[i] + weight2[i]);
+      height[i] = dot(normal, from);
+      const V near1 = clamped_to_unit(weight1[i]);
+      const V near2 = larger(smaller(weight2[i], 1 - near1), V{});
+      const Lanes3<V> vector = from - near1 * edge1 - near2 * edge2;
+      squared = smaller(dot(vector, vector), squared);
+    }
+    const V scale = inverse * squared_margin;
+    const V rounding = (inverse * squared_size) * squared_size;
+    const auto offer_edge = [&](const V(&weight)[3], const Lanes3<V>& edge) {
+      const V across = larger(-largest(weight[0], weight[1], weight[2]), V{});
+      const V limit = scale * dot(edge, edge) + edge_rounding * rounding;
+      beyond = larger(across * across - limit, beyond);
+    };
+    offer_edge(weight0, edge2 - edge1);
+    offer_edge(weight1, edge2);
+    offer_edge(weight2, edge1);
+    const V above = larger(larger(smallest(height[0], height[1], height[2]),
+                                  -largest(height[0], height[1], height[2])),
+                           V{});
+    const V limit = squared_margin + (plane_rounding * rounding) * squared_size;
+    beyond = larger((above * inverse) * above - limit, beyond);
+  }
+
+  // Squares of the bounds of the rounding, with the part that the margin gives up for it.
+  static constexpr float edge_rounding = 0x1p-21F, plane_rounding = 0x1p-24F;
+};
+
+// 0, 1 or 2 as in Verdict.
+WEFT_INLINE Lanes<float> sifted(const Staged<float>& staged, int first, float margin_low,
+                                float margin_high) {
+  using V = Lanes<float>;
+  constexpr float least = RoundingOf<float>::smallest_square;
+  Lanes3<V> a[3], b[3];
+  load_corners(staged, first, a, b);
+  const V squared_size = larger(larger(dot(a[1], a[1]), dot(a[2], a[2])),
+                                largest(dot(b[0], b[0]), dot(b[1], b[1]), dot(b[2], b[2])));
+  const float squared_margin = margin_high * margin_high * (1 + 0x1p-9F) + least;
+  Sieve sieve{dot(b[0], b[0]), V{}};
+  sieve.sift(a, b, squared_size, squared_margin);
+  sieve.sift(b, a, squared_size, squared_margin);
+  const V reach = larger(margin_low - Bounds<float>::length * safe_size<float>(squared_size), V{});
+  const V not_near = sieve.beyond > V{} ? V{} : V{} + 2;
+  return sieve.squared * Bounds<float>::relative + least <= reach * reach ? V{} + 1 : not_near;
+}
+
+WEFT_INLINE Verdict to_verdict(float number) {
+  return static_cast<Verdict>(static_cast<unsigned char>(number));
+}
+
+// Pairs are sifted first. What that leaves open is gathered, so that the whole distance has full
+// vectors to work on.
 void judge(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict) {
-  constexpr int chunk = Staged<float>::chunk, lanes = lane_count<float>;
+  constexpr int lanes = lane_count<float>;
   Staged<float> staged;
+  Staged<float, 2 * chunk> open;
+  int place[2 * chunk];
+  int open_count = 0;
   for (int first = 0; first < pairs.count; first += chunk) {
     const int count = pairs.count - first < chunk ? pairs.count - first : chunk;
-    stage(pairs, first, count, staged);
+    staged.fill(pairs, first, count);
+    int left[chunk];
+    int left_count = 0;
     for (int k = 0; k < count; k += lanes) {
-      const auto frame = load_frame(staged, k);
-      const auto nearest = nearest_points<float>(frame);
-      const auto result = verdict_of(frame, nearest, margin_low, margin_high);
-      const int known = count - k < lanes ? count - k : lanes;
-      for (int lane = 0; lane < known; ++lane)
-        verdict[first + k + lane] = static_cast<Verdict>(static_cast<int>(result[lane]));
+      const auto result = sifted(staged, k, margin_low, margin_high);
+      const int used = count - k < lanes ? count - k : lanes;
+      for (int lane = 0; lane < used; ++lane) {
+        verdict[first + k + lane] = to_verdict(result[lane]);
+        left[left_count] = k + lane;
+        left_count += result[lane] == 2;
+      }
     }
+    for (int k = 0; k < left_count; ++k) {
+      open.copy(staged, left[k], open_count);
+      place[open_count++] = first + left[k];
+    }
+    if (open_count <= chunk && first + chunk < pairs.count) continue;
+    if (open_count > 0) open.pad(open_count);
+    for (int k = 0; k < open_count; k += lanes) {
+      const auto frame = load_frame(open, k);
+      const auto result = verdict_of(frame, nearest_points<float>(frame), margin_low, margin_high);
+      for (int lane = 0; lane < lanes && k + lane < open_count; ++lane)
+        verdict[place[k + lane]] = to_verdict(result[lane]);
+    }
+    open_count = 0;
   }
 }
 
 void measure(const TrianglePairs& pairs, double margin, Verdict* verdict, double* squared_distance,
              bool* certain) {
-  constexpr int chunk = Staged<double>::chunk, lanes = lane_count<double>;
+  constexpr int lanes = lane_count<double>;
   using V = Lanes<double>;
   Staged<double> staged;
   for (int first = 0; first < pairs.count; first += chunk) {
     const int count = pairs.count - first < chunk ? pairs.count - first : chunk;
-    stage(pairs, first, count, staged);
+    staged.fill(pairs, first, count);
     for (int k = 0; k < count; k += lanes) {
       const auto frame = load_frame(staged, k);
       const auto nearest = nearest_points<double>(frame);

@@ -3,34 +3,19 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "bsi/aligned_vector.h"
 #include "bsi/block_levels.h"
-#include "bsi/block_row.h"
 #include "bsi/geometry_image.h"
+#include "bsi/leaf_pair.h"
+#include "bsi/sphere.h"
+#include "bsi/sphere_build.h"
 
 namespace weft::bsi {
-
-// Texel of a level: centre and radius in float32. A negative radius marks a block without quads.
-struct Sphere {
-  float x = 0, y = 0, z = 0;
-  float radius = -1;
-};
-
-// A distance that no point of one sphere to a point of the other falls short of, whatever the
-// rounding; 0 where they meet, infinity when one of them is empty. Metres.
-double bounding_sphere_gap(const Sphere& first, const Sphere& second);
-
-enum class RadiusPolicy {
-  // Largest distance from the centre to any contained vertex, rounded up. (Blocks of one quad round
-  // their vertices to float32 first, and are larger by up to 2^-22 of the largest coordinate.)
-  exact,
-  // Carried up from the children: max |c - c_i| + r_i, never more than the half diagonal.
-  fast,
-};
 
 // The number of a node of the hierarchy: block (u, v) of a level of a patch, or, with patch ==
 // group, the u-th group of patches at a level above the patch tops (v = 0).
@@ -43,7 +28,9 @@ struct Block {
   bool operator==(const Block&) const = default;
 };
 
-// A sphere for each block of BlockLevels and each group of patches above the patch tops.
+// A sphere for each block of BlockLevels and each group of patches above the patch tops. Where the
+// leaves are triangles, every patch has one more level, which splits each quad's block in two
+// along u.
 //
 // Conservative: every float64 vertex lies inside the float32 spheres of all the blocks that contain
 // it, whatever the rounding. Spheres of children may stick out of their parent's.
@@ -56,11 +43,13 @@ class Pyramid {
   static constexpr float coordinate_limit = 1e18F;
 
   Pyramid() = default;
-  explicit Pyramid(const Atlas& atlas, RadiusPolicy policy = RadiusPolicy::fast);
+  explicit Pyramid(const Atlas& atlas, RadiusPolicy policy = RadiusPolicy::fast,
+                   Leaf leaf = Leaf::quad);
 
-  // Rebuilds every level from the positions (metres) of the atlas' particles. O(quads). Returns the
-  // first texel whose position is not finite (the pyramid is then not usable until the next
-  // rebuild). Allocates nothing.
+  // Rebuilds every level from the positions (metres) of the atlas' particles, on the threads of
+  // OpenMP, with the same bits for any number of them and any instruction set. O(quads). Returns
+  // the first texel whose position is not finite (the pyramid is then not usable until the next
+  // rebuild). Allocates on the first call alone, and on the first swept one.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions);
   // Bounds every vertex at both ends of its path, and so all along a straight one.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
@@ -70,14 +59,13 @@ class Pyramid {
 
   const Atlas& atlas() const { return atlas_; }
   int patch_count() const { return numbers_.patch_count(); }
-  int levels(int patch) const { return numbers_.levels(patch); }
-  int blocks_u(int patch, int level) const { return 1 << numbers_.at(patch, level).log_u; }
-  int blocks_v(int patch, int level) const { return 1 << numbers_.at(patch, level).log_v; }
-  QuadRange quads(int patch, int level, int u, int v) const {
-    return numbers_.quads(patch, level, u, v);
-  }
+  int levels(int patch) const { return numbers_.levels(patch) + (has_triangles() ? 1 : 0); }
+  int blocks_u(int patch, int level) const { return 1 << place(patch, level).log_u; }
+  int blocks_v(int patch, int level) const { return 1 << place(patch, level).log_v; }
+  // Of a triangle: its quad.
+  QuadRange quads(int patch, int level, int u, int v) const;
   const Sphere& sphere(int patch, int level, int u, int v) const {
-    return spheres_[numbers_.at(patch, level).block(u, v)];
+    return first_sphere()[place(patch, level).block(u, v)];
   }
   // All spheres of a level, row by row (v), blocks_u(patch, level) a row.
   std::span<const Sphere> level_spheres(int patch, int level) const;
@@ -88,7 +76,7 @@ class Pyramid {
   // Bounds the whole body.
   const Sphere& top() const { return sphere(root()); }
 
-  // The tree, for traversals. Its leaves are blocks of one quad.
+  // The tree, for traversals.
   Block root() const { return {group_levels() > 0 ? Block::group : 0, 0, 0, 0}; }
   const Sphere& sphere(const Block& block) const {
     if (block.patch != Block::group) {
@@ -96,51 +84,55 @@ class Pyramid {
     }
     return group_spheres(block.level)[block.u];
   }
+  // Blocks of one quad or, on request, of one triangle.
   bool is_leaf(const Block& block) const {
     return block.patch != Block::group && block.level + 1 == levels(block.patch);
   }
-  // The quad that a leaf bounds, in the atlas' numbers.
+  // The quad that a leaf bounds, or whose triangle it does, in the atlas' numbers.
   int quad_of_leaf(const Block& leaf) const;
+  // Leaves of triangles only; in the numbers of Mesh.
+  int triangle_of_leaf(const Block& leaf) const { return 2 * quad_of_leaf(leaf) + (leaf.u & 1); }
   // The 1 to 4 children that are not empty, u before v; returns their number. Not for leaves.
   int children(const Block& block, std::array<Block, 4>& child) const;
 
- private:
-  struct Box {
-    std::array<float, 3> low{}, high{};
-  };
+  // Memory held.
+  std::size_t bytes() const;
+  // True for a body so large that several threads share its rebuild.
+  bool is_parallel() const { return build_.is_parallel(); }
 
-  void reserve_rows(int patch);
-  std::optional<TexelAddress> rebuild_all();
-  std::optional<TexelAddress> rebuild_patch(int patch);
-  template <int ends>
-  bool load_row(int patch, int row, VertexRow& vertices) const;
-  TexelAddress first_unbounded(int patch, int row) const;
-  void finish_row(int patch, int level, int v);
-  void tighten_top_levels(int patch);
-  void rebuild_groups();
-  void refine_to_exact();
-  float exact_radius(const Block& block);
-  double squared_reach(const Block& block, const Vec3& centre);
-  double squared_reach_of_vertices(int patch, const QuadRange& range, int row_step, int col_step,
-                                   const Vec3& centre) const;
-  QuadRange quads(const Block& block) const {
-    return quads(block.patch, block.level, block.u, block.v);
+ private:
+  // In front of the spheres, which puts the levels of a square image on cache lines: level l has
+  // (4^l - 1) / 3 spheres before it, one more than a multiple of four.
+  static constexpr std::size_t padding = 3;
+
+  bool has_triangles() const { return !triangles_.empty(); }
+  // Counted from first_sphere().
+  const BlockLevel& place(int patch, int level) const {
+    return level < numbers_.levels(patch) ? numbers_.at(patch, level) : triangles_[patch];
   }
+  const Sphere* first_sphere() const { return spheres_.data() + padding; }
+  std::size_t group_count() const { return (std::size_t{1} << group_levels()) - 1; }
+  std::optional<TexelAddress> rebuild_from(std::span<const std::span<const Vec3>> ends);
 
   Atlas atlas_;
-  RadiusPolicy policy_ = RadiusPolicy::fast;
   BlockLevels numbers_;
-  std::vector<Sphere> spheres_;  // in the order of numbers_, then those of the groups, from the top
+  std::vector<BlockLevel> triangles_;  // by patch
+  // Of the blocks, then of the groups, then of the triangles.
+  AlignedVector<Sphere> spheres_;
+  SphereBuild build_;
   bool built_ = false;
-
-  // Of the rebuild in progress.
-  std::array<std::span<const Vec3>, 2> ends_;
-  int end_count_ = 1;
-  std::array<VertexRow, 2> vertex_rows_;
-  BlockRow quad_row_;
-  std::vector<std::array<BlockRow, 2>> block_rows_;  // by level: an even and an odd row
-  std::vector<Box> patch_boxes_;
-  std::vector<Block> pending_;
 };
+
+// One body of a scene: swept where `end` is not empty.
+struct PyramidRebuild {
+  Pyramid* pyramid = nullptr;
+  std::span<const Vec3> start;
+  std::span<const Vec3> end;
+  std::optional<TexelAddress> unbounded;  // the result, as of Pyramid::rebuild
+};
+
+// Rebuilds many bodies on the threads of OpenMP: large ones one after the other on all of them, the
+// others one a thread. The pyramids must be different ones.
+void rebuild(std::span<PyramidRebuild> bodies);
 
 }  // namespace weft::bsi

@@ -11,11 +11,6 @@
 
 namespace weft::bsi {
 
-enum class Leaf {
-  quad,
-  triangle,  // 2 q and 2 q + 1 are those of quad q, as in Mesh
-};
-
 struct TraversalOptions {
   // Metres, >= 0 and finite.
   double margin = 0;

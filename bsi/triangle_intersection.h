@@ -1,4 +1,4 @@
-// Whether two triangles have a point in common, decided exactly.
+// What two triangles have in common, decided exactly.
 #pragma once
 
 #include <array>
@@ -15,5 +15,20 @@ bool triangles_meet(const Triangle3& a, const Triangle3& b);
 // The same of triangles with the same first corner, which does not count: does the edge across from
 // it in one meet the other triangle?
 bool triangles_meet_beyond_corner(const Triangle3& a, const Triangle3& b);
+
+// What two triangles have in common: nothing, one point, a segment (`edge`) or an area of the plane
+// they share (`surface`).
+enum class IntersectionKind { none, point, edge, surface };
+
+struct TriangleIntersection {
+  IntersectionKind kind = IntersectionKind::none;
+  std::array<Point3, 2> ends{};  // point: the same twice; edge: its ends; else unused
+};
+
+// The kind is exact: none just where triangles_meet() is false, a corner that touches a point,
+// triangles of one mesh that share an edge and are not folded onto each other an edge. Ends that
+// are corners are these to the bit; others are rounded, to within 1e-14 of the size of the pair
+// where the triangles do not meet at a grazing angle. About 0.3 us.
+TriangleIntersection intersect_triangles(const Triangle3& a, const Triangle3& b);
 
 }  // namespace weft::bsi

@@ -5,6 +5,7 @@
 
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/command/bench_command.h"
 #include "sim/command/run_command.h"
 #include "sim/trajectory/render_trajectory.h"
 #include "sim/trajectory/trajectory.h"
@@ -22,6 +23,7 @@ constexpr const char* description =
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
   weft render out/drape_torus.h5 --lod 0.5           the same with as few triangles as half a pixel allows
   weft schema                                        the case file's JSON schema (--markdown: reference page)
+  weft bench --help                                  experiments on speed, some beside other libraries
 
 Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad case or usage,
 4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the step in hand.)";
@@ -148,6 +150,13 @@ void add_schema(CLI::App& app, Arguments& arguments) {
       [&] { std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema()); });
 }
 
+void add_bench(CLI::App& app, Arguments& arguments) {
+  CLI::App* bench = app.add_subcommand("bench", "Experiments on speed: see weft bench --help");
+  bench->set_help_flag();  // weft-bench has its own
+  bench->prefix_command();
+  bench->callback([&arguments, bench] { arguments.code = run_bench(bench->remaining()); });
+}
+
 // `did you mean "--force"?` for the first argument that no command or option takes.
 std::string hint_for_unknown(const CLI::App& app) {
   const std::vector<std::string> unknown = app.remaining(true);
@@ -190,6 +199,7 @@ int main(int argc, char** argv) {
   add_run_and_check(app, arguments);
   add_info_and_render(app, arguments);
   add_schema(app, arguments);
+  add_bench(app, arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

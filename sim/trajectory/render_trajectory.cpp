@@ -87,6 +87,7 @@ std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
     if (body.thickness > 0) least_positive = std::min(least_positive, body.thickness);
   }
   std::vector<double> most;
+  most.reserve(bodies.size());
   for (const TrajectoryBody& body : bodies) {
     most.push_back(0.25 * (std::max(body.thickness, least_positive) + least));
   }

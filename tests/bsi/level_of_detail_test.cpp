@@ -243,6 +243,7 @@ TEST(LevelOfDetail, HasNoCrackBetweenPatchesOfDifferentLevels) {
     for (int trial = 0; trial < 8; ++trial) {
       SCOPED_TRACE(name + ", trial " + std::to_string(trial));
       std::vector<int> levels;
+      levels.reserve(pyramid.patch_count());
       for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
         levels.push_back(static_cast<int>(random() % pyramid.levels(patch)));
       }
@@ -266,6 +267,30 @@ TEST(LevelOfDetail, StaysWithinToleranceWithoutCracks) {
       EXPECT_LE(detail.triangles.size(), more);
       more = detail.triangles.size();
       expect_within_deviation(surface, detail, detail.deviation, random);
+    }
+  }
+}
+
+// The centres of blocks of an even grid over a plane are in their middle, whatever the heights.
+TEST(LevelOfDetail, FoldsNoTriangleOver) {
+  for (const auto& [rows, cols] : {std::array{25, 13}, {14, 37}, {6, 100}, {33, 33}, {50, 19}}) {
+    Surface hills = make_rectangle(0.1 * cols, 0.1 * rows, rows, cols);
+    for (Vec3& p : hills.positions) {
+      p.z() = 0.3 * std::sin(5 * p.x()) * std::cos(2 * p.y()) * std::exp(p.x() * p.y());
+    }
+    const Pyramid pyramid = pyramid_of(hills);
+    const auto expect_upright = [](const DetailSurface& detail) {
+      for (const auto& [a, b, c] : detail.triangles) {
+        const Vec3& origin = detail.positions[a];
+        const Vec3 area = (detail.positions[b] - origin).cross(detail.positions[c] - origin);
+        ASSERT_GT(area.z(), 0);
+      }
+    };
+    for (int level = 0; level < pyramid.levels(0); ++level) {
+      expect_upright(detail_at_levels(pyramid, hills.positions, std::array{level}));
+    }
+    for (double tolerance = 1e-4; tolerance < 1; tolerance *= 1.3) {
+      expect_upright(detail_within(pyramid, hills.positions, {tolerance}));
     }
   }
 }

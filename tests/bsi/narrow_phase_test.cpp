@@ -213,6 +213,44 @@ TEST(NarrowPhase, SameBitsFromEveryInstructionSetAndNumberOfThreads) {
   }
 }
 
+Triangle3 points_of(const Soup& soup, int t) {
+  const std::array<Vec3, 3> corner = soup.corners(t);
+  Triangle3 triangle;
+  for (int i = 0; i < 3; ++i) triangle[i] = {corner[i].x(), corner[i].y(), corner[i].z()};
+  return triangle;
+}
+
+TEST(NarrowPhase, FindsTheIntersectionsThatThereAre) {
+  Random random(7);
+  for (bool lattice : {false, true}) {
+    const auto soup_of = [&](int count) {
+      Soup soup = random_soup(random, count, 0.7, Vec3(0, 0, 0), 1);
+      if (!lattice) return soup;
+      for (Vec3& p : soup.positions) p = (2 * p).array().round();
+      return soup;
+    };
+    const Soup a = soup_of(61), b = soup_of(67);
+    for (int threads : {1, 3}) {
+      std::vector<TriangleMeeting> meetings;
+      NarrowPhaseCounters cost;
+      find_triangle_intersections(a.set(), b.set(), all_pairs(a, b), threads, meetings, cost);
+      std::size_t next = 0;
+      for (const LeafPair& pair : all_pairs(a, b)) {
+        const TriangleIntersection expected =
+            intersect_triangles(points_of(a, pair.a), points_of(b, pair.b));
+        if (expected.kind == IntersectionKind::none) continue;
+        ASSERT_LT(next, meetings.size());
+        EXPECT_EQ(meetings[next].pair, pair);
+        EXPECT_EQ(meetings[next].intersection.kind, expected.kind);
+        EXPECT_EQ(meetings[next].intersection.ends, expected.ends);
+        ++next;
+      }
+      EXPECT_EQ(next, meetings.size());
+      EXPECT_GT(next, 50u);
+    }
+  }
+}
+
 // What the tests above compare with.
 TEST(NarrowPhase, ScalarDistanceIsThatOfTheNearestPoints) {
   const std::array<Vec3, 3> flat = {Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0)};

@@ -50,13 +50,20 @@ struct Image {
 // One patch of random size, its axes wrapped or not, now and then sewn to itself at random places;
 // or two patches sewn together.
 Atlas random_atlas(Random& random) {
-  const int kind = chance(random, 12);
+  const int kind = chance(random, 14);
   Patch patch{3 + chance(random, 5), 3 + chance(random, 5)};
   if (kind == 0) patch.rows = 2;
   if (kind == 1) patch.cols = 2;
   if (kind == 2) patch.wrap_u = true;
   if (kind == 3) patch.wrap_v = true;
   if (kind == 4) patch.wrap_u = patch.wrap_v = true;
+  if (kind > 10) {  // long, for several blocks and windows beside each other
+    patch = {3 + chance(random, 2), 9 + chance(random, 12), chance(random, 2) == 0, kind == 13};
+    if (chance(random, 2) == 0) {
+      std::swap(patch.rows, patch.cols);
+      std::swap(patch.wrap_u, patch.wrap_v);
+    }
+  }
   if (kind > 6) return Atlas({patch});
   std::vector<Patch> patches{patch};
   if (kind == 5) patches.push_back(patch);
@@ -77,7 +84,7 @@ Atlas random_atlas(Random& random) {
 // lengths, bent, folded or crumpled.
 struct Sheet {
   Vec3 a, b;
-  double curvature = 0;  // 1 / radius of a roll around an axis across u, in steps
+  double curvature = 0;  // 1 / radius of a roll, in steps
   double fold_angle = 0;
   double fold_column = 0;
   double noise = 0;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,19 +22,18 @@ namespace {
 
 constexpr Colour red{0.9F, 0.05F, 0.05F};
 constexpr Colour blue{0.05F, 0.05F, 0.9F};
-constexpr int size = 200;
+constexpr int size = 160;
 
 Camera camera_from(const Vec3& direction) {
   Camera camera;
   camera.eye = 7 * direction;
-  camera.field_of_view_deg = 20;
+  camera.field_of_view_deg = 25;  // sees 1.5 m about the origin
   return camera;
 }
 
-const std::array<Vec3, 5> directions{Vec3(1, 0.1, 0.2).normalized(),
-                                     Vec3(-1, 0.7, 0.3).normalized(),
-                                     Vec3(0.1, -1, -0.4).normalized(),
-                                     Vec3(0.2, 0.3, 1).normalized(), Vec3(-1, -1, -1).normalized()};
+const std::array<Vec3, 4> directions{
+    Vec3(1, 0.1, 0.2).normalized(), Vec3(-1, 0.7, 0.3).normalized(), Vec3(0.2, 0.3, 1).normalized(),
+    Vec3(-0.5, -1, -0.8).normalized()};
 
 using Mask = std::vector<bool>;  // by pixel, row by row
 
@@ -68,20 +69,21 @@ class Viewed {
   Viewed(const bsi::Surface& body, Renderer& renderer, const Vec3& direction)
       : renderer_(renderer), camera_(camera_from(direction)) {
     const bsi::Mesh mesh = bsi::build_mesh(body.atlas);
-    silhouette_ = red_pixels(picture(body.positions, mesh.triangles));
+    clear_ = red_pixels(picture(body.positions, mesh.triangles));
+    remove_outlines(body, vertex_normals({body.positions, mesh.triangles, red, blue}));
   }
 
   const Camera& camera() const { return camera_; }
 
-  // Pixels inside the silhouette, clear of its outline by the deviation, that do not show the
+  // Pixels inside the silhouette, clear of all outlines by the deviation, that do not show the
   // outside of the surface.
   int holes(const bsi::DetailSurface& detail) const {
     const double pixel = pixel_tolerance(camera_, size, size, 1).per_distance;
     // The body is at least 5 m from the eye.
     const int reach = 1 + static_cast<int>(std::ceil(detail.deviation / (5 * pixel)));
-    const Mask inside = eroded(silhouette_, reach);
+    const Mask inside = eroded(clear_, reach);
     const Mask shown = red_pixels(picture(detail.positions, detail.triangles));
-    EXPECT_GT(count(inside), size);
+    EXPECT_GT(count(inside), 3 * size);
     int holes = 0;
     for (std::size_t i = 0; i < inside.size(); ++i) holes += inside[i] && !shown[i];
     return holes;
@@ -93,9 +95,27 @@ class Viewed {
     return renderer_.draw(std::array{DrawnSurface{positions, triangles, red, blue}}, camera_);
   }
 
+  // Where the surface turns away from the eye the inside may show by a pixel even at full detail,
+  // and one part of the body may stand before another.
+  void remove_outlines(const bsi::Surface& body, const std::vector<Vec3>& normals) {
+    const Vec3 backward = camera_.eye.normalized();
+    const Vec3 right = camera_.up.cross(backward).normalized();
+    const Vec3 up = backward.cross(right);
+    const double slope = std::tan(camera_.field_of_view_deg / 360 * std::numbers::pi);
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+      const Vec3 ray = body.positions[i] - camera_.eye;
+      if (std::abs(normals[i].dot(ray.normalized())) > 0.4) continue;
+      const double scale = 0.5 * size / (-ray.dot(backward) * slope);
+      const int col = static_cast<int>(0.5 * size + scale * ray.dot(right));
+      const int row = static_cast<int>(0.5 * size - scale * ray.dot(up));
+      ASSERT_TRUE(row >= 0 && row < size && col >= 0 && col < size);
+      clear_[static_cast<std::size_t>(row) * size + col] = false;
+    }
+  }
+
   Renderer& renderer_;
   Camera camera_;
-  Mask silhouette_;
+  Mask clear_;  // the outside is seen there, and no outline
 };
 
 struct NamedBody {
@@ -104,8 +124,8 @@ struct NamedBody {
 };
 
 std::vector<NamedBody> closed_bodies() {
-  return {{"sphere", bsi::make_sphere(1, 33)},
-          {"blob", bsi::make_blob(1, 17)},
+  return {{"sphere", bsi::make_sphere(1, 29)},
+          {"blob", bsi::make_blob(1, 13)},
           {"torus", bsi::make_torus(0.8, 0.3, 60, 33)}};
 }
 
@@ -121,12 +141,9 @@ TEST(LevelOfDetail, ShowsNoBackgroundThroughTheSurface) {
   for (const auto& [name, body] : closed_bodies()) {
     const bsi::Pyramid pyramid = pyramid_of(body);
     for (const Vec3& direction : directions) {
-      // Seen from the side, an outline runs through the picture of the torus: along it, the inside
-      // may show by a pixel even at full detail.
-      if (name == "torus" && direction.z() < 0.9) continue;
       SCOPED_TRACE(name + " from " + std::to_string(direction.x()));
       const Viewed viewed(body, renderer, direction);
-      for (const double pixels : {0.5, 3.0}) {
+      for (const double pixels : {0.5, 2.0}) {
         const bsi::DetailTolerance tolerance = pixel_tolerance(viewed.camera(), size, size, pixels);
         const bsi::DetailSurface detail = bsi::detail_within(pyramid, body.positions, tolerance);
         EXPECT_EQ(viewed.holes(detail), 0) << pixels << " pixels";
@@ -134,7 +151,7 @@ TEST(LevelOfDetail, ShowsNoBackgroundThroughTheSurface) {
       if (pyramid.patch_count() == 1) continue;
       // Coarse and fine patches side by side.
       std::vector<int> levels(pyramid.patch_count());
-      for (int& level : levels) level = 2 + static_cast<int>(random() % 4);
+      for (int& level : levels) level = 3 + static_cast<int>(random() % 3);
       bsi::DetailSurface detail = bsi::detail_at_levels(pyramid, body.positions, levels);
       detail.deviation = bsi::deviation_at_levels(pyramid, body.positions, levels);
       EXPECT_EQ(viewed.holes(detail), 0);
@@ -164,7 +181,7 @@ TEST(LevelOfDetail, AMissingTriangleWouldBeSeen) {
 }
 
 TEST(LevelOfDetail, KeepsEveryPointWithinThePixels) {
-  const bsi::Surface body = bsi::make_blob(1, 17);
+  const bsi::Surface body = bsi::make_blob(1, 65);
   const bsi::Pyramid pyramid = pyramid_of(body);
   const Camera camera = camera_for_points(body.positions, 1);
   const Vec3 forward = (camera.target - camera.eye).normalized();
@@ -175,20 +192,19 @@ TEST(LevelOfDetail, KeepsEveryPointWithinThePixels) {
     return (ray / ray.dot(forward) - forward) / pixel;
   };
   std::size_t triangles = 2U * body.atlas.quad_count();
-  for (const double pixels : {0.1, 0.5, 2.0}) {
+  for (const double pixels : {0.2, 0.6, 2.0}) {
     const bsi::DetailSurface detail =
         bsi::detail_within(pyramid, body.positions, pixel_tolerance(camera, size, size, pixels));
     EXPECT_LT(detail.triangles.size(), triangles);
     triangles = detail.triangles.size();
-    // A vertex is no farther from its counterpart than the tolerance; the particle beside it may
-    // be up to half a row and a column away, where blocks have an odd number of them.
-    for (std::size_t i = 0; i < detail.positions.size(); i += 7) {
-      double nearest = std::numeric_limits<double>::infinity();
-      for (const Vec3& p : body.positions) {
-        nearest = std::min(nearest, (seen(p) - seen(detail.positions[i])).norm());
-      }
-      ASSERT_LT(nearest, pixels + 0.5 * size / 17);
+    double farthest = 0;
+    for (std::size_t i = 0; i < detail.positions.size(); ++i) {
+      const Vec3& counterpart = body.positions[detail.particles[i]];
+      farthest = std::max(farthest, (seen(detail.positions[i]) - seen(counterpart)).norm());
     }
+    // Half a quad, a fifth of a pixel, is what the particle may be off the middle of a block.
+    EXPECT_LT(farthest, pixels + 0.2);
+    EXPECT_GT(farthest, 0.3 * pixels);
   }
 }
 
