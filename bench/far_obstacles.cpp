@@ -3,13 +3,16 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "bench/experiments.h"
 #include "bench/medians.h"
 #include "sim/case/case_reader.h"
 #include "sim/integrator/cvode_integrator.h"
 
+namespace weft::bench {
+
 namespace {
 
-using namespace weft::sim;
+using namespace sim;
 
 struct Outcome {
   double cpu = 0;  // s
@@ -21,7 +24,7 @@ Outcome run(const Scene& scene, double duration) {
   Dynamics dynamics(scene, statistics);
   CvodeIntegrator integrator(scene, dynamics);
   Outcome outcome;
-  outcome.cpu = weft::bench::cpu_time_of([&] {
+  outcome.cpu = cpu_time_of([&] {
     while (integrator.time() < duration) {
       if (const auto failure = integrator.step()) {
         std::fprintf(stderr, "%s\n", failure->c_str());
@@ -48,7 +51,7 @@ Case with_far_obstacles(Case source) {
 
 }  // namespace
 
-int main() {
+int run_far_obstacles() {
   constexpr double duration = 0.25;
   constexpr int repeats = 7;
   const Case source = read_case(std::string(WEFT_CASES_DIR) + "/drape_torus.toml",
@@ -64,8 +67,10 @@ int main() {
     same = same && first.state == second.state;
   }
   std::printf("alone %.3f s, with 100 far obstacles %.3f s (medians of %d, CPU)\n",
-              weft::bench::median(times_alone), weft::bench::median(times_crowded), repeats);
-  std::printf("ratio %.3f (median of the pairs), trajectories %s\n", weft::bench::median(ratios),
+              median(times_alone), median(times_crowded), repeats);
+  std::printf("ratio %.3f (median of the pairs), trajectories %s\n", median(ratios),
               same ? "the same to the bit" : "DIFFERENT");
   return same ? 0 : 1;
 }
+
+}  // namespace weft::bench

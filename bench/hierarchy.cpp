@@ -1,56 +1,152 @@
-// Rebuild and traversal of the sphere pyramid: CPU time beside that of a copy of the same
-// positions, in one run.
-#include <cmath>
+// Weft's hierarchy and traversals beside those of its peers, and how their cost grows.
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstring>
 
+#include "bench/experiments.h"
 #include "bench/medians.h"
+#include "bench/scene_measurement.h"
+#include "bench/weft_method.h"
 #include "bsi/pyramid.h"
-#include "bsi/shapes.h"
-#include "bsi/traversal.h"
+
+namespace weft::bench {
 
 namespace {
 
-using namespace weft::bsi;
+// Reads the bytes of the image once, in order, and writes as many as the hierarchy has.
+class Copy {
+ public:
+  Copy(const std::vector<bsi::Vec3>& image, std::size_t bytes)
+      : image_(image), hierarchy_(std::max(bytes, std::size_t{1}), 1) {}
+  void run() {
+    const auto* source = reinterpret_cast<const char*>(image_.data());
+    const std::size_t size = image_.size() * sizeof(bsi::Vec3), all = hierarchy_.size();
+    // Piece by piece, so that what is read twice is read from the cache.
+    constexpr std::size_t piece = 4096;
+    const std::size_t pieces = (size + piece - 1) / piece;
+    for (std::size_t i = 0; i < pieces; ++i) {
+      const std::size_t begin = all * i / pieces, end = all * (i + 1) / pieces;
+      const std::size_t from = i * piece, most = std::min(piece, size - from);
+      for (std::size_t at = begin; at < end; at += most)
+        std::memcpy(hierarchy_.data() + at, source + from, std::min(most, end - at));
+    }
+  }
 
-template <class Work>
-double milliseconds(const Work& work) {
-  std::vector<double> times;
-  for (int i = 0; i < 15; ++i) times.push_back(1e3 * weft::bench::cpu_time_of(work));
-  return weft::bench::median(times);
+ private:
+  const std::vector<bsi::Vec3>& image_;
+  std::vector<char> hierarchy_;
+};
+
+Row growth_row(int n, const char* method, MethodKind kind, int threads,
+               const std::vector<double>& rebuild) {
+  Row row{"drape-growth", n, method, kind, threads};
+  row.rebuild_ms = median(rebuild);
+  return row;
 }
 
-void measure(int n) {
-  Surface sheet = make_rectangle(2, 2, n, n);
-  for (Vec3& p : sheet.positions) p.z() = 0.05 * std::sin(9 * p.x()) * std::cos(7 * p.y());
-  Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
-  std::vector<Vec3> copy(sheet.positions.size());
-  const double copy_ms = milliseconds([&] {
-    std::memcpy(static_cast<void*>(copy.data()), sheet.positions.data(),
-                copy.size() * sizeof(Vec3));
-  });
-  const double fast_ms = milliseconds([&] { static_cast<void>(fast.rebuild(sheet.positions)); });
-  const double exact_ms = milliseconds([&] { static_cast<void>(exact.rebuild(sheet.positions)); });
-  BoxPyramid boxes(sheet.atlas);
-  const double box_ms = milliseconds([&] { static_cast<void>(boxes.rebuild(sheet.positions)); });
+// Rebuilds of all kinds, in turn, on the drape.
+void measure_growth(int n, int repeats, Results& results) {
+  const CollisionScene scene = make_scene("drape", n);
+  const Body& sheet = scene.bodies.front();
+  WeftMethod boxes(scene, true, 1);
+  bsi::Pyramid fast(sheet.atlas, bsi::RadiusPolicy::fast);
+  bsi::Pyramid exact(sheet.atlas, bsi::RadiusPolicy::exact);
+  Copy copy(sheet.start, boxes.bytes());
+  std::vector<double> copy_ms, boxes_ms, query_ms, fast_ms, exact_ms;
   std::vector<LeafPair> pairs;
-  TraversalCounters counters;
-  const double self_ms = milliseconds([&] {
+  for (int pass = -1; pass < repeats; ++pass) {  // the first warms up
+    const auto take = [&](std::vector<double>& times, const auto& work) {
+      const double time = 1e3 * thread_time_of(work);
+      if (pass >= 0) times.push_back(time);
+    };
+    take(copy_ms, [&] { copy.run(); });
+    take(boxes_ms, [&] { boxes.rebuild(); });
     pairs.clear();
-    counters = {};
-    self_traversal(boxes, {.margin = 2e-3}, pairs, counters);
-  });
-  std::printf("%6d %10.3f %10.3f %10.3f %10.3f %12.1f %12.3f %12zu %10.1f\n", n, copy_ms, fast_ms,
-              exact_ms, box_ms, fast_ms / copy_ms, self_ms, pairs.size(),
-              1e6 * self_ms / static_cast<double>(counters.box_tests));
+    take(query_ms, [&] { boxes.query(pairs); });
+    take(fast_ms, [&] { static_cast<void>(fast.rebuild(sheet.start)); });
+    take(exact_ms, [&] { static_cast<void>(exact.rebuild(sheet.start)); });
+  }
+  results.rows.push_back(growth_row(n, "copy", MethodKind::variant, 1, copy_ms));
+  Row weft = growth_row(n, "weft", MethodKind::weft, 1, boxes_ms);
+  weft.query_ms = median(query_ms);
+  weft.candidates = static_cast<long>(pairs.size());
+  results.rows.push_back(weft);
+  results.rows.push_back(growth_row(n, "weft-spheres-fast", MethodKind::variant, 1, fast_ms));
+  results.rows.push_back(growth_row(n, "weft-spheres-exact", MethodKind::variant, 1, exact_ms));
+  // The size that memory and floor are stated for.
+  if (results.floor_n == 0 || n == 256) {
+    results.floor_n = n;
+    results.floor_ms = median(copy_ms);
+    results.hierarchy_bytes = boxes.bytes();
+  }
+}
+
+// What several threads gain, of both on a scene in contact: wall time, in turn.
+void measure_threads(int n, int threads, int repeats, Results& results) {
+  const CollisionScene scene = make_scene("crumpled", n);
+  std::vector<LeafPair> pairs;
+  struct Crew {
+    WeftMethod weft;
+    int threads;
+    std::vector<double> rebuild{}, query{};
+  };
+  std::array<Crew, 2> crews{Crew{{scene, true, 1}, 1}, Crew{{scene, true, threads}, threads}};
+  for (int pass = -1; pass < repeats; ++pass) {  // the first warms up
+    for (Crew& crew : crews) {
+      const double made = 1e3 * wall_time_of([&] { crew.weft.rebuild(); });
+      pairs.clear();
+      const double found = 1e3 * wall_time_of([&] { crew.weft.query(pairs); });
+      if (pass < 0) continue;
+      crew.rebuild.push_back(made);
+      crew.query.push_back(found);
+    }
+  }
+  for (const Crew& crew : crews) {
+    Row row{"crumpled-threads", n, "weft", MethodKind::variant, crew.threads};
+    row.rebuild_ms = median(crew.rebuild);
+    row.query_ms = median(crew.query);
+    row.candidates = static_cast<long>(pairs.size());
+    results.rows.push_back(row);
+  }
+}
+
+// In one line that the next one takes the place of; n = 0: nothing.
+void say_what_is_running(const std::string& scene, int n) {
+  if (isatty(STDERR_FILENO) == 0) return;
+  std::fprintf(stderr, "\r\033[K");
+  if (n > 0) std::fprintf(stderr, "%s, n = %d", scene.c_str(), n);
 }
 
 }  // namespace
 
-int main() {
-  std::printf("a wavy sheet of n x n vertices, margin 2 mm; CPU ms, medians of 15\n");
-  std::printf("%6s %10s %10s %10s %10s %12s %12s %12s %10s\n", "n", "copy", "fast", "exact",
-              "boxes", "fast/copy", "self", "pairs", "ns/test");
-  for (int n : {65, 129, 257, 513, 1025}) measure(n);
-  return 0;
+int run_hierarchy(const HierarchyOptions& options) {
+  Results results;
+  bool right = true;
+  const SceneMeasurement measurement{options.repeats, options.threads, options.methods};
+  const std::vector<std::string> scenes = options.scenes.empty() ? scene_names() : options.scenes;
+  for (const int n : options.sizes) {
+    for (const std::string& name : scenes) {
+      say_what_is_running(name, n);
+      right = measure_scene(make_scene(name, n), measurement, results.rows) && right;
+    }
+  }
+  for (const int n : options.growth) {
+    say_what_is_running("growth", n);
+    measure_growth(n, options.repeats, results);
+  }
+  const int most = *std::max_element(options.threads.begin(), options.threads.end());
+  if (most > 1 && !options.growth.empty()) {
+    const auto fits = std::find(options.growth.begin(), options.growth.end(), 1024);
+    measure_threads(fits != options.growth.end() ? *fits : options.growth.back(), most,
+                    options.repeats, results);
+  }
+  say_what_is_running("", 0);
+  const std::string text = options.json ? to_json(results) : to_table(results);
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  return right ? 0 : 1;
 }
+
+}  // namespace weft::bench

@@ -1,4 +1,4 @@
-// Medians and CPU times for the benchmarks.
+// Medians and times for the benchmarks.
 #pragma once
 
 #include <time.h>
@@ -8,18 +8,36 @@
 
 namespace weft::bench {
 
-// CPU time of this process, s.
-inline double cpu_time() {
+// Seconds on a clock of clock_gettime().
+inline double seconds(clockid_t clock) {
   timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 template <class Work>
-double cpu_time_of(const Work& work) {
-  const double start = cpu_time();
+double time_of(clockid_t clock, const Work& work) {
+  const double start = seconds(clock);
   work();
-  return cpu_time() - start;
+  return seconds(clock) - start;
+}
+
+// CPU time of the whole process, s.
+template <class Work>
+double cpu_time_of(const Work& work) {
+  return time_of(CLOCK_PROCESS_CPUTIME_ID, work);
+}
+
+// CPU time of the calling thread, s: other threads may still be spinning after work of theirs.
+template <class Work>
+double thread_time_of(const Work& work) {
+  return time_of(CLOCK_THREAD_CPUTIME_ID, work);
+}
+
+// As a clock on the wall, s.
+template <class Work>
+double wall_time_of(const Work& work) {
+  return time_of(CLOCK_MONOTONIC, work);
 }
 
 inline double median(std::vector<double> values) {

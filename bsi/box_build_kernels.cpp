@@ -9,66 +9,85 @@ constexpr float lowest = -3.402823466e38F;  // -FLT_MAX: neutral to maxima
 
 inline float larger(float a, float b) { return a > b ? a : b; }
 
-inline float magnitude(float a) { return __builtin_fabsf(a); }
+// So many at a time are rounded, in the order they come in, and then sorted by component.
+constexpr int chunk = 64;
+
+// The bits of a float without its sign grow with its magnitude, through infinity to NaN, which a
+// maximum of floats would swallow.
+typedef std::int32_t Bits __attribute__((may_alias));
+
+inline __attribute__((always_inline)) std::int32_t load_chunk(const double* __restrict positions,
+                                                              int count, float* __restrict x,
+                                                              float* __restrict y,
+                                                              float* __restrict z) {
+  float rounded[3 * chunk];
+  for (int i = 0; i < 3 * count; ++i) rounded[i] = static_cast<float>(positions[i]);
+  const Bits* bits = reinterpret_cast<const Bits*>(rounded);
+  std::int32_t largest = 0;
+  for (int i = 0; i < 3 * count; ++i) {
+    const std::int32_t magnitude = bits[i] & 0x7fffffff;
+    largest = largest > magnitude ? largest : magnitude;
+  }
+  for (int i = 0; i < count; ++i) {
+    x[i] = rounded[3 * i];
+    y[i] = rounded[3 * i + 1];
+    z[i] = rounded[3 * i + 2];
+  }
+  return largest;
+}
 
 bool load_vertices(const double* positions, const std::int32_t* particle, int count, float limit,
                    float* const component[3]) {
-  float* __restrict x = component[0];
-  float* __restrict y = component[1];
-  float* __restrict z = component[2];
-  int outside = 0;
-  if (particle == nullptr) {
-#pragma omp simd reduction(| : outside)
-    for (int i = 0; i < count; ++i) {
-      x[i] = static_cast<float>(positions[3 * i]);
-      y[i] = static_cast<float>(positions[3 * i + 1]);
-      z[i] = static_cast<float>(positions[3 * i + 2]);
-      // False for NaN too, which a maximum would swallow.
-      outside |= (magnitude(x[i]) < limit ? 0 : 1) | (magnitude(y[i]) < limit ? 0 : 1) |
-                 (magnitude(z[i]) < limit ? 0 : 1);
+  std::int32_t largest = 0;
+  double gathered[3 * chunk];
+  for (int first = 0; first < count; first += chunk) {
+    const int here = count - first < chunk ? count - first : chunk;
+    const double* from = positions + 3 * static_cast<std::ptrdiff_t>(first);
+    if (particle != nullptr) {
+      for (int i = 0; i < 3 * here; ++i) {
+        gathered[i] = positions[3 * static_cast<std::ptrdiff_t>(particle[first + i / 3]) + i % 3];
+      }
+      from = gathered;
     }
-    return outside == 0;
+    float* const x = component[0] + first;
+    float* const y = component[1] + first;
+    float* const z = component[2] + first;
+    // Twice, so that the loops over whole chunks are of a length known to the compiler.
+    const std::int32_t found =
+        here == chunk ? load_chunk(from, chunk, x, y, z) : load_chunk(from, here, x, y, z);
+    largest = largest > found ? largest : found;
   }
-  for (int i = 0; i < count; ++i) {
-    const double* position = positions + 3 * static_cast<std::ptrdiff_t>(particle[i]);
-    for (int axis = 0; axis < 3; ++axis) {
-      component[axis][i] = static_cast<float>(position[axis]);
-      outside |= magnitude(component[axis][i]) < limit ? 0 : 1;
-    }
-  }
-  return outside == 0;
+  return largest < *reinterpret_cast<const Bits*>(&limit);
 }
 
 // Largest of -value and value over the rows, for every column.
 template <bool join, class Value>
 inline void bound_values(int count, int rows, float* __restrict minus_low, float* __restrict high,
                          const Value& value) {
+  for (int first = 0; first < count; first += plane_padding) {
 #pragma omp simd
-  for (int c = 0; c < count; ++c) {
-    float low_bound = join ? minus_low[c] : lowest;
-    float high_bound = join ? high[c] : lowest;
-    for (int r = 0; r < rows; ++r) {
-      const float v = value(r, c);
-      low_bound = larger(low_bound, -v);
-      high_bound = larger(high_bound, v);
+    for (int c = first; c < first + plane_padding; ++c) {
+      float low_bound = join ? minus_low[c] : lowest;
+      float high_bound = join ? high[c] : lowest;
+      for (int r = 0; r < rows; ++r) {
+        const float v = value(r, c);
+        low_bound = larger(low_bound, -v);
+        high_bound = larger(high_bound, v);
+      }
+      minus_low[c] = low_bound;
+      high[c] = high_bound;
     }
-    minus_low[c] = low_bound;
-    high[c] = high_bound;
   }
 }
 
 template <bool join, int rows>
 void bound_columns_of(const VertexRows& vertices, int quad_cols, BoundRow out) {
   for (int axis = 0; axis < 3; ++axis) {
-    const float* const row[3] = {vertices.row[0][axis], vertices.row[1][axis],
-                                 vertices.row[rows - 1][axis]};
     const auto plane = [&](int number) { return out.plane + number * out.stride; };
+    const float* row[rows];
+    for (int r = 0; r < rows; ++r) row[r] = vertices.row[r][axis];
     bound_values<join>(quad_cols + 1, rows, plane(axis), plane(3 + axis),
                        [&](int r, int c) { return row[r][c]; });
-    bound_values<join>(quad_cols, rows, plane(6 + axis), plane(12 + axis),
-                       [&](int r, int c) { return row[r][c + 1] - row[r][c]; });
-    bound_values<join>(quad_cols + 1, rows - 1, plane(9 + axis), plane(15 + axis),
-                       [&](int r, int c) { return row[r + 1][c] - row[r][c]; });
   }
 }
 
@@ -82,14 +101,47 @@ void bound_columns(const VertexRows& vertices, int quad_cols, bool join, BoundRo
   }
 }
 
+template <bool join, int rows>
+void bound_steps_of(const VertexRows& vertices, int quad_cols, BoundRow out) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto plane = [&](int number) { return out.plane + number * out.stride; };
+    const float* row[rows];
+    for (int r = 0; r < rows; ++r) row[r] = vertices.row[r][axis];
+    bound_values<join>(quad_cols, rows, plane(6 + axis), plane(12 + axis),
+                       [&](int r, int c) { return row[r][c + 1] - row[r][c]; });
+    bound_values<join>(quad_cols + 1, rows - 1, plane(9 + axis), plane(15 + axis),
+                       [&](int r, int c) { return row[r + 1][c] - row[r][c]; });
+  }
+}
+
+template <bool join>
+void bound_steps_by_count(const VertexRows& vertices, int quad_cols, BoundRow out) {
+  switch (vertices.count) {
+    case 2:
+      return bound_steps_of<join, 2>(vertices, quad_cols, out);
+    case 3:
+      return bound_steps_of<join, 3>(vertices, quad_cols, out);
+    case 4:
+      return bound_steps_of<join, 4>(vertices, quad_cols, out);
+    default:
+      return bound_steps_of<join, 5>(vertices, quad_cols, out);
+  }
+}
+
+void bound_steps(const VertexRows& vertices, int quad_cols, bool join, BoundRow out) {
+  join ? bound_steps_by_count<true>(vertices, quad_cols, out)
+       : bound_steps_by_count<false>(vertices, quad_cols, out);
+}
+
 // Steps along u stand between two columns: a block has one fewer of them than columns.
 inline bool is_step_along_u(int plane) {
   return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
 }
 
-void bound_leaves(BoundRow columns, const std::int32_t* boundary, int blocks, BoundRow out) {
+void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
+                  BoundRow out) {
   const bool regular = boundary[blocks] == 2 * blocks;
-  for (int plane = 0; plane < row_planes; ++plane) {
+  for (int plane = planes.begin; plane < planes.end; ++plane) {
     const float* __restrict in = columns.plane + plane * columns.stride;
     float* __restrict bound = out.plane + plane * out.stride;
     const int last = is_step_along_u(plane) ? 1 : 0;
@@ -109,8 +161,9 @@ void bound_leaves(BoundRow columns, const std::int32_t* boundary, int blocks, Bo
   }
 }
 
-void merge(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoundRow out) {
-  for (int plane = 0; plane < row_planes; ++plane) {
+void merge(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int blocks,
+           BoundRow out) {
+  for (int plane = planes.begin; plane < planes.end; ++plane) {
     const float* up = upper.plane + plane * upper.stride;
     const float* down = lower.plane + plane * lower.stride;
     float* __restrict bound = out.plane + plane * out.stride;
@@ -172,7 +225,7 @@ void store_tangents(BoundRow row, int blocks, TangentBounds* out) {
 }  // namespace
 
 extern const BoxBuildKernels box_build_kernels;
-const BoxBuildKernels box_build_kernels = {load_vertices, bound_columns, bound_leaves,
-                                           merge,         store_groups,  store_tangents};
+const BoxBuildKernels box_build_kernels = {
+    load_vertices, bound_columns, bound_steps, bound_leaves, merge, store_groups, store_tangents};
 
 }  // namespace weft::bsi::WEFT_KERNELS

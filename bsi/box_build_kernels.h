@@ -9,20 +9,28 @@
 
 namespace weft::bsi {
 
-// A row of blocks while the pyramid is built: `planes` arrays of one float a block, `stride` apart.
+// A row of blocks while the pyramid is built: 18 planes of one float a block, `stride` apart.
 // Planes 0-5 bound the vertices, 6-17 the steps between them (TangentBounds::bound); lower bounds
-// have their sign changed, so that every union is a maximum.
-inline constexpr int box_planes = 6;
-inline constexpr int row_planes = 18;
+// have their sign changed, so that every union is a maximum. A plane may be read and written up to
+// a multiple of plane_padding blocks, and be read one float further.
+inline constexpr int plane_count = 18;
+inline constexpr int plane_padding = 16;
 struct BoundRow {
   float* plane;
   std::size_t stride;
 };
 
-// The two or three rows of vertices that a row of leaf blocks spans.
+// The planes that a kernel is to work on.
+struct PlaneRange {
+  int begin, end;
+};
+inline constexpr PlaneRange box_planes{0, 6};
+inline constexpr PlaneRange step_planes{6, 18};
+
+// Consecutive rows of vertices.
 struct VertexRows {
-  const float* row[3][3];  // by row, by component
-  std::int32_t count;      // 2 or 3
+  const float* row[5][3];  // by row, by component
+  std::int32_t count;      // at least 2
 };
 
 struct BoxBuildKernels {
@@ -30,13 +38,18 @@ struct BoxBuildKernels {
   // False if one of them reaches `limit` or is not a number.
   bool (*load_vertices)(const double* positions, const std::int32_t* particle, int count,
                         float limit, float* const component[3]);
-  // Bounds, over the rows, of each vertex column (planes 0-5 and 12-17 of the steps along v) and of
-  // each column of steps along u. `join`: together with what `out` holds.
+  // Bounds, over two or three rows, of each column of vertices: the planes of boxes. `join`:
+  // together with what `out` holds.
   void (*bound_columns)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
+  // Bounds, over two to five rows, of the steps along u after each column, and of those along v in
+  // it.
+  void (*bound_steps)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
   // Leaf blocks from bounded columns; block u spans the quads [boundary[u], boundary[u + 1]).
-  void (*bound_leaves)(BoundRow columns, const std::int32_t* boundary, int blocks, BoundRow out);
+  void (*bound_leaves)(BoundRow columns, PlaneRange planes, const std::int32_t* boundary,
+                       int blocks, BoundRow out);
   // Parents from one or two rows of children (upper == lower where v is not split).
-  void (*merge)(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoundRow out);
+  void (*merge)(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int blocks,
+                BoundRow out);
   // The child boxes of a row of parents. `lower.plane` is null where v is not split.
   void (*store_groups)(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoxGroup* out);
   void (*store_tangents)(BoundRow row, int blocks, TangentBounds* out);

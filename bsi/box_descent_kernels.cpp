@@ -1,7 +1,7 @@
 // Compiled once for every instruction set: see instruction_set.h for what that forbids.
 #include "bsi/box_descent_kernels.h"
 
-#include "bsi/lanes.h"
+#include "bsi/box_lanes.h"
 #include "bsi/leaf_pair.h"
 
 namespace weft::bsi::WEFT_KERNELS {
@@ -100,30 +100,30 @@ WEFT_INLINE unsigned overlap_of_box(const WideBox& box, const BoxGroup& group, f
 // --- The tangent certificate
 // -------------------------------------------------------------------------
 
-// |v|, and not a call of the library: errno is never read.
-WEFT_INLINE float length(const float v[3]) {
-  return __builtin_sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
+WEFT_INLINE double squared(const double v[3]) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
 
 // True only if no two points of a rectangle of quads whose steps have these bounds come within the
 // margin of each other, unless they lie on triangles with a common vertex (docs/theory.md, "The
 // tangent certificate"): the smallest height of the triangle of the mean steps exceeds the margin
-// and how far steps stray from their means.
-WEFT_INLINE bool certified(const float bound[16], float margin) {
-  float mean[2][3], stray[2][3];
+// and how far steps stray from their means. In float64: a fourth power of a coordinate is out of
+// the range of float32.
+WEFT_INLINE bool certified(const float bound[16], double margin) {
+  double mean[2][3], stray[2][3];
   for (int i = 0; i < 6; ++i) {
-    mean[i / 3][i % 3] = 0.5F * (bound[6 + i] - bound[i]);
-    stray[i / 3][i % 3] = 0.5F * (bound[6 + i] + bound[i]);
+    const double low = -static_cast<double>(bound[i]), high = static_cast<double>(bound[6 + i]);
+    mean[i / 3][i % 3] = 0.5 * (high + low);
+    stray[i / 3][i % 3] = 0.5 * (high - low);
   }
-  const float* a = mean[0];
-  const float* b = mean[1];
-  const float third[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-  const float cross[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                          a[0] * b[1] - a[1] * b[0]};
-  const float longest = larger(larger(length(a), length(b)), length(third));
-  // Both sides are off by less than 2^-20 of the square of the longest side.
-  return length(cross) - 0x1p-19F * longest * longest >
-         longest * (margin + length(stray[0]) + length(stray[1]));
+  const double* a = mean[0];
+  const double* b = mean[1];
+  const double third[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  const double cross[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                           a[0] * b[1] - a[1] * b[0]};
+  const double longest = larger(larger(squared(a), squared(b)), squared(third));
+  const double needed =
+      margin + __builtin_sqrt(squared(stray[0])) + __builtin_sqrt(squared(stray[1]));
+  // Rounding is less than 2^-48 of the square of the longest side.
+  return __builtin_sqrt(squared(cross)) > __builtin_sqrt(longest) * needed + 0x1p-48 * longest;
 }
 
 // Where two blocks of one level are neighbours (or one and the same): true, and their distance in

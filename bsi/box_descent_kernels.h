@@ -18,9 +18,9 @@ struct NodePair {
 
 struct DescentQuery {
   const BoxTree* a;
-  const BoxTree* b;          // a itself in a self traversal
-  float half_margin;         // every box is widened by it
-  float certificate_margin;  // negative: the certificate is not to be used
+  const BoxTree* b;           // a itself in a self traversal
+  double certificate_margin;  // negative: the certificate is not to be used
+  float half_margin;          // every box is widened by it
   bool self;
   bool triangles;  // leaves are triangles, not quads
 };

@@ -1,5 +1,7 @@
 #include "bsi/box_pyramid.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -12,7 +14,7 @@ namespace weft::bsi {
 namespace {
 
 // So that no vector load is split between two rows.
-constexpr std::size_t row_alignment = 16;
+constexpr std::size_t row_alignment = plane_padding;
 
 std::size_t aligned(std::size_t count) {
   return (count + row_alignment - 1) / row_alignment * row_alignment;
@@ -34,10 +36,13 @@ Box join(Box a, const Box& b) {
 
 }  // namespace
 
-BoxPyramid::BoxPyramid(const Atlas& atlas) : atlas_(atlas) {
+BoxPyramid::BoxPyramid(const Atlas& atlas, bool tangents)
+    : atlas_(atlas), holds_tangents_(tangents) {
   const int patches = static_cast<int>(atlas.patches().size());
   for (int patch = 0; patch < patches; ++patch) add_patch(patch);
   for (int patch = 0; patch < patches; ++patch) add_strips(patch);
+  // The last row may be read past its end.
+  vertices_[0].resize(vertices_[0].size() + row_alignment);
   group_levels_ = ceil_log2(patches);
   group_boxes_.resize((std::size_t{1} << group_levels_) - 1);
   point_views();
@@ -75,7 +80,7 @@ void BoxPyramid::add_patch(int patch) {
     levels_.push_back(place);
     if (level == leaf_level) break;
     groups += blocks_along(place.log_u + place.log_v);
-    tangents += blocks_along(place.log_u + place.log_v);
+    if (holds_tangents_) tangents += blocks_along(place.log_u + place.log_v);
   }
   groups_.resize(groups);
   tangents_.resize(tangents);
@@ -95,7 +100,8 @@ void BoxPyramid::add_strips(int patch) {
   const BoxPatch& view = patches_[patch];
   const BoxLevel& leaves = level_of(patch, levels(patch) - 1);
   const bool parallel = view.quad_rows * view.quad_cols >= quads_worth_a_thread;
-  strip_log_.push_back(parallel ? std::min(strip_log_limit, leaves.log_v) : 0);
+  // A strip holds whole rows of the parents of leaves.
+  strip_log_.push_back(parallel ? std::clamp(leaves.log_v - 1, 0, strip_log_limit) : 0);
   for (int index = 0; index < 1 << strip_log_[patch]; ++index) {
     Strip strip;
     strip.patch = patch;
@@ -103,11 +109,11 @@ void BoxPyramid::add_strips(int patch) {
     std::size_t size = 0;
     for (int level = 0; level < levels(patch); ++level) {
       strip.row.push_back(size);
-      size += 2 * row_planes * aligned(blocks_along(level_of(patch, level).log_u));
+      size += 2 * plane_count * aligned(blocks_along(level_of(patch, level).log_u));
     }
     strip.columns = size;
-    strip.rows.resize(size + row_planes * view.vertices[0].stride);
-    strip.boundary[0].resize(3 * view.vertices[0].stride);
+    strip.rows.resize(size + plane_count * view.vertices[0].stride + row_alignment);
+    strip.boundary[0].resize(3 * view.vertices[0].stride + row_alignment);
     strips_.push_back(std::move(strip));
   }
 }
@@ -117,7 +123,7 @@ void BoxPyramid::point_views() {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const bool leaf = i + 1 == levels_.size() || levels_[i].patch != levels_[i + 1].patch;
     levels_[i].groups = leaf ? nullptr : &groups_[places_[i].groups];
-    levels_[i].tangents = leaf ? nullptr : &tangents_[places_[i].tangents];
+    levels_[i].tangents = leaf || !holds_tangents_ ? nullptr : &tangents_[places_[i].tangents];
   }
   for (int patch = 0; patch < patch_count(); ++patch) {
     BoxPatch& view = patches_[patch];
@@ -173,23 +179,23 @@ std::size_t BoxPyramid::bytes() const {
          sizeof(std::int32_t) * boundaries_.size();
 }
 
-std::optional<TexelAddress> BoxPyramid::rebuild(std::span<const Vec3> positions) {
+std::optional<TexelAddress> BoxPyramid::rebuild(std::span<const Vec3> positions, int threads) {
   ends_ = {positions, positions};
-  return rebuild_all(1);
+  return rebuild_all(1, threads);
 }
 
 std::optional<TexelAddress> BoxPyramid::rebuild_swept(std::span<const Vec3> start,
-                                                      std::span<const Vec3> end) {
+                                                      std::span<const Vec3> end, int threads) {
   ends_ = {start, end};
   if (vertices_[1].empty()) {
     vertices_[1].resize(vertices_[0].size());
     for (Strip& strip : strips_) strip.boundary[1].resize(strip.boundary[0].size());
     point_views();
   }
-  return rebuild_all(2);
+  return rebuild_all(2, threads);
 }
 
-std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends) {
+std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends, int threads) {
   for (const auto& end : ends_) {
     assert(static_cast<int>(end.size()) == atlas_.particle_count());
     static_cast<void>(end);
@@ -197,7 +203,8 @@ std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends) {
   built_ = false;
   tree_.swept = ends - 1;
   const int strips = static_cast<int>(strips_.size());
-#pragma omp parallel for schedule(dynamic, 1) if (strips > 1)
+  const int team = std::min(strips, threads > 0 ? threads : omp_get_max_threads());
+#pragma omp parallel for schedule(dynamic, 1) num_threads(team) if (team > 1)
   for (int i = 0; i < strips; ++i) rebuild_strip(strips_[i]);
   const bool finite =
       std::all_of(strips_.begin(), strips_.end(), [](const Strip& s) { return s.finite; });
@@ -218,29 +225,59 @@ std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends) {
 // leaves; a parent's row is made as soon as those of its children are there, while they are in the
 // cache.
 void BoxPyramid::rebuild_strip(Strip& strip) {
-  const BoxBuildKernels& kernels = box_build_kernels();
   const BoxPatch& image = patches_[strip.patch];
   const int leaf_level = levels(strip.patch) - 1;
   const BoxLevel& leaves = level_of(strip.patch, leaf_level);
   const int rows_log = leaves.log_v - strip_log_[strip.patch];
   const int first = strip.index << rows_log;
   const int last = (strip.index + 1) << rows_log;
-  const BoundRow columns{&strip.rows[strip.columns], image.vertices[0].stride};
   const auto boundary = [&](int v) { return block_boundary(v, image.quad_rows, leaves.log_v); };
-  strip.finite = load_row(strip, boundary(first), 0) &&
-                 (tree_.swept == 0 || load_row(strip, boundary(first), 1));
+  strip.finite = true;
+  for (int end = 0; end <= tree_.swept; ++end) {
+    strip.finite = load_row(strip, boundary(first), end) && strip.finite;
+  }
   for (int v = first; v < last; ++v) {
     for (int end = 0; end <= tree_.swept; ++end) {
       for (int row = boundary(v) + 1; row <= boundary(v + 1); ++row) {
         strip.finite = load_row(strip, row, end) && strip.finite;
       }
-      kernels.bound_columns(vertex_rows(strip, boundary(v), boundary(v + 1), end), image.quad_cols,
-                            end > 0, columns);
     }
-    kernels.bound_leaves(columns, &boundaries_[first_boundary_[strip.patch]], 1 << leaves.log_u,
-                         row(strip, leaf_level, v));
+    bound_leaf_row(strip, v);
     finish_row(strip, v);
   }
+}
+
+void BoxPyramid::bound_leaf_row(Strip& strip, int v) {
+  const BoxBuildKernels& kernels = box_build_kernels();
+  const BoxPatch& image = patches_[strip.patch];
+  const int level = levels(strip.patch) - 1;
+  const QuadRange rows = quads(strip.patch, level, 0, v);
+  const BoundRow columns{&strip.rows[strip.columns], image.vertices[0].stride};
+  for (int end = 0; end <= tree_.swept; ++end) {
+    kernels.bound_columns(vertex_rows(strip, rows.row_begin, rows.row_end, end), image.quad_cols,
+                          end > 0, columns);
+  }
+  kernels.bound_leaves(columns, box_planes, &boundaries_[first_boundary_[strip.patch]],
+                       blocks_u(strip.patch, level), row(strip, level, v));
+}
+
+// The bounds of steps begin with row v of the parents of leaves: from the vertices of the whole
+// row, gathered by the columns of leaves and then by those of their parents.
+void BoxPyramid::bound_step_row(Strip& strip, int v, BoundRow out) {
+  const BoxBuildKernels& kernels = box_build_kernels();
+  const BoxPatch& image = patches_[strip.patch];
+  const int level = levels(strip.patch) - 2;
+  const QuadRange rows = quads(strip.patch, level, 0, v);
+  const BoundRow columns{&strip.rows[strip.columns], image.vertices[0].stride};
+  for (int end = 0; end <= tree_.swept; ++end) {
+    kernels.bound_steps(vertex_rows(strip, rows.row_begin, rows.row_end, end), image.quad_cols,
+                        end > 0, columns);
+  }
+  const BoundRow leaves = row(strip, level + 1, 0);
+  kernels.bound_leaves(columns, step_planes, &boundaries_[first_boundary_[strip.patch]],
+                       blocks_u(strip.patch, level + 1), leaves);
+  kernels.merge(leaves, leaves, step_planes, level_of(strip.patch, level).split_u != 0,
+                blocks_u(strip.patch, level), out);
 }
 
 // Vertices of row `row` of the closed image at one end of their paths. The row that the next strip
@@ -289,21 +326,24 @@ VertexRows BoxPyramid::vertex_rows(const Strip& strip, int first_row, int last_r
 BoundRow BoxPyramid::row(Strip& strip, int level, int v) const {
   const std::size_t stride = aligned(blocks_along(level_of(strip.patch, level).log_u));
   const std::size_t second = level > strip_log_[strip.patch] ? v & 1 : 0;
-  return {&strip.rows[strip.row[level] + second * row_planes * stride], stride};
+  return {&strip.rows[strip.row[level] + second * plane_count * stride], stride};
 }
 
-// Stores what a finished row of leaf blocks completes, up to the top of the strip.
+// Makes the rows of parents that a finished row of leaf blocks completes, up to the top of the
+// strip.
 void BoxPyramid::finish_row(Strip& strip, int v) {
   const int top = strip_log_[strip.patch];
-  for (int level = levels(strip.patch) - 1;; --level) {
-    store_tangents(strip.patch, level, v, row(strip, level, v));
-    if (level <= top) return;
+  for (int level = levels(strip.patch) - 1; level > top; --level) {
     const bool split = level_of(strip.patch, level - 1).split_v != 0;
     if (split && v % 2 == 0) return;
     if (split) v /= 2;
     const BoundRow upper = row(strip, level, split ? 2 * v : v);
     const BoundRow lower = split ? row(strip, level, 2 * v + 1) : BoundRow{nullptr, 0};
-    merge_into_parent(strip.patch, level - 1, upper, lower, v, row(strip, level - 1, v));
+    const BoundRow out = row(strip, level - 1, v);
+    merge_into_parent(strip.patch, level - 1, upper, lower, v, out);
+    if (!holds_tangents_) continue;
+    if (level == levels(strip.patch) - 1) bound_step_row(strip, v, out);
+    store_tangents(strip.patch, level - 1, v, out);
   }
 }
 
@@ -316,7 +356,7 @@ void BoxPyramid::join_strips(std::span<Strip> strips) {
     for (int v = 0; v < 1 << level; ++v) {
       merge_into_parent(patch, level, of(level + 1, 2 * v), of(level + 1, 2 * v + 1), v,
                         of(level, v));
-      store_tangents(patch, level, v, of(level, v));
+      if (holds_tangents_) store_tangents(patch, level, v, of(level, v));
     }
   }
   const BoundRow whole = row(strips[0], 0, 0);
@@ -335,11 +375,14 @@ void BoxPyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRo
   const std::size_t first = static_cast<std::size_t>(v) << parent.log_u;
   BoxGroup* groups = &groups_[places_[patches_[patch].first_level + level].groups + first];
   kernels.store_groups(upper, lower, parent.split_u != 0, blocks, groups);
-  kernels.merge(upper, lower.plane != nullptr ? lower : upper, parent.split_u != 0, blocks, out);
+  // The leaves have no bounds of steps to be merged.
+  const bool steps = holds_tangents_ && level < levels(patch) - 2;
+  const PlaneRange planes{0, steps ? step_planes.end : box_planes.end};
+  kernels.merge(upper, lower.plane != nullptr ? lower : upper, planes, parent.split_u != 0, blocks,
+                out);
 }
 
 void BoxPyramid::store_tangents(int patch, int level, int v, BoundRow bounds) {
-  if (level == levels(patch) - 1) return;
   const BoxLevel& place = level_of(patch, level);
   const std::size_t first = static_cast<std::size_t>(v) << place.log_u;
   TangentBounds* tangents =

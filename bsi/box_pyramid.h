@@ -41,19 +41,23 @@ class BoxPyramid {
   static constexpr int quad_limit = 1 << 17;
 
   // Throws std::invalid_argument, naming the patch, on more than quad_limit quads along an axis.
-  explicit BoxPyramid(const Atlas& atlas);
+  // `tangents`: hold the bounds of steps that the certificate of self traversals asks for; they
+  // take more than half of a rebuild.
+  explicit BoxPyramid(const Atlas& atlas, bool tangents = true);
   BoxPyramid(BoxPyramid&&) = default;
   BoxPyramid& operator=(BoxPyramid&&) = default;
 
-  // Rebuilds everything from the positions (metres) of the atlas' particles, on the threads of
-  // OpenMP, with the same bits for any number of them. O(quads); allocates nothing. Returns the
-  // first texel whose position is not finite (the pyramid is then not usable until the next
-  // rebuild).
-  [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions);
+  // Rebuilds everything from the positions (metres) of the atlas' particles, on `threads`
+  // threads (0: those of OpenMP), with the same bits for any number of them. O(quads); allocates
+  // nothing. Returns the first texel whose position is not finite (the pyramid is then not usable
+  // until the next rebuild).
+  [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
+                                                    int threads = 0);
   // Bounds every vertex at both ends of its path, and so all along a straight one. The first call
   // makes room for the second image.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
-                                                          std::span<const Vec3> end);
+                                                          std::span<const Vec3> end,
+                                                          int threads = 0);
   // True after a rebuild that found every position finite.
   bool is_built() const { return built_; }
 
@@ -104,10 +108,12 @@ class BoxPyramid {
   void add_patch(int patch);
   void add_strips(int patch);
   void point_views();
-  std::optional<TexelAddress> rebuild_all(int ends);
+  std::optional<TexelAddress> rebuild_all(int ends, int threads);
   void rebuild_strip(Strip& strip);
   bool load_row(Strip& strip, int row, int end);
   VertexRows vertex_rows(const Strip& strip, int first_row, int last_row, int end) const;
+  void bound_leaf_row(Strip& strip, int v);
+  void bound_step_row(Strip& strip, int v, BoundRow out);
   void finish_row(Strip& strip, int v);
   void join_strips(std::span<Strip> strips);
   void merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v, BoundRow out);
@@ -117,6 +123,7 @@ class BoxPyramid {
   void rebuild_groups();
 
   Atlas atlas_;
+  bool holds_tangents_ = true;
   std::vector<BoxPatch> patches_;
   std::vector<BoxLevel> levels_;
   std::vector<LevelPlace> places_;         // by level, as levels_

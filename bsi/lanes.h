@@ -1,73 +1,169 @@
-// Eight floats at once, for the kernels alone: every function is forced inline into the namespace
-// of the kernels that include it, so that no two instruction sets share one (see
-// instruction_set.h).
+// Vectors of floats or doubles as wide as the instruction set, for kernel files alone (see
+// bsi/instruction_set.h): everything here is compiled once for every set, in its own namespace.
+//
+// Lanes<F> is a vector of GCC's extension: + - * / act on every lane, and `a < b ? c : d` chooses
+// lane by lane.
 #pragma once
 
-#if defined(__AVX__)
+#if defined(__SSE2__)
 #include <immintrin.h>
 #endif
 
-#define WEFT_INLINE static inline __attribute__((always_inline))
+#define WEFT_INLINE [[gnu::always_inline]] inline
 
 namespace weft::bsi::WEFT_KERNELS {
 
-typedef float Lanes __attribute__((vector_size(32)));
-typedef float UnalignedLanes __attribute__((vector_size(32), aligned(4), may_alias));
-typedef float Quad __attribute__((vector_size(16)));
-typedef float UnalignedQuad __attribute__((vector_size(16), aligned(4), may_alias));
-
-WEFT_INLINE Lanes load(const float* from) { return *reinterpret_cast<const UnalignedLanes*>(from); }
-WEFT_INLINE Quad load_quad(const float* from) {
-  return *reinterpret_cast<const UnalignedQuad*>(from);
-}
-WEFT_INLINE void store(float* to, Lanes lanes) { *reinterpret_cast<UnalignedLanes*>(to) = lanes; }
-WEFT_INLINE Lanes broadcast(float value) {
-  return Lanes{value, value, value, value, value, value, value, value};
-}
-
-WEFT_INLINE float larger(float a, float b) { return a > b ? a : b; }
-
-WEFT_INLINE Quad smaller(Quad a, Quad b) {
-#if defined(__AVX__)
-  return _mm_min_ps(a, b);
+#if defined(__AVX512F__)
+inline constexpr int vector_bytes = 64;
+#elif defined(__AVX__)
+inline constexpr int vector_bytes = 32;
 #else
-  return a < b ? a : b;
+inline constexpr int vector_bytes = 16;
 #endif
-}
 
-WEFT_INLINE Quad larger(Quad a, Quad b) {
-#if defined(__AVX__)
-  return _mm_max_ps(a, b);
-#else
-  return a > b ? a : b;
-#endif
-}
+template <class Float>
+struct LanesOf {
+  typedef Float Type __attribute__((vector_size(vector_bytes)));
+};
+template <class Float>
+using Lanes = typename LanesOf<Float>::Type;
+template <class Float>
+inline constexpr int lane_count = vector_bytes / static_cast<int>(sizeof(Float));
 
-// Boxes in lanes, one array a bound, by axis.
-struct LaneBoxes {
-  Lanes low[3], high[3];
+template <class Float>
+struct RoundingOf;
+template <>
+struct RoundingOf<float> {
+  static constexpr float unit = 0x1p-24F;
+  static constexpr float smallest_square = 1e-36F;  // above what underflow of a square can take
+};
+template <>
+struct RoundingOf<double> {
+  static constexpr double unit = 0x1p-53;
+  static constexpr double smallest_square = 1e-300;
 };
 
-// The lanes in which two boxes overlap, closed; bit i for lane i.
-WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
-#if defined(__AVX512VL__)
-  __mmask8 mask = _mm256_cmp_ps_mask(a.low[0], b.high[0], _CMP_LE_OQ);
-  mask = _mm256_mask_cmp_ps_mask(mask, b.low[0], a.high[0], _CMP_LE_OQ);
-  mask = _mm256_mask_cmp_ps_mask(mask, a.low[1], b.high[1], _CMP_LE_OQ);
-  mask = _mm256_mask_cmp_ps_mask(mask, b.low[1], a.high[1], _CMP_LE_OQ);
-  mask = _mm256_mask_cmp_ps_mask(mask, a.low[2], b.high[2], _CMP_LE_OQ);
-  return _mm256_mask_cmp_ps_mask(mask, b.low[2], a.high[2], _CMP_LE_OQ);
+// `a < b ? a : b` and `a > b ? a : b`: where one is not a number, b. By name, because g++ 12 does
+// not find the instruction in every such choice.
+#if defined(__SSE2__)
+#if defined(__AVX512F__)
+#define WEFT_VECTOR(operation) _mm512_##operation
+#elif defined(__AVX__)
+#define WEFT_VECTOR(operation) _mm256_##operation
 #else
-  const auto meets = (a.low[0] <= b.high[0]) & (b.low[0] <= a.high[0]) & (a.low[1] <= b.high[1]) &
-                     (b.low[1] <= a.high[1]) & (a.low[2] <= b.high[2]) & (b.low[2] <= a.high[2]);
-#if defined(__AVX__)
-  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(meets)));
+#define WEFT_VECTOR(operation) _mm_##operation
+#endif
+WEFT_INLINE Lanes<float> smaller(Lanes<float> a, Lanes<float> b) {
+  return WEFT_VECTOR(min_ps)(a, b);
+}
+WEFT_INLINE Lanes<double> smaller(Lanes<double> a, Lanes<double> b) {
+  return WEFT_VECTOR(min_pd)(a, b);
+}
+WEFT_INLINE Lanes<float> larger(Lanes<float> a, Lanes<float> b) {
+  return WEFT_VECTOR(max_ps)(a, b);
+}
+WEFT_INLINE Lanes<double> larger(Lanes<double> a, Lanes<double> b) {
+  return WEFT_VECTOR(max_pd)(a, b);
+}
+WEFT_INLINE Lanes<float> square_root(Lanes<float> a) { return WEFT_VECTOR(sqrt_ps)(a); }
+WEFT_INLINE Lanes<double> square_root(Lanes<double> a) { return WEFT_VECTOR(sqrt_pd)(a); }
+#undef WEFT_VECTOR
 #else
-  unsigned mask = 0;
-  for (int i = 0; i < 8; ++i) mask |= meets[i] != 0 ? 1U << i : 0U;
-  return mask;
+template <class V>
+WEFT_INLINE V smaller(V a, V b) {
+  return a < b ? a : b;
+}
+template <class V>
+WEFT_INLINE V larger(V a, V b) {
+  return a > b ? a : b;
+}
+template <class V>
+WEFT_INLINE V square_root(V a) {
+  for (unsigned i = 0; i < sizeof(V) / sizeof(a[0]); ++i) a[i] = __builtin_sqrt(a[i]);
+  return a;
+}
 #endif
-#endif
+// What is not a number becomes 0.
+template <class V>
+WEFT_INLINE V clamped_to_unit(V a) {
+  return smaller(larger(a, V{}), V{} + 1);
+}
+
+// A point or a vector of space in every lane.
+template <class V>
+struct Lanes3 {
+  V x, y, z;
+};
+
+template <class V>
+WEFT_INLINE Lanes3<V> operator+(const Lanes3<V>& a, const Lanes3<V>& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class V>
+WEFT_INLINE Lanes3<V> operator-(const Lanes3<V>& a, const Lanes3<V>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class V>
+WEFT_INLINE Lanes3<V> operator-(const Lanes3<V>& a) {
+  return {-a.x, -a.y, -a.z};
+}
+template <class V>
+WEFT_INLINE Lanes3<V> operator*(V factor, const Lanes3<V>& a) {
+  return {factor * a.x, factor * a.y, factor * a.z};
+}
+template <class V>
+WEFT_INLINE V dot(const Lanes3<V>& a, const Lanes3<V>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class V>
+WEFT_INLINE Lanes3<V> cross(const Lanes3<V>& a, const Lanes3<V>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+template <int... index>
+struct LaneIndices {};
+template <int count>
+struct LaneIndicesUpTo;
+template <>
+struct LaneIndicesUpTo<2> : LaneIndices<0, 1> {};
+template <>
+struct LaneIndicesUpTo<4> : LaneIndices<0, 1, 2, 3> {};
+template <>
+struct LaneIndicesUpTo<8> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7> {};
+template <>
+struct LaneIndicesUpTo<16> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15> {};
+
+// The lanes 0, 2, 4... (1, 3, 5... with first = 1) of a and then of b.
+template <int first, class V, int... index>
+WEFT_INLINE V every_second(V a, V b, LaneIndices<index...>) {
+  return __builtin_shufflevector(a, b, (2 * index + first)...);
+}
+
+// Points kept as four numbers each: `from` holds one for every lane. The last number goes to
+// `fourth` unless that is null.
+template <class Float>
+WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
+                                             Lanes<Float>* fourth = nullptr) {
+  using V = Lanes<Float>;
+  constexpr LaneIndicesUpTo<lane_count<Float>> all;
+  const V* part = reinterpret_cast<const V*>(from);
+  const V xz0 = every_second<0>(part[0], part[1], all);
+  const V xz1 = every_second<0>(part[2], part[3], all);
+  const V yw0 = every_second<1>(part[0], part[1], all);
+  const V yw1 = every_second<1>(part[2], part[3], all);
+  if (fourth != nullptr) *fourth = every_second<1>(yw0, yw1, all);
+  return {every_second<0>(xz0, xz1, all), every_second<0>(yw0, yw1, all),
+          every_second<1>(xz0, xz1, all)};
+}
+
+// Stores point - origin, the difference taken in doubles; the fourth number is 0.
+template <class Float>
+WEFT_INLINE void store_point(const double* point, const double* origin, Float (&to)[4]) {
+  typedef double Double4 __attribute__((vector_size(32)));
+  typedef Float Float4 __attribute__((vector_size(4 * sizeof(Float))));
+  const Double4 p = {point[0], point[1], point[2], 0};
+  const Double4 o = {origin[0], origin[1], origin[2], 0};
+  *reinterpret_cast<Float4*>(&to) = __builtin_convertvector(p - o, Float4);
 }
 
 }  // namespace weft::bsi::WEFT_KERNELS

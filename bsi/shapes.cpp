@@ -118,15 +118,25 @@ std::vector<int> number_particles(std::vector<int> first_of) {
 
 }  // namespace
 
-Surface make_sphere(double radius, int n) {
-  check_size("the sphere's radius", radius);
-  const std::vector<Patch> faces(6, Patch{n, n});
-  const Atlas unsewn(faces);
+namespace {
+
+// The cube's six faces of n x n points, each split into split_v x split_u patches of the same size,
+// sewn where points coincide; position(direction) in metres from a unit vector.
+template <typename Position>
+Surface make_cube_sphere(int n, int split_v, int split_u, Position position) {
+  const Patch size{(n - 1) / split_v + 1, (n - 1) / split_u + 1};
+  const int patches_a_face = split_v * split_u;
+  const std::vector<Patch> patches(std::size_t{6} * patches_a_face, size);
+  const Atlas unsewn(patches);
   std::vector<Lattice> points;
   points.reserve(unsewn.texel_count());
-  for (int face = 0; face < 6; ++face) {
-    for (int row = 0; row < n; ++row) {
-      for (int col = 0; col < n; ++col) points.push_back(cube_point(face, row, col, n));
+  for (int patch = 0; patch < 6 * patches_a_face; ++patch) {
+    const int first_row = patch % patches_a_face / split_u * (size.rows - 1);
+    const int first_col = patch % split_u * (size.cols - 1);
+    for (int row = 0; row < size.rows; ++row) {
+      for (int col = 0; col < size.cols; ++col) {
+        points.push_back(cube_point(patch / patches_a_face, first_row + row, first_col + col, n));
+      }
     }
   }
   std::vector<int> order(points.size());
@@ -141,10 +151,28 @@ Surface make_sphere(double radius, int n) {
   Surface surface;
   surface.positions.resize(*std::ranges::max_element(particles) + 1);
   for (std::size_t texel = 0; texel < points.size(); ++texel) {
-    surface.positions[particles[texel]] = radius * on_unit_sphere(points[texel], n);
+    surface.positions[particles[texel]] = position(on_unit_sphere(points[texel], n));
   }
-  surface.atlas = Atlas(faces, std::move(particles));
+  surface.atlas = Atlas(patches, std::move(particles));
   return surface;
+}
+
+}  // namespace
+
+Surface make_sphere(double radius, int n) {
+  check_size("the sphere's radius", radius);
+  return make_cube_sphere(n, 1, 1, [radius](const Vec3& p) -> Vec3 { return radius * p; });
+}
+
+Surface make_blob(double radius, int n) {
+  check_size("the blob's radius", radius);
+  return make_cube_sphere(4 * (n - 1) + 1, 2, 4, [radius](const Vec3& p) -> Vec3 {
+    // Star-shaped, so it cannot meet itself; no symmetry, so that every patch differs.
+    const double height = 0.14 * std::sin(3 * p.x() + 1) * std::cos(2 * p.y()) +
+                          0.10 * std::sin(5 * p.z() + 2 * p.x()) +
+                          0.06 * std::cos(7 * p.y() - 3 * p.z());
+    return radius * (1 + height) * p;
+  });
 }
 
 namespace {

@@ -27,6 +27,9 @@ Surface make_torus(double major_radius, double minor_radius, int rows, int cols)
 // Six sewn patches of n x n vertices, the faces of a cube with equal angles between the vertices;
 // normal outwards.
 Surface make_sphere(double radius, int n);
+// A sphere with dents and bulges of up to 30 % of its radius, as 48 sewn patches of 2 n - 1 rows
+// and n columns: each face of the cube is split into 2 x 4. Normal outwards.
+Surface make_blob(double radius, int n);
 // Patches of `rows` x `cols` positions given texel by texel, as read from a file. Texels of
 // the borders of different patches at exactly the same position are sewn. Throws on a non-finite
 // position, naming the texel.

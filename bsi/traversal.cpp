@@ -31,11 +31,8 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
   query.self = self;
   query.triangles = options.leaf == Leaf::triangle;
-  // Steps between rounded vertices, subtracted in float32, and their means and half widths: each
-  // off by less than 2^-20 of the magnitude.
-  const double rounding = 0x1p-19 * static_cast<double>(first.magnitude());
   query.certificate_margin =
-      self && options.certificate ? rounded_up((options.margin + rounding) * (1 + 0x1p-20)) : -1.0F;
+      self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0;
   return query;
 }
 
@@ -173,22 +170,23 @@ PairConsumer appender(std::vector<LeafPair>& pairs) {
 // Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
 // what it finds in the order of i.
 template <class Work>
-void collect(int count, int chunk, std::vector<LeafPair>& pairs, DescentCounters& counters,
-             const Work& work) {
+void collect(int count, int chunk, int threads, std::vector<LeafPair>& pairs,
+             DescentCounters& counters, const Work& work) {
   const auto run = [&](int begin, int end, std::vector<LeafPair>& found, DescentCounters& tests) {
     const PairConsumer append = appender(found);
     Handover handover(append);
     for (int i = begin; i < end; ++i) work(i, handover.sink(), tests);
     handover.finish();
   };
-  if (omp_get_max_threads() == 1 || count <= chunk) {
+  const int team = threads > 0 ? threads : omp_get_max_threads();
+  if (team == 1 || count <= chunk) {
     run(0, count, pairs, counters);
     return;
   }
   const int chunks = (count + chunk - 1) / chunk;
   std::vector<std::vector<LeafPair>> found(chunks);
   std::vector<DescentCounters> tests(chunks);
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(team)
   for (int c = 0; c < chunks; ++c) {
     run(c * chunk, std::min(count, (c + 1) * chunk), found[c], tests[c]);
   }
@@ -204,11 +202,11 @@ void collect(int count, int chunk, std::vector<LeafPair>& pairs, DescentCounters
 }
 
 void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
-              std::vector<LeafPair>& pairs, TraversalCounters& counters) {
+              int threads, std::vector<LeafPair>& pairs, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
   const DescentKernels& kernels = descent_kernels();
-  collect(static_cast<int>(starts.size()), 4, pairs, tests,
+  collect(static_cast<int>(starts.size()), 4, threads, pairs, tests,
           [&](int i, PairSink& sink, DescentCounters& own) {
             kernels.descend(query, starts[i], sink, own);
           });
@@ -247,11 +245,19 @@ void traverse_blocks(const BoxPyramid& first, const BoxPyramid& second, const De
 }  // namespace
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
+  // More would change nothing, for no coordinate is larger than the limit, and might overflow.
+  margin = std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
   // Rounding moves a coordinate by at most 2^-24 of the magnitude, or 2^-126 where it is flushed to
   // zero.
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
   return rounded_up(0.5 * (margin + rounding));
+}
+
+double certificate_margin(double margin, float magnitude) {
+  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
+  // magnitude from a distance (docs/theory.md, "The tangent certificate").
+  return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 
 void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
@@ -270,7 +276,7 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
   DescentCounters tests{};
   const DescentKernels& kernels = descent_kernels();
   constexpr int points_a_chunk = 256;
-  collect(static_cast<int>(points.size()), points_a_chunk, pairs, tests,
+  collect(static_cast<int>(points.size()), points_a_chunk, options.threads, pairs, tests,
           [&](int i, PairSink& sink, DescentCounters& own) {
             const Vec3& point = points[i];
             const double largest = point.cwiseAbs().maxCoeff();
@@ -291,12 +297,14 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
                     const TraversalOptions& options, std::vector<LeafPair>& pairs,
                     TraversalCounters& counters) {
-  traverse(first, second, query_of(first, second, false, options), pairs, counters);
+  traverse(first, second, query_of(first, second, false, options), options.threads, pairs,
+           counters);
 }
 
 void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters) {
-  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), pairs, counters);
+  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options.threads, pairs,
+           counters);
 }
 
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,

@@ -17,6 +17,7 @@ struct TraversalOptions {
   Leaf leaf = Leaf::triangle;
   // Self traversal: leave out what the tangent certificate proves not to touch.
   bool certificate = true;
+  int threads = 0;  // 0: those of OpenMP
 };
 
 struct TraversalCounters {
@@ -29,6 +30,10 @@ struct TraversalCounters {
 // overlap where the points of the float64 surfaces come within `margin` of each other, whatever the
 // rounding. `magnitude_*`: BoxPyramid::magnitude of the two, m.
 float half_margin(double margin, float magnitude_a, float magnitude_b);
+
+// The distance that the tangent certificate proves points of a body to keep: the margin and what
+// rounding may have taken from it, m.
+double certificate_margin(double margin, float magnitude);
 
 // What is found is settled by the leaves alone, so that every implementation finds the same: pairs
 // of leaves whose boxes (of the vertices rounded to float32, at both ends of the path in a swept
@@ -44,17 +49,18 @@ float half_margin(double margin, float magnitude_a, float magnitude_b);
 void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
                       const TraversalOptions& options, std::vector<int>& leaves,
                       TraversalCounters& counters);
-// The same for many points: pairs (number of the point, leaf), on the threads of OpenMP.
+// The same for many points: pairs (number of the point, leaf). On several threads, like what
+// follows.
 void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, double radius,
                       const TraversalOptions& options, std::vector<LeafPair>& pairs,
                       TraversalCounters& counters);
 
-// Pairs (leaf of the first, leaf of the second), on the threads of OpenMP.
+// Pairs (leaf of the first, leaf of the second).
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
                     const TraversalOptions& options, std::vector<LeafPair>& pairs,
                     TraversalCounters& counters);
 
-// Unordered pairs of leaves of one body, on the threads of OpenMP. Triangles: a < b, those that
+// Unordered pairs of leaves of one body. Triangles: a < b, those that
 // share a particle left out. Quads: a <= b, neighbours and the quad with itself included, for a
 // quad can fold. With the certificate, pairs are left out that lie in a block, or in two
 // neighbouring ones, whose points are proved to stay farther apart than the margin, all along their

@@ -105,4 +105,16 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect) {
   return camera_for_points(corners_of_box(lowest, highest), aspect);
 }
 
+// An offset d at the distance r from the eye, at the angle a from the axis of the picture, moves a
+// point by at most d / (r cos^2 a) in the plane at distance 1, where a pixel is 2 slope / height.
+// The angle is largest in the corners.
+bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels) {
+  assert(pixels >= 0);
+  const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);
+  const double aspect = static_cast<double>(width) / height;
+  const double squared_cosine = 1 / (1 + slope * slope * (1 + aspect * aspect));
+  return {std::numeric_limits<double>::infinity(), pixels * 2 * slope / height * squared_cosine,
+          camera.eye};
+}
+
 }  // namespace weft::gpu

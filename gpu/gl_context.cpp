@@ -2,120 +2,123 @@
 
 #include <dlfcn.h>
 
-#include <array>
 #include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
-#include <vector>
 
 #include "gpu/gl_functions.h"
-// After glcorearb.h, which both headers can share a file with in this order.
-#include <GL/osmesa.h>
-
-#ifdef __SANITIZE_ADDRESS__
-// OSMesa 22.3 keeps about 150 bytes of each context it destroys. Read by the leak sanitizer.
-extern "C" const char* __lsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
-extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; }
-#endif
+#include "gpu/gl_platform.h"
 
 namespace weft::gpu {
 namespace {
 
 std::atomic<int> contexts_made{0};
 
-// The few functions of OSMesa itself, from the shared library.
-struct OsMesa {
-  decltype(&OSMesaCreateContextAttribs) create_context = nullptr;
-  decltype(&OSMesaDestroyContext) destroy_context = nullptr;
-  decltype(&OSMesaMakeCurrent) make_current = nullptr;
-  decltype(&OSMesaGetCurrentContext) current_context = nullptr;
-  decltype(&OSMesaGetProcAddress) function_address = nullptr;
-};
+// The backend last used by this process, which settles which library it may use.
+std::mutex process_mutex;
+std::optional<GlBackend> process_backend;
 
-// Loaded, not linked: linking would make every `weft` command start 15 ms later (it pulls in LLVM)
-// and fail where OSMesa is not installed.
-OsMesa load_osmesa() {
-  void* library = nullptr;
-  std::string reasons;
-  for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}) {
-    library = dlopen(name, RTLD_LAZY | RTLD_LOCAL);
-    if (library != nullptr) break;
-    reasons += std::string(reasons.empty() ? "" : "; ") + dlerror();
+std::unique_ptr<GlPlatform> make_platform(GlBackend backend) {
+  const std::scoped_lock lock(process_mutex);
+  const bool wants_osmesa = backend == GlBackend::osmesa;
+  if (process_backend && (*process_backend == GlBackend::osmesa) != wants_osmesa) {
+    throw std::runtime_error("no OpenGL by " + std::string(name(backend)) + ": this process uses " +
+                             std::string(name(*process_backend)) +
+                             " already, and Mesa allows only one of them");
   }
-  if (library == nullptr) {
-    throw std::runtime_error("no OpenGL: OSMesa cannot be loaded (Debian: libosmesa6): " + reasons);
+  if (wants_osmesa) {
+    auto platform = make_osmesa_platform();
+    process_backend = backend;
+    return platform;
   }
-  const auto resolve = [library](const char* name, auto& function) {
-    void* const address = dlsym(library, name);
-    if (address == nullptr) {
-      throw std::runtime_error(std::string("no OpenGL: this OSMesa has no ") + name);
-    }
-    function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(address);
-  };
-  OsMesa osmesa;
-  resolve("OSMesaCreateContextAttribs", osmesa.create_context);
-  resolve("OSMesaDestroyContext", osmesa.destroy_context);
-  resolve("OSMesaMakeCurrent", osmesa.make_current);
-  resolve("OSMesaGetCurrentContext", osmesa.current_context);
-  resolve("OSMesaGetProcAddress", osmesa.function_address);
-  return osmesa;
+  // Even a search that ends without a device leaves EGL's drivers loaded.
+  if (!process_backend) process_backend = GlBackend::egl_software;
+  auto platform = make_egl_platform(backend == GlBackend::hardware);
+  process_backend = backend;
+  return platform;
 }
 
-// Never unloaded: threads of the rasteriser outlive the contexts. A failure is tried anew.
-const OsMesa& osmesa() {
-  static const OsMesa loaded = load_osmesa();
-  return loaded;
-}
-
-OSMesaContext create_osmesa_context() {
-  constexpr std::array<int, 15> attributes{OSMESA_FORMAT,
-                                           OSMESA_RGBA,
-                                           OSMESA_DEPTH_BITS,
-                                           0,
-                                           OSMESA_STENCIL_BITS,
-                                           0,
-                                           OSMESA_ACCUM_BITS,
-                                           0,
-                                           OSMESA_PROFILE,
-                                           OSMESA_CORE_PROFILE,
-                                           OSMESA_CONTEXT_MAJOR_VERSION,
-                                           4,
-                                           OSMESA_CONTEXT_MINOR_VERSION,
-                                           5,
-                                           0};
-  const OSMesaContext context = osmesa().create_context(attributes.data(), nullptr);
-  if (context == nullptr) {
-    throw std::runtime_error("no OpenGL: OSMesa has no OpenGL 4.5 core profile");
+GlBackend backend_for_pictures() {
+  {
+    const std::scoped_lock lock(process_mutex);
+    if (process_backend) return *process_backend;
   }
-  return context;
+  return software_backend();
 }
 
 }  // namespace
 
-struct GlContext::Implementation {
-  // OSMesa insists on a buffer to draw into; ours is never looked at (all drawing is to framebuffer
-  // objects).
-  static constexpr int buffer_size = 16;
-  std::vector<unsigned char> buffer =
-      std::vector<unsigned char>(std::size_t{4} * buffer_size * buffer_size);
-  OSMesaContext context = create_osmesa_context();
-  GlFunctions functions;
-
-  ~Implementation() {
-    if (osmesa().current_context() == context) {
-      osmesa().make_current(nullptr, nullptr, 0, 0, 0);
-    }
-    osmesa().destroy_context(context);
+LoadedLibrary::LoadedLibrary(std::string subject, std::initializer_list<const char*> names,
+                             const char* package)
+    : subject_(std::move(subject)) {
+  std::string reasons;
+  for (const char* name : names) {
+    handle_ = dlopen(name, RTLD_LAZY | RTLD_LOCAL);
+    if (handle_ != nullptr) return;
+    reasons += std::string(reasons.empty() ? "" : "; ") + dlerror();
   }
-};
+  throw std::runtime_error("no OpenGL: " + subject_ + " cannot be loaded (Debian: " + package +
+                           "): " + reasons);
+}
 
-GlContext::GlContext() : implementation_(std::make_unique<Implementation>()) {
+void* LoadedLibrary::symbol(const char* function_name) const {
+  void* const address = dlsym(handle_, function_name);
+  if (address != nullptr) return address;
+  throw std::runtime_error("no OpenGL: this " + subject_ + " has no " + function_name);
+}
+
+std::string_view name(GlBackend backend) {
+  switch (backend) {
+    case GlBackend::hardware:
+      return "EGL hardware";
+    case GlBackend::egl_software:
+      return "EGL software";
+    case GlBackend::osmesa:
+      return "OSMesa";
+  }
+  return "";
+}
+
+GlBackend software_backend() {
+  {
+    const std::scoped_lock lock(process_mutex);
+    if (process_backend) {
+      return *process_backend == GlBackend::osmesa ? GlBackend::osmesa : GlBackend::egl_software;
+    }
+  }
+  // Loading it is harmless, unlike making a context.
+  for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}) {
+    if (dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr) return GlBackend::osmesa;
+  }
+  return dlopen("libEGL.so.1", RTLD_LAZY | RTLD_LOCAL) != nullptr ? GlBackend::egl_software
+                                                                  : GlBackend::osmesa;
+}
+
+bool may_have_graphics_processor() {
+  std::error_code error;
+  for (const char* device : {"/dev/nvidiactl", "/dev/dxg"}) {
+    if (std::filesystem::exists(device, error)) return true;
+  }
+  for (const auto& entry : std::filesystem::directory_iterator("/dev/dri", error)) {
+    if (entry.path().filename().string().starts_with("renderD")) return true;
+  }
+  return false;
+}
+
+GlContext::GlContext() : GlContext(backend_for_pictures()) {}
+
+GlContext::GlContext(GlBackend backend)
+    : backend_(backend),
+      functions_(std::make_unique<GlFunctions>()),
+      platform_(make_platform(backend)) {
   make_current();
-  GlFunctions& gl = implementation_->functions;
   // A null test is not enough (Mesa hands out addresses for unknown names too), but the profile
   // asked for has them all.
-#define WEFT_GL_RESOLVE(type, name)                                        \
-  gl.name = reinterpret_cast<type>(osmesa().function_address("gl" #name)); \
-  if (gl.name == nullptr) throw std::runtime_error("OpenGL has no gl" #name);
+#define WEFT_GL_RESOLVE(type, function)                                                       \
+  functions_->function = reinterpret_cast<type>(platform_->function_address("gl" #function)); \
+  if (functions_->function == nullptr) throw std::runtime_error("OpenGL has no gl" #function);
   WEFT_GL_FUNCTIONS(WEFT_GL_RESOLVE)
 #undef WEFT_GL_RESOLVE
   ++contexts_made;
@@ -123,23 +126,16 @@ GlContext::GlContext() : implementation_(std::make_unique<Implementation>()) {
 
 GlContext::~GlContext() = default;
 
-void GlContext::make_current() {
-  Implementation& own = *implementation_;
-  if (osmesa().current_context() == own.context) return;
-  if (osmesa().make_current(own.context, own.buffer.data(), GL_UNSIGNED_BYTE, own.buffer_size,
-                            own.buffer_size) == GL_FALSE) {
-    throw std::runtime_error("OSMesa cannot make its context current");
-  }
+void GlContext::make_current() { platform_->make_current(); }
+
+const GlFunctions& GlContext::functions() const { return *functions_; }
+
+std::string GlContext::device() const {
+  return reinterpret_cast<const char*>(functions_->GetString(GL_RENDERER));
 }
 
-const GlFunctions& GlContext::functions() const { return implementation_->functions; }
-
 std::string GlContext::description() const {
-  const GlFunctions& gl = functions();
-  const auto text = [&gl](GLenum name) {
-    return std::string(reinterpret_cast<const char*>(gl.GetString(name)));
-  };
-  return text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
+  return device() + ", OpenGL " + reinterpret_cast<const char*>(functions_->GetString(GL_VERSION));
 }
 
 int context_count() { return contexts_made; }

@@ -1,20 +1,40 @@
-// An OpenGL 4.5 core context without a window. Today there is one backend, OSMesa, whose rasteriser
-// runs on the CPU; contexts of graphics processors (EGL) belong here too.
+// An OpenGL 4.5 core context without a window: on a graphics processor (EGL), or drawn by the CPU
+// (OSMesa; EGL where OSMesa is missing, as from Mesa 25.1 on).
 #pragma once
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace weft::gpu {
 
 struct GlFunctions;
+class GlPlatform;
 
-// Use one backend a process: OSMesa and EGL together abort at exit (Mesa 22.3). The library is
-// loaded when the first context is made, so a run that draws nothing neither needs nor pays for it.
+enum class GlBackend {
+  hardware,      // a graphics processor, through EGL
+  egl_software,  // Mesa's llvmpipe, through EGL
+  osmesa,        // Mesa's llvmpipe, through OSMesa
+};
+
+std::string_view name(GlBackend backend);
+
+// OSMesa, or EGL software where there is none or the process uses EGL already.
+GlBackend software_backend();
+
+// Whether the machine shows a device that may be a graphics processor (in /dev). Loads nothing.
+bool may_have_graphics_processor();
+
+// The libraries are loaded when the first context is made, so a run that needs none neither pays
+// for them nor fails where they are missing. EGL and OSMesa in one process abort at exit (Mesa
+// 22.3): the one that is loaded first is the process's, and asking for the other throws.
 class GlContext {
  public:
   // Leaves the context current on the calling thread. Throws std::runtime_error with the reason
-  // when there is no library, or it has no OpenGL 4.5 core profile. ~20 ms the first time.
+  // when there is no library, no such device, or no OpenGL 4.5 core profile. ~20 ms the first time
+  // (EGL ~0.2 s).
+  explicit GlContext(GlBackend backend);
+  // For pictures, which any backend draws: that of the process's last context, else software.
   GlContext();
   ~GlContext();
   GlContext(const GlContext&) = delete;
@@ -25,12 +45,15 @@ class GlContext {
   void make_current();
   // Valid for as long as the context lives.
   const GlFunctions& functions() const;
-  // For logs: the renderer and the version, as OpenGL gives them.
+  GlBackend backend() const { return backend_; }
+  // For logs: the renderer, as OpenGL names it; the same and the version.
+  std::string device() const;
   std::string description() const;
 
  private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  GlBackend backend_;
+  std::unique_ptr<GlFunctions> functions_;
+  std::unique_ptr<GlPlatform> platform_;
 };
 
 // The number of contexts made so far in this process; 0 proves that nothing asked for OpenGL.

@@ -11,16 +11,18 @@ namespace weft::gpu {
   X(PFNGLACTIVETEXTUREPROC, ActiveTexture)                                             \
   X(PFNGLATTACHSHADERPROC, AttachShader)                                               \
   X(PFNGLBINDBUFFERPROC, BindBuffer)                                                   \
+  X(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                                           \
   X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                                         \
   X(PFNGLBINDTEXTUREPROC, BindTexture)                                                 \
   X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                                         \
+  X(PFNGLBLENDFUNCPROC, BlendFunc)                                                     \
   X(PFNGLBLITNAMEDFRAMEBUFFERPROC, BlitNamedFramebuffer)                               \
   X(PFNGLCHECKNAMEDFRAMEBUFFERSTATUSPROC, CheckNamedFramebufferStatus)                 \
-  X(PFNGLBLENDFUNCPROC, BlendFunc)                                                     \
-  X(PFNGLCOLORMASKPROC, ColorMask)                                                     \
-  X(PFNGLDEPTHFUNCPROC, DepthFunc)                                                     \
   X(PFNGLCLEARPROC, Clear)                                                             \
+  X(PFNGLCLEARNAMEDBUFFERSUBDATAPROC, ClearNamedBufferSubData)                         \
+  X(PFNGLCOLORMASKPROC, ColorMask)                                                     \
   X(PFNGLCOMPILESHADERPROC, CompileShader)                                             \
+  X(PFNGLCOPYNAMEDBUFFERSUBDATAPROC, CopyNamedBufferSubData)                           \
   X(PFNGLCREATEBUFFERSPROC, CreateBuffers)                                             \
   X(PFNGLCREATEFRAMEBUFFERSPROC, CreateFramebuffers)                                   \
   X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                             \
@@ -35,14 +37,21 @@ namespace weft::gpu {
   X(PFNGLDELETESHADERPROC, DeleteShader)                                               \
   X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                           \
   X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                                   \
+  X(PFNGLDEPTHFUNCPROC, DepthFunc)                                                     \
   X(PFNGLDEPTHMASKPROC, DepthMask)                                                     \
   X(PFNGLDISABLEPROC, Disable)                                                         \
+  X(PFNGLDISPATCHCOMPUTEPROC, DispatchCompute)                                         \
+  X(PFNGLDISPATCHCOMPUTEINDIRECTPROC, DispatchComputeIndirect)                         \
   X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                   \
   X(PFNGLDRAWELEMENTSPROC, DrawElements)                                               \
   X(PFNGLENABLEPROC, Enable)                                                           \
   X(PFNGLENABLEVERTEXARRAYATTRIBPROC, EnableVertexArrayAttrib)                         \
+  X(PFNGLFINISHPROC, Finish)                                                           \
   X(PFNGLGETERRORPROC, GetError)                                                       \
+  X(PFNGLGETINTEGER64VPROC, GetInteger64v)                                             \
+  X(PFNGLGETINTEGERI_VPROC, GetIntegeri_v)                                             \
   X(PFNGLGETINTEGERVPROC, GetIntegerv)                                                 \
+  X(PFNGLGETNAMEDBUFFERSUBDATAPROC, GetNamedBufferSubData)                             \
   X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                                     \
   X(PFNGLGETPROGRAMIVPROC, GetProgramiv)                                               \
   X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                                       \
@@ -50,7 +59,9 @@ namespace weft::gpu {
   X(PFNGLGETSTRINGPROC, GetString)                                                     \
   X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                                   \
   X(PFNGLLINKPROGRAMPROC, LinkProgram)                                                 \
+  X(PFNGLMEMORYBARRIERPROC, MemoryBarrier)                                             \
   X(PFNGLNAMEDBUFFERDATAPROC, NamedBufferData)                                         \
+  X(PFNGLNAMEDBUFFERSUBDATAPROC, NamedBufferSubData)                                   \
   X(PFNGLNAMEDFRAMEBUFFERDRAWBUFFERPROC, NamedFramebufferDrawBuffer)                   \
   X(PFNGLNAMEDFRAMEBUFFERRENDERBUFFERPROC, NamedFramebufferRenderbuffer)               \
   X(PFNGLNAMEDFRAMEBUFFERTEXTURELAYERPROC, NamedFramebufferTextureLayer)               \
@@ -63,8 +74,9 @@ namespace weft::gpu {
   X(PFNGLTEXTUREPARAMETERFVPROC, TextureParameterfv)                                   \
   X(PFNGLTEXTUREPARAMETERIPROC, TextureParameteri)                                     \
   X(PFNGLTEXTURESTORAGE3DPROC, TextureStorage3D)                                       \
-  X(PFNGLUNIFORM1IPROC, Uniform1i)                                                     \
   X(PFNGLUNIFORM1FPROC, Uniform1f)                                                     \
+  X(PFNGLUNIFORM1IPROC, Uniform1i)                                                     \
+  X(PFNGLUNIFORM1UIPROC, Uniform1ui)                                                   \
   X(PFNGLUNIFORM3FVPROC, Uniform3fv)                                                   \
   X(PFNGLUNIFORM4FVPROC, Uniform4fv)                                                   \
   X(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv)                                       \

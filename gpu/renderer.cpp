@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "gpu/gl_context.h"
-#include "gpu/gl_functions.h"
+#include "gpu/gl_objects.h"
 #include "gpu/shaders.h"
 #include "gpu/triangle_batch.h"
 
@@ -23,36 +23,10 @@ constexpr int key_shadow_size = 1024;
 constexpr int sky_shadow_size = 384;
 constexpr int sky_lights = shaders::sky_light_count;
 
-GLuint compile_shader(const GlFunctions& gl, GLenum stage, const char* source) {
-  const GLuint shader = gl.CreateShader(stage);
-  gl.ShaderSource(shader, 1, &source, nullptr);
-  gl.CompileShader(shader);
-  GLint compiled = GL_FALSE;
-  gl.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-  if (compiled == GL_TRUE) return shader;
-  std::string log(4096, '\0');
-  GLsizei length = 0;
-  gl.GetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
-  throw std::runtime_error("OpenGL refuses a shader: " + log.substr(0, length));
-}
-
-GLuint link_program(const GlFunctions& gl, const char* vertex, const char* fragment) {
-  const GLuint program = gl.CreateProgram();
-  for (const auto& [stage, source] :
-       {std::pair(static_cast<GLenum>(GL_VERTEX_SHADER), vertex),
-        std::pair(static_cast<GLenum>(GL_FRAGMENT_SHADER), fragment)}) {
-    const GLuint shader = compile_shader(gl, stage, source);
-    gl.AttachShader(program, shader);
-    gl.DeleteShader(shader);
-  }
-  gl.LinkProgram(program);
-  GLint linked = GL_FALSE;
-  gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
-  if (linked == GL_TRUE) return program;
-  std::string log(4096, '\0');
-  GLsizei length = 0;
-  gl.GetProgramInfoLog(program, static_cast<GLsizei>(log.size()), &length, log.data());
-  throw std::runtime_error("OpenGL cannot link a program: " + log.substr(0, length));
+GLuint link_stages(const GlFunctions& gl, const char* vertex, const char* fragment) {
+  const std::array<std::pair<GLenum, std::string>, 2> stages{
+      {{GL_VERTEX_SHADER, vertex}, {GL_FRAGMENT_SHADER, fragment}}};
+  return link_program(gl, stages);
 }
 
 // Right, up and backward, as the camera sees them, in world coordinates.
@@ -182,7 +156,6 @@ struct Renderer::Implementation {
   Implementation(int picture_width, int picture_height);
   void make_framebuffers();
   void make_vertex_array();
-  void check(const char* task) const;
   void set_vector(GLuint program, const char* name, const Vec3& value) const;
   void set_matrix(GLuint program, const char* name, const Matrix4f& value) const;
   Matrix4f draw_shadow(GLuint texture, int layer, int size, const ViewFrame& frame,
@@ -197,15 +170,15 @@ struct Renderer::Implementation {
 
 Renderer::Implementation::Implementation(int picture_width, int picture_height)
     : width(picture_width), height(picture_height) {
-  depth_program = link_program(gl, shaders::depth_vertex, shaders::depth_fragment);
-  background_program = link_program(gl, shaders::background_vertex, shaders::background_fragment);
-  surface_program = link_program(gl, shaders::surface_vertex, shaders::surface_fragment);
-  line_program = link_program(gl, shaders::surface_vertex, shaders::line_fragment);
+  depth_program = link_stages(gl, shaders::depth_vertex, shaders::depth_fragment);
+  background_program = link_stages(gl, shaders::background_vertex, shaders::background_fragment);
+  surface_program = link_stages(gl, shaders::surface_vertex, shaders::surface_fragment);
+  line_program = link_stages(gl, shaders::surface_vertex, shaders::line_fragment);
   make_framebuffers();
   make_vertex_array();
   key_shadow = shadow_texture(gl, key_shadow_size, 1);
   sky_shadow = shadow_texture(gl, sky_shadow_size, sky_lights);
-  check("set up");
+  check_gl(gl, "set up");
 }
 
 void Renderer::Implementation::make_framebuffers() {
@@ -245,14 +218,6 @@ void Renderer::Implementation::make_vertex_array() {
                                attribute * static_cast<GLuint>(offsetof(BatchVertex, normal)));
     gl.VertexArrayAttribBinding(vertex_array, attribute, 0);
   }
-}
-
-void Renderer::Implementation::check(const char* task) const {
-  const GLenum error = gl.GetError();
-  if (error == GL_NO_ERROR) return;
-  throw std::runtime_error(
-      "OpenGL cannot " + std::string(task) + ": " +
-      (error == GL_OUT_OF_MEMORY ? "out of memory" : "error " + std::to_string(error)));
 }
 
 void Renderer::Implementation::set_vector(GLuint program, const char* name,
@@ -375,7 +340,7 @@ Picture Renderer::Implementation::read_picture() const {
   const std::size_t row_bytes = std::size_t{3} * width;
   std::vector<std::uint8_t> bottom_up(row_bytes * height);
   gl.ReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, bottom_up.data());
-  check("draw");
+  check_gl(gl, "draw");
   Picture picture{width, height, std::vector<std::uint8_t>(bottom_up.size())};
   for (int row = 0; row < height; ++row) {
     std::copy_n(bottom_up.begin() + static_cast<std::ptrdiff_t>(row_bytes * row), row_bytes,

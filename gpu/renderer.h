@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bsi/geometry_image.h"
+#include "bsi/level_of_detail.h"
 
 namespace weft::gpu {
 
@@ -30,6 +30,8 @@ struct DrawnSurface {
   Colour back_colour{};
   // Thin darker lines on the surface, as pairs of particles: for rows and columns of the image.
   std::span<const std::array<int, 2>> lines = {};
+  // Unit, by position; empty: those of vertex_normals (gpu/triangle_batch.h).
+  std::span<const Vec3> normals = {};
 };
 
 // Colours that go together, a lighter one for the back; they repeat after 8.
@@ -55,6 +57,10 @@ struct Camera {
 Camera camera_for_points(std::span<const Vec3> points, double aspect);
 // The same for a box, which is seen whole: lowest <= highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
+
+// What keeps a surface of reduced detail within so many pixels of the original in a picture of this
+// size (px > 0), up to terms of second order in its angle.
+bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels);
 
 // Lines for DrawnSurface: the borders of each patch, and rows and columns in steps of the smallest
 // power of two that makes at most 12 of them along an axis.

@@ -25,6 +25,14 @@ std::vector<Vec3> vertex_normals(const DrawnSurface& surface) {
   return normals;
 }
 
+std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSurface& original) {
+  const std::vector<Vec3> normals = vertex_normals(original);
+  std::vector<Vec3> taken;
+  taken.reserve(detail.particles.size());
+  for (const int particle : detail.particles) taken.push_back(normals[particle]);
+  return taken;
+}
+
 void TriangleBatch::assemble(std::span<const DrawnSurface> surfaces, const Vec3& origin) {
   vertices_.clear();
   indices_.clear();
@@ -33,7 +41,10 @@ void TriangleBatch::assemble(std::span<const DrawnSurface> surfaces, const Vec3&
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const DrawnSurface& surface = surfaces[i];
     first_vertex.push_back(static_cast<std::uint32_t>(vertices_.size()));
-    const std::vector<Vec3> normals = vertex_normals(surface);
+    const std::vector<Vec3> computed =
+        surface.normals.empty() ? vertex_normals(surface) : std::vector<Vec3>();
+    const std::span<const Vec3> normals = surface.normals.empty() ? computed : surface.normals;
+    assert(normals.size() == surface.positions.size());
     for (std::size_t vertex = 0; vertex < normals.size(); ++vertex) {
       vertices_.push_back({single(surface.positions[vertex] - origin), single(normals[vertex])});
     }

@@ -84,6 +84,7 @@ class Run {
         recorder_(scene, dynamics_, options.trajectory, options.force) {}
 
   RunReport execute() {
+    note_compute();
     const auto wall_start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_time();
     report_.trajectory = options_.trajectory;
@@ -92,6 +93,7 @@ class Run {
     report_.simulated_time = std::min(integrator_.time(), scene_.source.time.duration);
     report_.frames = recorder_.frames();
     report_.counts = integrator_.counts();
+    note_compute();
     report_.cpu_time = process_cpu_time() - cpu_start;
     report_.wall_time =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
@@ -140,6 +142,15 @@ class Run {
     if (dynamics_.contact() == nullptr) return;
     const auto gap = dynamics_.contact()->smallest_gap();
     if (gap) report_.smallest_gap = std::min(report_.smallest_gap.value_or(*gap), *gap);
+  }
+
+  // At the start, and at the end if a device failed in between.
+  void note_compute() {
+    if (dynamics_.contact() == nullptr) return;
+    const std::string text = dynamics_.contact()->compute().text();
+    if (text == report_.compute) return;
+    report_.compute = text;
+    if (options_.notice) options_.notice("contact search on " + text);
   }
 
   const Scene& scene_;

@@ -17,6 +17,8 @@ struct RunOptions {
   bool force = false;      // overwrite
   // Told after every step: simulated time (s). May be empty.
   std::function<void(double time)> progress;
+  // Told what the run decides by itself, before it starts. May be empty.
+  std::function<void(const std::string& text)> notice;
   // Set from outside (a signal) to stop after the current step. May be null.
   const std::atomic<int>* stop_signal = nullptr;
 };
@@ -32,7 +34,8 @@ struct RunReport {
   IntegratorCounts counts;
   std::optional<double> smallest_gap;  // m, in the last force evaluation of any step; nothing
                                        // when no pair ever came into reach
-  double largest_stretch = 0;          // l / L - 1 over all frames and edges
+  std::string compute;         // what the contact search ran on, and why; empty without contact
+  double largest_stretch = 0;  // l / L - 1 over all frames and edges
   Statistics statistics;
   std::string trajectory;
 };

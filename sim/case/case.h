@@ -65,13 +65,13 @@ struct MaterialCase {
   double tangential_drag = 0.0;                // coefficient
 };
 
-enum class ShapeType { rectangle, cylinder, torus, sphere, file };
+enum class ShapeType { rectangle, cylinder, torus, sphere, blob, file };
 
 struct ShapeCase {
   ShapeType type = ShapeType::rectangle;
   std::vector<double> size;            // rectangle: [x, y], m
-  std::vector<int> resolution;         // [rows, cols] vertices; sphere: [n]
-  std::optional<double> radius;        // cylinder, sphere: m
+  std::vector<int> resolution;         // [rows, cols] vertices; sphere, blob: [n]
+  std::optional<double> radius;        // cylinder, sphere, blob: m
   std::optional<double> length;        // cylinder: m
   std::optional<double> major_radius;  // torus: m
   std::optional<double> minor_radius;  // torus: m
@@ -140,8 +140,11 @@ struct OutputCase {
   bool velocity = false;  // record velocities too
 };
 
+enum class ComputeBackend { automatic, gpu, osmesa, cpu };
+
 struct ComputeCase {
   int threads = 1;
+  ComputeBackend backend = ComputeBackend::automatic;  // of the contact search
 };
 
 struct Case {

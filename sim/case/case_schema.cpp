@@ -122,9 +122,16 @@ Table describe(OutputCase& target) {
 }
 
 Table describe(ComputeCase& target) {
-  auto& [threads] = target;
-  return {{field("threads", &threads, "", at_least(1),
-                 "Threads of one run; the result does not depend on it.")}};
+  auto& [threads, backend] = target;
+  return {{
+      field("threads", &threads, "", at_least(1),
+            "Threads of one run; the result does not depend on it."),
+      field(
+          "backend", choice(&backend, {"auto", "gpu", "osmesa", "cpu"}),
+          "What finds the candidates of contact: a graphics processor, OpenGL on the CPU (a check "
+          "of the shaders, slow), the CPU, or whichever of graphics processor and CPU is measured "
+          "to be faster. The result does not depend on it."),
+  }};
 }
 
 Table describe(MaterialCase& target) {
@@ -169,9 +176,11 @@ Table describe(ShapeCase& target) {
   auto& [type, size, resolution, radius, length, major_radius, minor_radius, path, dataset, wrap_u,
          wrap_v, location] = target;
   Table result{{
-      field("type", choice(&type, {"rectangle", "cylinder", "torus", "sphere", "file"}),
-            "A rectangle in the x-y plane; a cylinder or a torus around the z axis; a sphere of "
-            "six sewn patches; positions from an HDF5 file. All are centred on the origin.")
+      field(
+          "type", choice(&type, {"rectangle", "cylinder", "torus", "sphere", "blob", "file"}),
+          "A rectangle in the x-y plane; a cylinder or a torus around the z axis; a sphere of "
+          "six sewn patches; a blob, a sphere with dents, of 48; positions from an HDF5 file. All "
+          "are centred on the origin.")
           .needed(),
       field("size", &size, "m", positive, "Lengths along x (columns) and y (rows).")
           .needed()
@@ -179,13 +188,14 @@ Table describe(ShapeCase& target) {
           .only_for("type", {"rectangle"}),
       field("resolution", &resolution, "", at_least(2),
             "Vertices [rows, cols], at least 2, or 3 along a closed axis (cols of a cylinder, both "
-            "of a torus); sphere: [n] along an edge of each of its six patches.")
+            "of a torus); sphere: [n] along an edge of each of its six patches; blob: [n] "
+            "columns and 2 n - 1 rows of each of its 48.")
           .needed()
           .entries(1, 2)
-          .only_for("type", {"rectangle", "cylinder", "torus", "sphere"}),
+          .only_for("type", {"rectangle", "cylinder", "torus", "sphere", "blob"}),
       field("radius", &radius, "m", positive, "Radius.")
           .needed()
-          .only_for("type", {"cylinder", "sphere"}),
+          .only_for("type", {"cylinder", "sphere", "blob"}),
       field("length", &length, "m", positive, "Length along z.")
           .needed()
           .only_for("type", {"cylinder"}),

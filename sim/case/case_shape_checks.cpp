@@ -25,19 +25,20 @@ struct ImageSize {
 // Nothing for a file, whose size is known once it is opened. The resolution is checked already.
 std::optional<ImageSize> image_size(const ShapeCase& shape) {
   if (shape.type == ShapeType::file) return std::nullopt;
-  if (shape.type == ShapeType::sphere)
-    return ImageSize{6, shape.resolution[0], shape.resolution[0]};
-  return ImageSize{1, shape.resolution[0], shape.resolution[1]};
+  const int n = shape.resolution[0];
+  if (shape.type == ShapeType::sphere) return ImageSize{6, n, n};
+  if (shape.type == ShapeType::blob) return ImageSize{48, 2 * n - 1, n};
+  return ImageSize{1, n, shape.resolution[1]};
 }
 
 void check_resolution(const ShapeCase& shape, const std::string& path, const Locations& locations) {
   const std::string place = join_path(path, "resolution");
-  const bool is_sphere = shape.type == ShapeType::sphere;
-  if (shape.resolution.size() != (is_sphere ? 1U : 2U)) {
+  const bool has_square_faces = shape.type == ShapeType::sphere || shape.type == ShapeType::blob;
+  if (shape.resolution.size() != (has_square_faces ? 1U : 2U)) {
     throw CaseError(locations.value(place),
                     "\"resolution\" is an array of " + std::to_string(shape.resolution.size()),
-                    is_sphere ? "expected [n], the vertices along an edge of each patch"
-                              : "expected [rows, cols]");
+                    has_square_faces ? "expected [n], the vertices along an edge of each patch"
+                                     : "expected [rows, cols]");
   }
   const bool is_torus = shape.type == ShapeType::torus;
   const bool is_cylinder = shape.type == ShapeType::cylinder;

@@ -5,6 +5,7 @@
 
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/command/bench_command.h"
 #include "sim/command/run_command.h"
 #include "sim/trajectory/render_trajectory.h"
 #include "sim/trajectory/trajectory.h"
@@ -20,7 +21,9 @@ constexpr const char* description =
   weft check CASE                                    what the scene needs, what it skips, and why
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
+  weft render out/drape_torus.h5 --lod 0.5           the same with as few triangles as half a pixel allows
   weft schema                                        the case file's JSON schema (--markdown: reference page)
+  weft bench --help                                  experiments on speed, some beside other libraries
 
 Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad case or usage,
 4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the step in hand.)";
@@ -50,8 +53,12 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
     };
     const RenderReport report = render_trajectory(path, directory, options);
     std::cerr << '\n';
-    std::cout << report.pictures << " pictures in " << directory << '\n'
-              << (report.movie.empty() ? report.why_no_movie : report.movie) << '\n';
+    std::cout << report.pictures << " pictures in " << directory << '\n';
+    if (options.detail_pixels) {
+      std::cout << report.triangles << " of " << report.all_triangles << " triangles drawn, within "
+                << *options.detail_pixels << " pixels\n";
+    }
+    std::cout << (report.movie.empty() ? report.why_no_movie : report.movie) << '\n';
     return exit_code::done;
   } catch (const std::runtime_error& error) {
     std::cerr << error.what() << '\n';
@@ -95,6 +102,13 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   check->callback([&] { arguments.code = check_case(arguments.command); });
 }
 
+// What is wrong with a number of pixels, or nothing. Unlike CLI::Range it refuses NaN.
+std::string in_pixels(const std::string& text) {
+  double pixels = 0;
+  if (CLI::detail::lexical_cast(text, pixels) && pixels >= 1e-3 && pixels <= 1e3) return "";
+  return in_quotes(text) + " is not a number of pixels from 0.001 to 1000";
+}
+
 void add_info_and_render(CLI::App& app, Arguments& arguments) {
   CLI::App* info = app.add_subcommand("info", "Summarise a trajectory");
   info->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
@@ -119,6 +133,12 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   pictures->add_option("--height", drawing.height, "Pixels")
       ->check(CLI::Range(1, 8192))
       ->capture_default_str();
+  pictures
+      ->add_option("--lod", drawing.detail_pixels,
+                   "Draw fewer triangles, with every point within this many pixels of its place, "
+                   "and no grid lines; 0.5 is hard to see")
+      ->type_name("PIXELS")
+      ->check(in_pixels);
   pictures->callback(
       [&] { arguments.code = render(arguments.trajectory, arguments.pictures, drawing); });
 }
@@ -128,6 +148,13 @@ void add_schema(CLI::App& app, Arguments& arguments) {
   schema->add_flag("--markdown", arguments.markdown, "The reference page instead");
   schema->callback(
       [&] { std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema()); });
+}
+
+void add_bench(CLI::App& app, Arguments& arguments) {
+  CLI::App* bench = app.add_subcommand("bench", "Experiments on speed: see weft bench --help");
+  bench->set_help_flag();  // weft-bench has its own
+  bench->prefix_command();
+  bench->callback([&arguments, bench] { arguments.code = run_bench(bench->remaining()); });
 }
 
 // `did you mean "--force"?` for the first argument that no command or option takes.
@@ -172,6 +199,7 @@ int main(int argc, char** argv) {
   add_run_and_check(app, arguments);
   add_info_and_render(app, arguments);
   add_schema(app, arguments);
+  add_bench(app, arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

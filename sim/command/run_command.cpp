@@ -48,6 +48,7 @@ nlohmann::ordered_json report_json(const RunReport& report) {
   json["min_gap_m"] = report.smallest_gap ? nlohmann::ordered_json(*report.smallest_gap) : nullptr;
   json["max_stretch"] = report.largest_stretch;
   const Counters& counters = report.statistics.counters;
+  if (!report.compute.empty()) json["compute"] = report.compute;
   json["counters"] = {{"rebuilds", counters.rebuilds},
                       {"self_traversals", counters.self_traversals},
                       {"pair_traversals", counters.pair_traversals},
@@ -121,6 +122,9 @@ int run_case(const RunCommand& command) {
     options.stop_signal = &caught_signal;
     ProgressBar bar(scene.source.time.duration, !command.quiet);
     options.progress = [&](double time) { bar.show(time); };
+    if (!command.quiet) {
+      options.notice = [](const std::string& text) { std::cerr << "weft: " << text << '\n'; };
+    }
     const RunReport report = run_simulation(scene, options);
     bar.clear();
     return finish(command, report);

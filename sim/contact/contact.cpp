@@ -38,10 +38,10 @@ std::string ContactFault::describe(const Scene& scene) const {
   return "";
 }
 
-Contact::Contact(const Scene& scene, Statistics& statistics)
+Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search)
     : scene_(scene),
       statistics_(statistics),
-      search_(scene, statistics),
+      search_(scene, statistics, std::move(search)),
       range_(scene.source.contact.range),
       stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),
@@ -51,26 +51,21 @@ Contact::Contact(const Scene& scene, Statistics& statistics)
     rest_.insert(rest_.end(), body.rest.begin(), body.rest.end());
 }
 
-Contact::Pair Contact::make_pair(const CandidateList& list, int kind,
-                                 const FeaturePair& features) const {
+std::array<int, 4> Contact::nodes_of(const CandidateList& list, int kind,
+                                     const FeaturePair& features) const {
   const SceneBody& a = scene_.bodies[list.body_a];
   const SceneBody& b = scene_.bodies[list.body_b];
-  Pair pair;
-  pair.thickness = list.thickness;
-  pair.edges = kind == 2;
-  if (pair.edges) {
+  if (kind == 2) {
     const auto& e = a.mesh.edges[features.a].vertex;
     const auto& f = b.mesh.edges[features.b].vertex;
-    pair.nodes = {e[0] + a.first_particle, e[1] + a.first_particle, f[0] + b.first_particle,
-                  f[1] + b.first_particle};
-  } else {
-    const SceneBody& vertices = kind == 0 ? a : b;
-    const SceneBody& triangles = kind == 0 ? b : a;
-    const auto& t = triangles.mesh.triangles[features.b];
-    const int first = triangles.first_particle;
-    pair.nodes = {features.a + vertices.first_particle, t[0] + first, t[1] + first, t[2] + first};
+    return {e[0] + a.first_particle, e[1] + a.first_particle, f[0] + b.first_particle,
+            f[1] + b.first_particle};
   }
-  return pair;
+  const SceneBody& vertices = kind == 0 ? a : b;
+  const SceneBody& triangles = kind == 0 ? b : a;
+  const auto& t = triangles.mesh.triangles[features.b];
+  const int first = triangles.first_particle;
+  return {features.a + vertices.first_particle, t[0] + first, t[1] + first, t[2] + first};
 }
 
 // Mean area around the vertices of the side that is simulated; of both sides where both are.
@@ -86,25 +81,30 @@ double Contact::pair_area(const std::array<int, 4>& nodes, int split) const {
   return first ? sum[0] : sum[1];
 }
 
-// Calls visit(pair) for every candidate that may be closer than thickness + reach.
-template <class Visit>
-void Contact::visit_candidates(double reach, const Visit& visit) const {
+// The candidates that may be closer than thickness + reach.
+std::vector<Contact::PairGroup> Contact::groups_within(double reach) const {
+  std::vector<PairGroup> groups;
   for (const CandidateList& list : search_.lists()) {
     const auto limit = static_cast<float>(list.thickness + reach + list.drift) * (1 + 1e-6F);
     const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
                                                 &list.edge_edge};
     for (int kind = 0; kind < 3; ++kind) {
+      PairGroup& group = groups.emplace_back();
+      group.edges = kind == 2;
+      group.thickness = list.thickness;
       for (const FeaturePair& features : *kinds[kind]) {
-        if (features.distance <= limit) visit(make_pair(list, kind, features));
+        if (features.distance <= limit) group.nodes.push_back(nodes_of(list, kind, features));
       }
     }
   }
+  return groups;
 }
 
-std::vector<Contact::Pair> Contact::pairs_within(double reach) const {
-  std::vector<Pair> pairs;
-  visit_candidates(reach, [&](const Pair& pair) { pairs.push_back(pair); });
-  return pairs;
+// Calls visit(pair) for each of them.
+template <class Visit>
+void Contact::visit_candidates(double reach, const Visit& visit) const {
+  for (const PairGroup& group : groups_within(reach))
+    for (std::size_t i = 0; i < group.nodes.size(); ++i) visit(group.pair(i));
 }
 
 std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
@@ -114,42 +114,49 @@ std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
   if (const auto bad = search_.update(position))
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  const std::vector<Pair> pairs = pairs_within(range_);
-  const int count = static_cast<int>(pairs.size());
-  statistics_.counters.narrow_phase_calls += count;
-  // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
-  struct Found {
-    std::vector<Active> active;
-    std::vector<MollifierForce> mollified;
-    std::optional<ContactFault> fault;
-  };
-  std::vector<Found> found((count + chunk_size - 1) / chunk_size);
-  parallel_chunks(count, threads, [&](int first, int last) {
-    Found& mine = found[first / chunk_size];
-    for (int i = first; i < last && !mine.fault; ++i) {
-      Active active;
-      MollifierForce mollified;
-      bool has_mollified = false;
-      const Reach reach = measure(pairs[i], position, velocity, active, mollified, has_mollified);
-      if (reach == Reach::touching) {
-        mine.fault = ContactFault{ContactFault::Kind::touching, pairs[i].nodes, active.gap};
+  for (const PairGroup& group : groups_within(range_)) {
+    const int count = static_cast<int>(group.nodes.size());
+    statistics_.counters.narrow_phase_calls += count;
+    // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
+    std::vector<Found> found((count + chunk_size - 1) / chunk_size);
+    parallel_chunks(count, threads, [&](int first, int last) {
+      measure_part(group, first, last, position, velocity, found[first / chunk_size]);
+    });
+    for (const Found& part : found) {
+      if (part.fault) {
+        active_.clear();
+        mollified_.clear();
+        return part.fault;
       }
-      if (reach == Reach::in) mine.active.push_back(active);
-      if (reach == Reach::in && has_mollified) mine.mollified.push_back(mollified);
+      active_.insert(active_.end(), part.active.begin(), part.active.end());
+      mollified_.insert(mollified_.end(), part.mollified.begin(), part.mollified.end());
     }
-  });
-  for (const Found& part : found) {
-    if (part.fault) {
-      active_.clear();
-      mollified_.clear();
-      return part.fault;
-    }
-    active_.insert(active_.end(), part.active.begin(), part.active.end());
-    mollified_.insert(mollified_.end(), part.mollified.begin(), part.mollified.end());
   }
   if (friction_ > 0)
     statistics_.counters.friction_terms += static_cast<std::int64_t>(active_.size());
   return std::nullopt;
+}
+
+void Contact::measure_part(const PairGroup& group, std::size_t first, std::size_t last,
+                           std::span<const Vec3> position, std::span<const Vec3> velocity,
+                           Found& found) const {
+  std::vector<bsi::PairInReach> in_reach;
+  bsi::find_in_reach(group.kind(), position, {},
+                     std::span(group.nodes).subspan(first, last - first), group.thickness + range_,
+                     in_reach);
+  for (const bsi::PairInReach& near : in_reach) {
+    const Pair pair = group.pair(first + near.pair);
+    Active active;
+    MollifierForce mollified;
+    bool has_mollified = false;
+    const Reach reach = measure(pair, position, velocity, active, mollified, has_mollified);
+    if (reach == Reach::touching) {
+      found.fault = ContactFault{ContactFault::Kind::touching, pair.nodes, active.gap};
+      return;
+    }
+    if (reach == Reach::in) found.active.push_back(active);
+    if (reach == Reach::in && has_mollified) found.mollified.push_back(mollified);
+  }
 }
 
 Contact::Reach Contact::measure(const Pair& pair, std::span<const Vec3> position,
@@ -297,30 +304,46 @@ std::optional<ContactFault> Contact::check_path(std::span<const Vec3> start,
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  std::optional<ContactFault> fault;
-  visit_candidates(0.0, [&](const Pair& pair) {
-    if (fault) return;
+  for (const PairGroup& group : groups_within(0.0)) {
+    const int count = static_cast<int>(group.nodes.size());
+    statistics_.counters.narrow_phase_calls += count;
+    statistics_.counters.ccd_calls += count;
+    std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
+    parallel_chunks(count, scene_.source.compute.threads, [&](int first, int last) {
+      faults[first / chunk_size] = check_part(group, first, last, start, end);
+    });
+    for (const auto& fault : faults)
+      if (fault) return fault;
+  }
+  return std::nullopt;
+}
+
+// The first fault of a part of the pairs: most are proved free of one at a look.
+std::optional<ContactFault> Contact::check_part(const PairGroup& group, std::size_t first,
+                                                std::size_t last, std::span<const Vec3> start,
+                                                std::span<const Vec3> end) const {
+  // Half the thickness: both ends keep all of it, so a path that is refused truly cuts through
+  // something.
+  const double separation = 0.5 * group.thickness;
+  std::vector<int> unproved;
+  bsi::find_unproved_paths(group.kind(), start, end,
+                           std::span(group.nodes).subspan(first, last - first), separation,
+                           group.thickness, unproved);
+  for (int i : unproved) {
+    const Pair pair = group.pair(first + i);
     const bsi::Closest at_end = closest_of(pair.edges, pair.nodes, end);
-    ++statistics_.counters.narrow_phase_calls;
     const double gap = std::sqrt(at_end.squared_distance) - pair.thickness;
-    if (!(gap > 0)) {
-      fault = ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
-      return;
-    }
+    if (!(gap > 0)) return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
     bsi::FourPoints from, to;
-    for (int i = 0; i < 4; ++i) {
-      from[i] = start[pair.nodes[i]];
-      to[i] = end[pair.nodes[i]];
+    for (int k = 0; k < 4; ++k) {
+      from[k] = start[pair.nodes[k]];
+      to[k] = end[pair.nodes[k]];
     }
-    ++statistics_.counters.ccd_calls;
-    // Half the thickness: both ends keep all of it, so a path that is refused truly cuts through
-    // something.
-    const double separation = 0.5 * pair.thickness;
     const double safe = pair.edges ? bsi::safe_fraction_edge_edge(from, to, separation)
                                    : bsi::safe_fraction_vertex_triangle(from, to, separation);
-    if (safe < 1) fault = ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
-  });
-  return fault;
+    if (safe < 1) return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
+  }
+  return std::nullopt;
 }
 
 std::optional<ContactFault> Contact::check_state(std::span<const Vec3> position,

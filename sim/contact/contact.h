@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bsi/feature_batches.h"
 #include "bsi/proximity.h"
 #include "sim/contact/contact_search.h"
 #include "sim/forces/block_matrix.h"
@@ -36,7 +37,10 @@ struct ContactFault {
 // turn with x is left to the iteration.
 class Contact {
  public:
-  Contact(const Scene& scene, Statistics& statistics);
+  Contact(const Scene& scene, Statistics& statistics, ChosenSearch search);
+  // On the CPU.
+  Contact(const Scene& scene, Statistics& statistics)
+      : Contact(scene, statistics, {make_cpu_search(scene), {}}) {}
 
   // Finds the pairs in reach and their forces. `position` and `velocity` are of all particles (m,
   // m/s).
@@ -50,6 +54,8 @@ class Contact {
   // Subtracts factor * K * in.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  // What its search runs on.
+  const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return active_.size(); }
   // Smallest gap of the pairs in reach; nothing where there are none.
   std::optional<double> smallest_gap() const;
@@ -85,13 +91,30 @@ class Contact {
     bool edges = false;
     double thickness = 0;
   };
+  // Pairs of one list and kind.
+  struct PairGroup {
+    bool edges = false;
+    double thickness = 0;
+    std::vector<bsi::FourParticles> nodes;
+    bsi::FeatureKind kind() const {
+      return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
+    }
+    Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
+  };
+  // What a part of the pairs adds to the forces.
+  struct Found {
+    std::vector<Active> active;
+    std::vector<MollifierForce> mollified;
+    std::optional<ContactFault> fault;
+  };
   enum class Reach { out, in, touching };
 
   template <class Block>
   void add_pair_products(const Block& block, std::span<const Vec3> in, std::span<Vec3> out) const;
   template <class Visit>
   void visit_candidates(double reach, const Visit& visit) const;
-  Pair make_pair(const CandidateList& list, int kind, const FeaturePair& features) const;
+  std::array<int, 4> nodes_of(const CandidateList& list, int kind,
+                              const FeaturePair& features) const;
   double pair_area(const std::array<int, 4>& nodes, int split) const;
   Reach measure(const Pair& pair, std::span<const Vec3> position, std::span<const Vec3> velocity,
                 Active& active, MollifierForce& mollified, bool& has_mollified) const;
@@ -99,7 +122,13 @@ class Contact {
                                 double slope, double curvature, double third, Active& active) const;
   double mollify(const Pair& pair, std::span<const Vec3> position, double barrier_value,
                  MollifierForce& mollified, bool& has_mollified) const;
-  std::vector<Pair> pairs_within(double reach) const;
+  std::vector<PairGroup> groups_within(double reach) const;
+  void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
+                    std::span<const Vec3> position, std::span<const Vec3> velocity,
+                    Found& found) const;
+  std::optional<ContactFault> check_part(const PairGroup& group, std::size_t first,
+                                         std::size_t last, std::span<const Vec3> start,
+                                         std::span<const Vec3> end) const;
 
   const Scene& scene_;
   Statistics& statistics_;

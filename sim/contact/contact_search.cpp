@@ -1,8 +1,8 @@
 #include "sim/contact/contact_search.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
+#include <stdexcept>
 
 #include "bsi/proximity.h"
 #include "sim/contact/feature_collector.h"
@@ -44,12 +44,8 @@ bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> sec
 
 }  // namespace
 
-ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics)
-    : scene_(scene),
-      statistics_(statistics),
-      range_(scene.source.contact.range),
-      slack_(scene.source.contact.search_slack.value_or(default_slack(scene))),
-      tracked_(scene.bodies.size()) {
+std::vector<CandidateList> searched_pairs(const Scene& scene) {
+  std::vector<CandidateList> lists;
   const int bodies = static_cast<int>(scene.bodies.size());
   for (int a = 0; a < scene.dynamic_bodies; ++a) {
     for (int b = a; b < bodies; ++b) {
@@ -58,11 +54,25 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics)
       list.body_a = a;
       list.body_b = b;
       list.thickness = 0.5 * (scene.bodies[a].thickness + scene.bodies[b].thickness);
-      lists_.push_back(std::move(list));
+      lists.push_back(std::move(list));
     }
   }
-  states_.resize(lists_.size());
+  return lists;
 }
+
+double search_slack(const Scene& scene) {
+  return scene.source.contact.search_slack.value_or(default_slack(scene));
+}
+
+ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search)
+    : scene_(scene),
+      statistics_(statistics),
+      range_(scene.source.contact.range),
+      slack_(search_slack(scene)),
+      tracked_(scene.bodies.size()),
+      lists_(searched_pairs(scene)),
+      states_(lists_.size()),
+      search_(std::move(search)) {}
 
 std::span<const Vec3> ContactSearch::of_body(std::span<const Vec3> all, int body) const {
   return all.subspan(scene_.bodies[body].first_particle, scene_.bodies[body].particle_count());
@@ -178,10 +188,12 @@ void ContactSearch::refresh(std::span<const Vec3> start, std::span<const Vec3> e
   for (std::size_t b = 0; b < tracked_.size(); ++b) {
     if (marked[b] != 0) refresh_body(static_cast<int>(b), start, end);
   }
+  building_.clear();
   for (std::size_t l = 0; l < lists_.size(); ++l) {
-    if (stale[l] != 0) build_list(l, start, end);
-    lists_[l].drift = drift(lists_[l]);
+    if (stale[l] != 0 && !rule_out(l)) building_.push_back(l);
   }
+  if (!building_.empty()) build_lists(start, end);
+  for (CandidateList& list : lists_) list.drift = drift(list);
 }
 
 void ContactSearch::refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end) {
@@ -194,24 +206,9 @@ void ContactSearch::refresh_body(int body, std::span<const Vec3> start, std::spa
   tracked.pyramid_built = false;
 }
 
-void ContactSearch::build_pyramid(int body, std::span<const Vec3> start,
-                                  std::span<const Vec3> end) {
-  Tracked& tracked = tracked_[body];
-  if (tracked.pyramid_built) return;
-  PhaseTimer timer(statistics_.phases.rebuild);
-  const SceneBody& scene_body = scene_.bodies[body];
-  if (!tracked.pyramid) tracked.pyramid.emplace(scene_body.atlas);
-  const bool swept = start.data() != end.data() && scene_body.moves;
-  const auto bad = swept ? tracked.pyramid->rebuild_swept(of_body(start, body), of_body(end, body))
-                         : tracked.pyramid->rebuild(of_body(end, body));
-  assert(!bad && "track() has refused what is not finite");
-  static_cast<void>(bad);
-  tracked.pyramid_built = true;
-  ++statistics_.counters.rebuilds;
-}
-
-void ContactSearch::build_list(std::size_t l, std::span<const Vec3> start,
-                               std::span<const Vec3> end) {
+// Empties a list that is to be built anew; true if the bounding spheres keep its bodies apart, so
+// that it stays empty.
+bool ContactSearch::rule_out(std::size_t l) {
   CandidateList& list = lists_[l];
   ListState& state = states_[l];
   const Tracked& a = tracked_[list.body_a];
@@ -220,37 +217,63 @@ void ContactSearch::build_list(std::size_t l, std::span<const Vec3> start,
   list.triangle_vertex.clear();
   list.edge_edge.clear();
   state.built = true;
-  if (!list.is_self()) {
-    ++statistics_.counters.bound_tests;
-    const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
-    state.near = clearance <= slack_;
-    if (!state.near) {
-      // The spheres bound the bodies at their snapshots: what has been gone since then counts
-      // already.
-      state.clearance = clearance;
-      state.path_length = a.path_length + b.path_length;
-      return;
-    }
-  }
   state.near = true;
-  build_pyramid(list.body_a, start, end);
-  build_pyramid(list.body_b, start, end);
-  quad_pairs_.clear();
-  bsi::TraversalCounters tests;
-  const bsi::TraversalOptions options{.margin = reach(list), .leaf = bsi::Leaf::quad};
-  {
-    PhaseTimer timer(statistics_.phases.traverse);
-    if (list.is_self()) {
-      bsi::self_traversal(*a.pyramid, options, quad_pairs_, tests);
-      ++statistics_.counters.self_traversals;
-    } else {
-      bsi::dual_traversal(*a.pyramid, *b.pyramid, options, quad_pairs_, tests);
-      ++statistics_.counters.pair_traversals;
+  if (list.is_self()) return false;
+  ++statistics_.counters.bound_tests;
+  const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
+  state.near = clearance <= slack_;
+  if (state.near) return false;
+  // The spheres bound the bodies at their snapshots: what has been gone since then counts already.
+  state.clearance = clearance;
+  state.path_length = a.path_length + b.path_length;
+  return true;
+}
+
+// Of the bodies whose lists are being built, where they have moved.
+void ContactSearch::rebuild_pyramids(std::span<const Vec3> start, std::span<const Vec3> end) {
+  PhaseTimer timer(statistics_.phases.rebuild);
+  std::vector<BodyPath> paths;
+  for (const PairQuery& query : queries_) {
+    for (const int body : {query.body_a, query.body_b}) {
+      if (tracked_[body].pyramid_built) continue;
+      tracked_[body].pyramid_built = true;
+      const std::span<const Vec3> from = scene_.bodies[body].moves ? start : end;
+      paths.push_back({body, of_body(from, body), of_body(end, body)});
     }
   }
+  search_.search->rebuild(paths);
+  statistics_.counters.rebuilds += static_cast<std::int64_t>(paths.size());
+}
+
+void ContactSearch::find_quad_pairs(std::span<const Vec3> start, std::span<const Vec3> end) {
+  rebuild_pyramids(start, end);
+  bsi::TraversalCounters tests;
+  PhaseTimer timer(statistics_.phases.traverse);
+  search_.search->find(queries_, quad_pairs_, tests);
   statistics_.counters.bound_tests += tests.box_tests;
+}
+
+void ContactSearch::build_lists(std::span<const Vec3> start, std::span<const Vec3> end) {
+  queries_.clear();
+  for (const std::size_t l : building_) {
+    queries_.push_back({lists_[l].body_a, lists_[l].body_b, reach(lists_[l])});
+    ++(lists_[l].is_self() ? statistics_.counters.self_traversals
+                           : statistics_.counters.pair_traversals);
+  }
+  try {
+    find_quad_pairs(start, end);
+  } catch (const std::runtime_error& error) {
+    if (compute().backend == ComputeBackend::cpu) throw;
+    search_ = {make_cpu_search(scene_),
+               {ComputeBackend::cpu, "", compute().text() + ", which failed: " + error.what()}};
+    for (Tracked& tracked : tracked_) tracked.pyramid_built = false;
+    find_quad_pairs(start, end);
+  }
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  collect_features(scene_, start, end, quad_pairs_, reach(list), list, statistics_.counters);
+  for (std::size_t i = 0; i < building_.size(); ++i) {
+    CandidateList& list = lists_[building_[i]];
+    collect_features(scene_, start, end, quad_pairs_[i], reach(list), list, statistics_.counters);
+  }
 }
 
 }  // namespace weft::sim

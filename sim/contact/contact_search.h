@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bsi/pyramid.h"
-#include "bsi/traversal.h"
+#include "sim/contact/compute_choice.h"
 #include "sim/scene/scene.h"
 #include "sim/statistics.h"
 
@@ -35,6 +35,11 @@ struct CandidateList {
   bool is_self() const { return body_a == body_b; }
 };
 
+// One empty list for every pair of bodies that may touch.
+std::vector<CandidateList> searched_pairs(const Scene& scene);
+// How far beyond thickness + range the lists reach, m.
+double search_slack(const Scene& scene);
+
 // Keeps, for every pair of bodies that may touch, all feature pairs closer than
 // thickness + range at the positions last given to update(). Lists are built with a slack and
 // remain valid until the bodies have moved by it, translations of a whole body (for self pairs) and
@@ -45,7 +50,7 @@ struct CandidateList {
 // Pairs all of whose vertices follow prescribed paths are left out: no force could part them.
 class ContactSearch {
  public:
-  ContactSearch(const Scene& scene, Statistics& statistics);
+  ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
   // Makes the lists complete at `position` (all particles). Returns a particle that is not finite,
   // if any.
@@ -56,6 +61,9 @@ class ContactSearch {
 
   std::span<const CandidateList> lists() const { return lists_; }
   double slack() const { return slack_; }
+  // What the search runs on. It changes once at the most: a device that fails hands over to the
+  // CPU, whose answers are the same.
+  const ComputeChoice& compute() const { return search_.choice; }
 
  private:
   // How far a body has moved since its snapshot: |x - x_snapshot - mean| <= residual.
@@ -68,7 +76,6 @@ class ContactSearch {
     std::vector<Vec3> snapshot;  // empty for a body that does not move
     double path_length = 0;      // displacements summed over the snapshots left behind, m
     Displacement now;
-    std::optional<bsi::BoxPyramid> pyramid;  // made when first needed
     bool pyramid_built = false;
     bsi::Sphere
         bounds;  // of the body at its snapshot (of its path, after update_path); unset: radius < 0
@@ -89,8 +96,10 @@ class ContactSearch {
   std::vector<char> bodies_to_refresh() const;
   void refresh(std::span<const Vec3> start, std::span<const Vec3> end);
   void refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end);
-  void build_pyramid(int body, std::span<const Vec3> start, std::span<const Vec3> end);
-  void build_list(std::size_t list, std::span<const Vec3> start, std::span<const Vec3> end);
+  bool rule_out(std::size_t list);
+  void rebuild_pyramids(std::span<const Vec3> start, std::span<const Vec3> end);
+  void find_quad_pairs(std::span<const Vec3> start, std::span<const Vec3> end);
+  void build_lists(std::span<const Vec3> start, std::span<const Vec3> end);
   double reach(const CandidateList& list) const { return list.thickness + range_ + slack_; }
 
   const Scene& scene_;
@@ -100,7 +109,11 @@ class ContactSearch {
   std::vector<Tracked> tracked_;
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;
-  std::vector<bsi::LeafPair> quad_pairs_;  // scratch
+  ChosenSearch search_;
+  // Of the lists being built.
+  std::vector<std::size_t> building_;
+  std::vector<PairQuery> queries_;
+  std::vector<std::vector<bsi::LeafPair>> quad_pairs_;
 };
 
 }  // namespace weft::sim

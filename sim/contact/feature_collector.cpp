@@ -2,12 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
-#include "bsi/proximity.h"
+#include "bsi/feature_batches.h"
 
 namespace weft::sim {
 
 namespace {
+
+using bsi::FeatureKind;
+using bsi::FourParticles;
+
+constexpr int quad_pairs_a_chunk = 256;
 
 // The features of one side, in global particle indices.
 struct Side {
@@ -26,42 +32,68 @@ struct Side {
   }
 };
 
-class Collector {
+// Pairs of features, before their distances are known.
+struct Batch {
+  std::vector<FourParticles> particles;
+  std::vector<FeaturePair> features;
+
+  void add(const FourParticles& four, int a, int b) {
+    particles.push_back(four);
+    features.push_back({a, b, 0});
+  }
+};
+
+// The three lists of CandidateList, in its order.
+using Batches = std::array<Batch, 3>;
+using Lists = std::array<std::vector<FeaturePair>, 3>;
+enum ListIndex { vertex_triangle, triangle_vertex, edge_edge };
+
+// How far each particle of the bodies goes, m; empty where no path is given.
+std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Vec3> end,
+                                 std::initializer_list<const SceneBody*> bodies) {
+  std::vector<double> lengths;
+  if (start.data() == end.data()) return lengths;
+  lengths.resize(end.size());
+  for (const SceneBody* body : bodies) {
+    for (int i = body->first_particle; i < body->first_particle + body->particle_count(); ++i)
+      lengths[i] = (end[i] - start[i]).norm();
+  }
+  return lengths;
+}
+
+// Turns pairs of quads into pairs of their features. One for every thread.
+class Gatherer {
  public:
-  Collector(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
-            double reach, CandidateList& list, Counters& counters)
+  Gatherer(const Scene& scene, const CandidateList& list)
       : scene_(scene),
-        start_(start),
-        end_(end),
-        swept_(start.data() != end.data()),
-        reach_(reach),
-        list_(list),
-        counters_(counters),
+        self_(list.is_self()),
         a_(scene.bodies[list.body_a]),
         b_(scene.bodies[list.body_b]) {}
 
-  void add_quads(const bsi::LeafPair& pair) {
-    add_vertices(a_, pair.a, b_, pair.b, list_.vertex_triangle);
-    if (!list_.is_self()) {
-      add_vertices(b_, pair.b, a_, pair.a, list_.triangle_vertex);
-    } else if (pair.a != pair.b) {
-      add_vertices(b_, pair.b, a_, pair.a, list_.vertex_triangle);
+  const Batches& gather(std::span<const bsi::LeafPair> pairs) {
+    for (Batch& batch : batches_) {
+      batch.particles.clear();
+      batch.features.clear();
     }
-    add_edges(pair);
+    for (const bsi::LeafPair& pair : pairs) {
+      add_vertices(a_, pair.a, b_, pair.b, batches_[vertex_triangle]);
+      if (!self_ || pair.a != pair.b) {
+        add_vertices(b_, pair.b, a_, pair.a, batches_[self_ ? vertex_triangle : triangle_vertex]);
+      }
+      add_edges(pair);
+    }
+    return batches_;
   }
 
  private:
   void add_vertices(const Side& vertices, int vertex_quad, const Side& triangles, int triangle_quad,
-                    std::vector<FeaturePair>& out) {
+                    Batch& out) const {
     for (int v : vertices.body.mesh.vertices_of_quad(vertex_quad)) {
       const int x0 = vertices.vertex(v);
       for (int t : {2 * triangle_quad, 2 * triangle_quad + 1}) {
         const auto [x1, x2, x3] = triangles.triangle(t);
         if (x0 == x1 || x0 == x2 || x0 == x3) continue;
-        const std::array<int, 4> nodes{x0, x1, x2, x3};
-        if (const float d = distance_if_near(nodes, 1, bsi::closest_vertex_triangle); d >= 0) {
-          out.push_back({v, t, d});
-        }
+        add({x0, x1, x2, x3}, v, t, out);
       }
     }
   }
@@ -70,78 +102,99 @@ class Collector {
     for (int e : a_.body.mesh.edges_of_quad(pair.a)) {
       const auto [x0, x1] = a_.edge(e);
       for (int f : b_.body.mesh.edges_of_quad(pair.b)) {
-        if (list_.is_self() && pair.a == pair.b && f <= e) continue;
+        if (self_ && pair.a == pair.b && f <= e) continue;
         const auto [x2, x3] = b_.edge(f);
         if (x0 == x2 || x0 == x3 || x1 == x2 || x1 == x3) continue;
-        const std::array<int, 4> nodes{x0, x1, x2, x3};
-        if (const float d = distance_if_near(nodes, 2, bsi::closest_edge_edge); d >= 0) {
-          const bool swap = list_.is_self() && f < e;
-          list_.edge_edge.push_back({swap ? f : e, swap ? e : f, d});
-        }
+        const bool swap = self_ && f < e;
+        add({x0, x1, x2, x3}, swap ? f : e, swap ? e : f, batches_[edge_edge]);
       }
     }
   }
 
-  // Distance (a lower bound on the path) of a pair in reach with a free vertex; otherwise -1. The
-  // first `split` nodes are one feature, the others the second.
-  template <class ClosestFunction>
-  float distance_if_near(const std::array<int, 4>& nodes, int split,
-                         const ClosestFunction& closest) {
-    if (std::none_of(nodes.begin(), nodes.end(), [&](int n) { return scene_.is_free(n); }))
-      return -1;
-    const double path = swept_ ? path_length(nodes) : 0;
-    const double reach = reach_ + path;
-    if (boxes_apart(nodes, split, reach)) return -1;
-    ++counters_.narrow_phase_calls;
-    const double squared =
-        closest(end_[nodes[0]], end_[nodes[1]], end_[nodes[2]], end_[nodes[3]]).squared_distance;
-    if (squared > reach * reach) return -1;
-    const double lower = std::max(0.0, std::sqrt(squared) - path);
-    return std::max(0.0F, std::nextafter(static_cast<float>(lower), 0.0F));
-  }
-
-  // No distance among these nodes changes by more than this along the path.
-  double path_length(const std::array<int, 4>& nodes) const {
-    double largest = 0;
-    for (int n : nodes) largest = std::max(largest, (end_[n] - start_[n]).squaredNorm());
-    return 2 * std::sqrt(largest);
-  }
-
-  bool boxes_apart(const std::array<int, 4>& nodes, int split, double reach) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-      for (int i = 0; i < 4; ++i) {
-        const int side = i < split ? 0 : 1;
-        low[side] = std::min(low[side], end_[nodes[i]][axis]);
-        high[side] = std::max(high[side], end_[nodes[i]][axis]);
-      }
-      if (low[0] - high[1] > reach || low[1] - high[0] > reach) return true;
-    }
-    return false;
+  void add(const FourParticles& particles, int a, int b, Batch& out) const {
+    const bool free = std::any_of(particles.begin(), particles.end(),
+                                  [&](int particle) { return scene_.is_free(particle); });
+    if (free) out.add(particles, a, b);
   }
 
   const Scene& scene_;
-  std::span<const Vec3> start_, end_;
-  bool swept_;
-  double reach_;
-  CandidateList& list_;
-  Counters& counters_;
+  bool self_;
   Side a_, b_;
+  Batches batches_;
 };
+
+// What one chunk of quad pairs gave.
+struct Found {
+  Lists lists;
+  std::int64_t looked_at = 0;
+};
+
+void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> position,
+                   std::span<const double> paths, double reach,
+                   std::vector<bsi::PairInReach>& in_reach, std::vector<FeaturePair>& out) {
+  in_reach.clear();
+  bsi::find_in_reach(kind, position, paths, batch.particles, reach, in_reach);
+  for (const bsi::PairInReach& found : in_reach) {
+    FeaturePair features = batch.features[found.pair];
+    const auto distance = static_cast<float>(found.distance);
+    features.distance = std::max(0.0F, std::nextafter(distance, 0.0F));
+    out.push_back(features);
+  }
+}
+
+// Joins list `which` of all chunks, sorted by (a, b): by counting for a, of which there are
+// `count_a`, and within the few of each by comparing b.
+void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a,
+                 std::vector<FeaturePair>& out) {
+  std::vector<int> start(count_a + 1, 0);
+  for (const Found& chunk : chunks)
+    for (const FeaturePair& pair : chunk.lists[which]) ++start[pair.a + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  out.resize(start.back());
+  std::vector<int> next(start.begin(), start.end() - 1);
+  for (const Found& chunk : chunks)
+    for (const FeaturePair& pair : chunk.lists[which]) out[next[pair.a]++] = pair;
+  for (std::size_t a = 0; a < count_a; ++a) {
+    std::sort(out.begin() + start[a], out.begin() + start[a + 1],
+              [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; });
+  }
+}
 
 }  // namespace
 
 void collect_features(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
                       std::span<const bsi::LeafPair> quad_pairs, double reach, CandidateList& list,
                       Counters& counters) {
-  Collector collector(scene, start, end, reach, list, counters);
-  for (const bsi::LeafPair& pair : quad_pairs) collector.add_quads(pair);
-  for (auto* features : {&list.vertex_triangle, &list.triangle_vertex, &list.edge_edge}) {
-    std::sort(features->begin(), features->end(), [](const FeaturePair& p, const FeaturePair& q) {
-      return p.a != q.a ? p.a < q.a : p.b < q.b;
-    });
-    counters.candidate_pairs += static_cast<std::int64_t>(features->size());
+  const SceneBody& a = scene.bodies[list.body_a];
+  const SceneBody& b = scene.bodies[list.body_b];
+  const std::vector<double> paths = path_lengths(start, end, {&a, &b});
+  const int chunks =
+      (static_cast<int>(quad_pairs.size()) + quad_pairs_a_chunk - 1) / quad_pairs_a_chunk;
+  std::vector<Found> found(chunks);
+  const int threads = scene.source.compute.threads;
+#pragma omp parallel num_threads(threads) if (threads > 1 && chunks > 1)
+  {
+    Gatherer gatherer(scene, list);
+    std::vector<bsi::PairInReach> in_reach;
+#pragma omp for schedule(dynamic)
+    for (int c = 0; c < chunks; ++c) {
+      const std::size_t first = static_cast<std::size_t>(c) * quad_pairs_a_chunk;
+      const Batches& batches = gatherer.gather(quad_pairs.subspan(
+          first, std::min<std::size_t>(quad_pairs_a_chunk, quad_pairs.size() - first)));
+      for (int which : {vertex_triangle, triangle_vertex, edge_edge}) {
+        const FeatureKind kind =
+            which == edge_edge ? FeatureKind::edge_edge : FeatureKind::vertex_triangle;
+        keep_in_reach(kind, batches[which], end, paths, reach, in_reach, found[c].lists[which]);
+        found[c].looked_at += static_cast<std::int64_t>(batches[which].features.size());
+      }
+    }
   }
+  join_sorted(found, vertex_triangle, a.particle_count(), list.vertex_triangle);
+  join_sorted(found, triangle_vertex, b.particle_count(), list.triangle_vertex);
+  join_sorted(found, edge_edge, a.mesh.edges.size(), list.edge_edge);
+  for (const Found& chunk : found) counters.narrow_phase_calls += chunk.looked_at;
+  for (const auto* features : {&list.vertex_triangle, &list.triangle_vertex, &list.edge_edge})
+    counters.candidate_pairs += static_cast<std::int64_t>(features->size());
 }
 
 }  // namespace weft::sim

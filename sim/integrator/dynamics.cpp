@@ -29,7 +29,7 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
       position_(scene.initial_position),
       velocity_(scene.initial_velocity),
       force_(scene.dynamic_particles) {
-  if (scene.source.contact.enabled) contact_.emplace(scene, statistics);
+  if (scene.source.contact.enabled) contact_.emplace(scene, statistics, choose_search(scene));
   std::vector<std::vector<int>> neighbours(scene.dynamic_particles);
   for (const auto& force : forces_) force->add_couplings(neighbours);
   const auto pattern = std::make_shared<const BlockPattern>(neighbours);

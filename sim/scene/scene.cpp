@@ -26,6 +26,8 @@ bsi::Surface make_shape(const ShapeCase& shape, const std::string& case_path) {
         return bsi::make_torus(*shape.major_radius, *shape.minor_radius, rows(), cols());
       case ShapeType::sphere:
         return bsi::make_sphere(*shape.radius, shape.resolution[0]);
+      case ShapeType::blob:
+        return bsi::make_blob(*shape.radius, shape.resolution[0]);
       case ShapeType::file: {
         const auto path = std::filesystem::path(case_path).parent_path() / shape.path;
         const TexelFile file = read_texels(path.string(), shape.dataset);

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "sim/contact/compute_choice.h"
 #include "sim/forces/force.h"
 #include "sim/scene/scene.h"
 
@@ -80,6 +81,12 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   out << "  skipped pyramids of bodies whose bounding spheres stay out of each other's reach\n";
 }
 
+ComputeBackend describe_compute(const Scene& scene, std::ostream& out) {
+  const ComputeChoice choice = choose_search(scene).choice;
+  out << "search    " << choice.text() << '\n';
+  return choice.backend;
+}
+
 }  // namespace
 
 std::string describe_scene(const Scene& scene) {
@@ -89,10 +96,14 @@ std::string describe_scene(const Scene& scene) {
   describe_bodies(scene, out);
   describe_forces(scene, out);
   describe_contact(scene, out);
+  const auto backend =
+      scene.source.contact.enabled ? describe_compute(scene, out) : ComputeBackend::cpu;
   out << "time      " << time.duration << " s, " << time.frames_per_second
       << " frames/s; CVODE, BDF of order 1 to " << time.maximum_order << ", position tolerance "
       << time.position_tolerance << " m a step\n";
-  out << "  skipped GL context: pictures are made by `weft render`\n";
+  if (backend == ComputeBackend::cpu) {
+    out << "  skipped GL context: pictures are made by `weft render`\n";
+  }
   if (!scene.source.output.velocity)
     out << "  skipped velocities in the trajectory: output.velocity is false\n";
   return out.str();

@@ -5,11 +5,16 @@
 #include <cmath>
 #include <tuple>
 
-#include "sim/trajectory/triangle_intersection.h"
+#include "bsi/triangle_intersection.h"
 
 namespace weft::sim {
 
 namespace {
+
+using bsi::Point3;
+using bsi::Triangle3;
+using bsi::triangles_meet;
+using bsi::triangles_meet_beyond_corner;
 
 struct Box {
   Point3 low, high;

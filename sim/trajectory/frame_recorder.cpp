@@ -122,8 +122,12 @@ FrameRecorder::FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::
     : scene_(scene),
       dynamics_(dynamics),
       writer_(path, trajectory_bodies(scene), frame_series(),
-              {scene.source.title, scene.source.resolved_text, scene.source.output.velocity, force,
-               step_series(dynamics)},
+              {.title = scene.source.title,
+               .case_text = scene.source.resolved_text,
+               .compute = dynamics.contact() != nullptr ? dynamics.contact()->compute().text() : "",
+               .velocity = scene.source.output.velocity,
+               .force = force,
+               .step_series = step_series(dynamics)},
               split_by_body(scene, scene.initial_position)) {}
 
 std::vector<Series> FrameRecorder::frame_series() const {

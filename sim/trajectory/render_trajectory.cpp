@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gpu/renderer.h"
+#include "gpu/triangle_batch.h"
 #include "sim/trajectory/movie_file.h"
 #include "sim/trajectory/trajectory.h"
 
@@ -67,10 +68,35 @@ struct RenderedBody {
   std::vector<std::array<int, 2>> lines;
   gpu::SurfaceColours colours;
   std::vector<Vec3> positions;
+  // At reduced detail.
+  double most_deviation = 0;  // m
+  bsi::Pyramid pyramid;
+  bsi::DetailSurface detail;
+  std::vector<Vec3> detail_normals;
 };
+
+// By body: so little that bodies which contact keeps apart do not show through each other. Two
+// bodies are kept at least the mean of their thicknesses apart; what the two are allowed here adds
+// up to no more, where one of them is thick.
+std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double least = infinity;
+  double least_positive = infinity;
+  for (const TrajectoryBody& body : bodies) {
+    least = std::min(least, body.thickness);
+    if (body.thickness > 0) least_positive = std::min(least_positive, body.thickness);
+  }
+  std::vector<double> most;
+  most.reserve(bodies.size());
+  for (const TrajectoryBody& body : bodies) {
+    most.push_back(0.25 * (std::max(body.thickness, least_positive) + least));
+  }
+  return most;
+}
 
 std::vector<RenderedBody> rendered_bodies(const TrajectoryReader& reader) {
   std::vector<RenderedBody> bodies;
+  const std::vector<double> most = most_deviation(reader.bodies());
   int coloured = 0;
   for (int index = 0; index < static_cast<int>(reader.bodies().size()); ++index) {
     const TrajectoryBody& body = reader.bodies()[index];
@@ -78,6 +104,7 @@ std::vector<RenderedBody> rendered_bodies(const TrajectoryReader& reader) {
     rendered.index = index;
     rendered.moves = body.moves;
     rendered.is_obstacle = body.is_obstacle;
+    rendered.most_deviation = most[index];
     rendered.mesh = bsi::build_mesh(body.atlas);
     if (body.is_obstacle) {
       rendered.colours = gpu::obstacle_colours();
@@ -129,6 +156,41 @@ Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& fra
   return extent;
 }
 
+// The camera stays, so bodies that stay are reduced once.
+void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,
+                   RenderedBody& body) {
+  if (!body.moves && body.pyramid.is_built()) return;
+  if (body.pyramid.patch_count() == 0) {
+    body.pyramid = bsi::Pyramid(reader.bodies()[body.index].atlas);
+  }
+  if (body.pyramid.rebuild(body.positions)) {
+    throw std::runtime_error("cannot reduce the detail of frame " + std::to_string(frame) +
+                             ": body '" + reader.bodies()[body.index].name + "' is too far away");
+  }
+  tolerance.most = body.most_deviation;
+  body.detail = bsi::detail_within(body.pyramid, body.positions, tolerance);
+  gpu::DrawnSurface original;
+  original.positions = body.positions;
+  original.triangles = body.mesh.triangles;
+  body.detail_normals = gpu::detail_normals(body.detail, original);
+}
+
+gpu::DrawnSurface drawn_surface(const RenderedBody& body, bool reduced) {
+  gpu::DrawnSurface surface;
+  surface.front_colour = body.colours.front;
+  surface.back_colour = body.colours.back;
+  if (reduced) {
+    surface.positions = body.detail.positions;
+    surface.triangles = body.detail.triangles;
+    surface.normals = body.detail_normals;
+  } else {
+    surface.positions = body.positions;
+    surface.triangles = body.mesh.triangles;
+    surface.lines = body.lines;
+  }
+  return surface;
+}
+
 std::string picture_path(const std::string& directory, int number) {
   std::array<char, 32> name{};
   std::snprintf(name.data(), name.size(), "frame_%05d.png", number);
@@ -153,7 +215,8 @@ double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames
 
 RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
                                const RenderOptions& options) {
-  assert(options.every >= 1 && options.frames_per_second.value_or(1) > 0);
+  assert(options.every >= 1 && options.frames_per_second.value_or(1) > 0 &&
+         options.detail_pixels.value_or(1) > 0);
   const TrajectoryReader reader(trajectory);
   std::vector<int> frames;
   for (int frame = 0; frame < reader.frames(); frame += options.every) frames.push_back(frame);
@@ -167,14 +230,19 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   const Extent extent = extent_to_see(reader, frames, bodies);
   const gpu::Camera camera =
       gpu::camera_for_points(extent.points(), static_cast<double>(options.width) / options.height);
+  const bool reduced = options.detail_pixels.has_value();
+  const bsi::DetailTolerance tolerance = gpu::pixel_tolerance(camera, options.width, options.height,
+                                                              options.detail_pixels.value_or(0));
 
   RenderReport report;
   for (const int frame : frames) {
     std::vector<gpu::DrawnSurface> surfaces;
     for (RenderedBody& body : bodies) {
       read_positions(reader, frame, body);
-      surfaces.push_back(
-          {body.positions, body.mesh.triangles, body.colours.front, body.colours.back, body.lines});
+      if (reduced) reduce_detail(reader, frame, tolerance, body);
+      surfaces.push_back(drawn_surface(body, reduced));
+      report.triangles += static_cast<std::int64_t>(surfaces.back().triangles.size());
+      report.all_triangles += static_cast<std::int64_t>(body.mesh.triangles.size());
     }
     gpu::write_png(picture_path(directory, report.pictures), renderer.draw(surfaces, camera));
     ++report.pictures;

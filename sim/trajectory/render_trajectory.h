@@ -1,6 +1,7 @@
 // Trajectories as pictures and as a movie.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -8,8 +9,11 @@
 namespace weft::sim {
 
 struct RenderOptions {
-  int width = 960, height = 720;            // pixels, 1..8192
-  int every = 1;                            // draws frames 0, every, 2 every, ...; >= 1
+  int width = 960, height = 720;  // pixels, 1..8192
+  int every = 1;                  // draws frames 0, every, 2 every, ...; >= 1
+  // Draws bodies with as few triangles as keep every point within so many pixels, and without grid
+  // lines; > 0.
+  std::optional<double> detail_pixels;
   bool movie = true;                        // also directory/movie.mp4, if ffmpeg is there
   std::optional<double> frames_per_second;  // of the movie, > 0; default below
   // Called after each picture with the number of pictures done and of all.
@@ -18,6 +22,8 @@ struct RenderOptions {
 
 struct RenderReport {
   int pictures = 0;
+  std::int64_t triangles = 0;      // drawn, in all pictures together
+  std::int64_t all_triangles = 0;  // the same at full detail
   double frames_per_second = 0;
   std::string movie;         // its path; empty when there is none
   std::string why_no_movie;  // "ffmpeg not found: no movie", or what ffmpeg said

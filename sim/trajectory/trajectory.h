@@ -34,7 +34,8 @@ class TrajectoryError : public std::runtime_error {
 // Layout (format version 1; docs/trajectory.md has the whole reference). Only the first
 // N = len(/time) entries of every per-frame dataset are complete frames: a killed run may leave
 // one entry more elsewhere.
-//   /                        attributes: format = "weft-trajectory", version, weft_version, title
+//   /                        attributes: format = "weft-trajectory", version, weft_version, title,
+//                            compute
 //   /case                    string: the resolved case (TOML); a dataset, since HDF5 limits small
 //                            attributes to 64 KiB
 //   /time[N]                 float64, s; extended last: the commit mark
@@ -59,6 +60,7 @@ class TrajectoryWriter {
   struct Options {
     std::string title = {};
     std::string case_text = {};
+    std::string compute = {};  // what the contact search runs on, and why
     bool velocity = false;
     bool force = false;  // overwrite
     std::vector<Series> step_series = {};

@@ -178,6 +178,7 @@ void TrajectoryWriter::Implementation::create_root() {
   access.write_attribute(file.get(), "version", std::vector<int>{1});
   access.write_attribute(file.get(), "weft_version", std::string(WEFT_VERSION));
   access.write_attribute(file.get(), "title", options.title);
+  access.write_attribute(file.get(), "compute", options.compute);
 
   const Handle text_type(H5Tcopy(H5T_C_S1));
   H5Tset_size(text_type.get(), H5T_VARIABLE);

@@ -259,7 +259,7 @@ name = "a"
 shape = { type = "teapot" }
 )",
        R"(case.toml:3:18: "type" is "teapot"
-  expected one of "rectangle", "cylinder", "torus", "sphere", "file")"},
+  expected one of "rectangle", "cylinder", "torus", "sphere", "blob", "file")"},
       {"corner_misspelt", sheet + R"([[body.pin]]
 corners = ["first_first", "first_lats"]
 )",
@@ -347,7 +347,7 @@ name = "sheet"
 size = [1, 1]
 )",
        R"(case.toml:3:1: [body.shape] has no "type"
-  expected "type", one of "rectangle", "cylinder", "torus", "sphere", "file")"},
+  expected "type", one of "rectangle", "cylinder", "torus", "sphere", "blob", "file")"},
       {"size_missing",
        R"([[body]]
 name = "sheet"
@@ -383,14 +383,14 @@ name = "sheet"
 shape = { type = "rectangle", size = [1, 1], resolution = [3, 3], radius = 1 }
 )",
        R"(case.toml:3:67: "radius" does not belong to type = "rectangle"
-  expected only with type = "cylinder", "sphere")"},
+  expected only with type = "cylinder", "sphere", "blob")"},
       {"resolution_of_file",
        R"([[body]]
 name = "scan"
 shape = { type = "file", path = "a.h5", dataset = "x", resolution = [3, 3] }
 )",
        R"(case.toml:3:56: "resolution" does not belong to type = "file"
-  expected only with type = "rectangle", "cylinder", "torus", "sphere")"},
+  expected only with type = "rectangle", "cylinder", "torus", "sphere", "blob")"},
       {"springs_of_triangles",
        R"([material.cotton]
 structural_stiffness = 500

@@ -341,7 +341,7 @@ cols = [0, 0]
        R"([material.cotton]
 )" + sheet,
        R"(--set body.sheet.shape.radius=1: "radius" does not belong to type = "rectangle"
-  expected only with type = "cylinder", "sphere")",
+  expected only with type = "cylinder", "sphere", "blob")",
        {"body.sheet.shape.radius=1"}},
   };
 }

@@ -73,7 +73,10 @@ TEST_F(Command, RefusesArgumentsItDoesNotKnow) {
       {{"run", "sheet.toml", "--frobnicate"}, "\"--frobnicate\" is unknown; expected one of"},
       {{"run", "sheet.toml", "another.toml"}, "\"another.toml\" is unknown"},
       {{"run"}, "case is required"},
-      {{"render", "sheet.h5", "--every", "0"}, "--every"}};
+      {{"render", "sheet.h5", "--every", "0"}, "--every"},
+      {{"render", "sheet.h5", "--lod", "0"}, "\"0\" is not a number of pixels from 0.001 to 1000"},
+      {{"render", "sheet.h5", "--lod", "nan"}, "\"nan\" is not a number of pixels"},
+      {{"render", "sheet.h5", "--lod", "1px"}, "\"1px\" is not a number of pixels"}};
   for (const Mistake& mistake : mistakes) {
     const Result result = weft(mistake.arguments);
     EXPECT_EQ(result.code, exit_code::bad_case) << mistake.message;

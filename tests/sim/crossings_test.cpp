@@ -10,12 +10,18 @@
 #include <random>
 #include <set>
 
-#include "sim/trajectory/exact_predicates.h"
-#include "sim/trajectory/triangle_intersection.h"
+#include "bsi/exact_predicates.h"
+#include "bsi/triangle_intersection.h"
 
 namespace weft::sim {
 namespace {
 
+using bsi::orientation;
+using bsi::Point2;
+using bsi::Point3;
+using bsi::Triangle3;
+using bsi::triangles_meet;
+using bsi::triangles_meet_beyond_corner;
 using bsi::Vec3;
 __extension__ typedef __int128 Wide;
 using Lattice = std::array<std::int64_t, 3>;

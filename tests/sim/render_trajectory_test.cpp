@@ -57,6 +57,26 @@ class RenderTrajectory : public testing::Test {
     return path;
   }
 
+  // A dome over a band of the same shape, which has no vertices to spare; 2 frames.
+  std::string write_domes(double thickness) const {
+    bsi::Surface lower = bsi::make_rectangle(1, 0.3, 2, 65);
+    for (Vec3& p : lower.positions) p.z() = 0.3 * std::cos(3 * p.x()) * std::cos(2.5 * p.y());
+    const bsi::Surface flat = bsi::make_rectangle(1.02, 1.02, 65, 65);
+    std::vector<Vec3> upper;
+    for (const Vec3& p : flat.positions) {
+      upper.emplace_back(p.x(), p.y(), 0.3 * std::cos(3 * p.x()) * std::cos(2.5 * p.y()) + 3e-3);
+    }
+    std::vector<TrajectoryBody> bodies(2);
+    bodies[0] = {"dome", lower.atlas, false, true, thickness};
+    bodies[1] = {"sheet", flat.atlas, true, false, thickness};
+    std::string path = (folder_ / "domes.h5").string();
+    TrajectoryWriter writer(path, bodies, {}, {}, {lower.positions, upper});
+    for (int frame = 0; frame < 2; ++frame) {
+      writer.write_frame(0.1 * frame, {lower.positions, upper}, {}, {});
+    }
+    return path;
+  }
+
   std::string pictures() const { return (folder_ / "pictures").string(); }
   int picture_count() const {
     int count = 0;
@@ -133,6 +153,41 @@ TEST_F(RenderTrajectory, DrawsEveryFrameFromOneCameraThatSeesTheMotion) {
     // The floor of 200 m does not make the sheet small.
     EXPECT_GT(part.count, 96 * 72 / 40) << name;
   }
+}
+
+TEST_F(RenderTrajectory, DrawsFewerTrianglesWithinPixels) {
+  const std::string path = write_domes(0);
+  const RenderReport full = render_trajectory(path, pictures(), small_pictures());
+  EXPECT_EQ(full.triangles, full.all_triangles);
+  EXPECT_EQ(full.all_triangles, 2 * 2 * (64 * 64 + 64));
+  const RedPart whole = red_part(read_png(files::path(pictures()) / "frame_00001.png"));
+  std::int64_t more = full.all_triangles;
+  for (const double pixels : {0.2, 1.0}) {
+    RenderOptions options = small_pictures();
+    options.detail_pixels = pixels;
+    const RenderReport report = render_trajectory(path, pictures(), options);
+    EXPECT_EQ(report.pictures, 2);
+    EXPECT_EQ(report.all_triangles, full.all_triangles);
+    EXPECT_LT(2 * report.triangles, more);
+    more = report.triangles;
+    const RedPart part = red_part(read_png(files::path(pictures()) / "frame_00001.png"));
+    EXPECT_NEAR(part.count, whole.count, 0.05 * whole.count) << pixels;
+    EXPECT_NEAR(part.mean_row, whole.mean_row, pixels) << pixels;
+  }
+}
+
+// With bodies 2 mm thick that lie 3 mm apart along z, five pixels of error, some 7 cm, would mix
+// the two.
+TEST_F(RenderTrajectory, KeepsBodiesInContactApart) {
+  const std::string path = write_domes(2e-3);
+  render_trajectory(path, pictures(), small_pictures());
+  const RedPart whole = red_part(read_png(files::path(pictures()) / "frame_00000.png"));
+  RenderOptions options = small_pictures();
+  options.detail_pixels = 5;
+  const RenderReport report = render_trajectory(path, pictures(), options);
+  EXPECT_LT(2 * report.triangles, report.all_triangles);
+  const RedPart part = red_part(read_png(files::path(pictures()) / "frame_00000.png"));
+  EXPECT_NEAR(part.count, whole.count, 0.02 * whole.count);
 }
 
 TEST_F(RenderTrajectory, LeavesOutFramesAndRemovesLeftOvers) {

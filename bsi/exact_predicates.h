@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace weft::sim {
+namespace weft::bsi {
 
 using Point2 = std::array<double, 2>;
 using Point3 = std::array<double, 3>;
@@ -21,4 +21,4 @@ int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3&
 // coordinates over- or underflows: coordinates and their differences are 0 or 1e-90..1e90 in size,
 // as those of float32 numbers always are. About 10 ns, a microsecond or more where it is close.
 
-}  // namespace weft::sim
+}  // namespace weft::bsi

@@ -1,10 +1,10 @@
 // Compiled without contraction of a * b + c into one rounding (see CMakeLists.txt): the sums below
 // must round as they are written.
-#include "sim/trajectory/exact_predicates.h"
+#include "bsi/exact_predicates.h"
 
 #include <cmath>
 
-namespace weft::sim {
+namespace weft::bsi {
 
 namespace {
 
@@ -143,4 +143,4 @@ int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3&
   return orientation_by_expansion(a, b, c, d);
 }
 
-}  // namespace weft::sim
+}  // namespace weft::bsi

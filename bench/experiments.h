@@ -1,0 +1,58 @@
+// The experiments of weft-bench: one function and one file each. main.cpp names them to the user.
+//
+// Each returns the exit code: 0, or 1 when what it found is wrong (sets that differ, a contact at
+// the wrong distance), which it has then said on standard error.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace weft::bench {
+
+// Weft and its peers on the scenes of bench/scenes.h.
+struct HierarchyOptions {
+  bool json = false;
+  std::vector<int> sizes{128, 256, 512};
+  std::vector<std::string> scenes;                         // empty: all
+  std::vector<std::string> methods;                        // empty: all
+  std::vector<int> threads{1};                             // of Weft; its peers have one
+  std::vector<int> growth{64, 128, 256, 512, 1024, 2048};  // sizes of the growth of Weft's own cost
+  int repeats = 7;
+};
+int run_hierarchy(const HierarchyOptions& options);
+
+struct PaperOptions {
+  std::filesystem::path directory = "out";
+  std::vector<int> sizes{32, 64, 128, 256, 512, 1024};
+  int passes = 1000;
+  int torus_size = 256;                                // paper-particles
+  int directions = 200;                                // paper-tori
+  int approach_size = 128;                             // paper-tori: of the tori that approach
+  std::vector<int> particles{1'000, 10'000, 100'000};  // paper-particles
+  int lod_size = 65;   // paper-lod: columns of each of the 48 patches of 2 n - 1 rows
+  int lod_frames = 5;  // paper-lod: pictures for each median
+};
+int run_paper_tori(const PaperOptions& options);
+int run_paper_particles(const PaperOptions& options);
+// Writes paper_lod.csv and .svg, and the table to standard output. Needs gpu/ and OSMesa: throws
+// std::runtime_error without.
+int run_paper_lod(const PaperOptions& options);
+
+// The narrow phase in batches beside scalar functions, on sheets of n x n vertices.
+int run_narrow_phase(int size);
+
+// The pyramids and traversals of gpu/ beside those of the CPU. Needs gpu/; throws
+// std::runtime_error without the device.
+struct GpuOptions {
+  std::string backend = "auto";  // "gpu", "osmesa"
+  std::vector<int> sizes{256, 512, 1024, 2048, 4096};
+  std::vector<std::string> scenes{"drape", "crumpled"};
+  int repeats = 7;
+};
+int run_gpu(const GpuOptions& options);
+
+// What do 100 static obstacles 100 m away cost a run?
+int run_far_obstacles();
+
+}  // namespace weft::bench

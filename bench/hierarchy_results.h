@@ -1,0 +1,42 @@
+// What the hierarchy benchmark found, as JSON and as tables.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace weft::bench {
+
+enum class MethodKind {
+  weft,     // what a user gets
+  variant,  // Weft in another way, for comparison
+  peer,
+  oracle,  // brute force
+};
+
+// Medians, ms; none where a method does not do such a thing.
+struct Row {
+  std::string scene;
+  int n = 0;
+  std::string method;
+  MethodKind kind = MethodKind::peer;
+  int threads = 1;
+  std::optional<double> rebuild_ms{}, refit_ms{}, query_ms{};
+  std::optional<double> narrow_ms{};       // its own exact test, or that of bench/triangle_test.h
+  std::optional<double> weft_narrow_ms{};  // Weft's narrow phase on its candidates
+  std::optional<long> candidates{}, hits{};
+};
+
+struct Results {
+  std::vector<Row> rows;
+  int floor_n = 0;      // of the two below
+  double floor_ms = 0;  // a copy: the image's bytes read, the hierarchy's written
+  std::size_t hierarchy_bytes = 0;
+};
+
+std::string to_json(const Results& results);
+// The rows, and how many times faster Weft is than the best of its peers.
+std::string to_table(const Results& results);
+
+}  // namespace weft::bench

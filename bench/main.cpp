@@ -1,0 +1,169 @@
+// weft-bench: the experiments, one subcommand each.
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+#include <functional>
+
+#include "bench/experiments.h"
+#include "bench/scene_measurement.h"
+#include "bench/scenes.h"
+
+namespace {
+
+using namespace weft::bench;
+
+struct Arguments {
+  HierarchyOptions hierarchy;
+  PaperOptions paper;
+  int narrow_phase_size = 128;
+  GpuOptions gpu;
+};
+
+CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
+                         int most, const char* description) {
+  return sub.add_option(name, numbers, description)
+      ->delimiter(',')
+      ->check(CLI::Range(least, most))
+      ->capture_default_str();
+}
+
+void add_sizes(CLI::App& sub, std::vector<int>& sizes, const char* description) {
+  add_numbers(sub, "--sizes", sizes, 4, 8192, description);
+}
+
+void add_hierarchy(CLI::App& sub, Arguments& arguments) {
+  HierarchyOptions& options = arguments.hierarchy;
+  sub.add_flag("--json", options.json, "Print one JSON object instead of tables");
+  add_sizes(sub, options.sizes, "Images of n x n vertices");
+  sub.add_option("--scenes", options.scenes, "Scenes (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(scene_names()));
+  sub.add_option("--methods", options.methods, "Methods (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(method_names()));
+  add_numbers(sub, "--threads", options.threads, 1, 1024, "Threads of Weft; its peers have one");
+  add_numbers(sub, "--growth", options.growth, 4, 8192, "Sizes of the growth of Weft's own cost");
+  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+
+void add_paper(CLI::App& sub, Arguments& arguments) {
+  sub.add_option("-o,--output", arguments.paper.directory, "Folder of the CSV files and plots")
+      ->capture_default_str();
+  sub.add_option("--passes", arguments.paper.passes, "Passes that times are means of")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+}
+
+void add_paper_tori(CLI::App& sub, Arguments& arguments) {
+  PaperOptions& options = arguments.paper;
+  add_paper(sub, arguments);
+  add_sizes(sub, options.sizes, "Tori of n x n vertices");
+  sub.add_option("--directions", options.directions, "Directions of approach")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  sub.add_option("--approach-size", options.approach_size, "n of the tori that approach")
+      ->check(CLI::Range(8, 1024))
+      ->capture_default_str();
+}
+
+void add_paper_particles(CLI::App& sub, Arguments& arguments) {
+  add_paper(sub, arguments);
+  sub.add_option("--torus-size", arguments.paper.torus_size, "Torus of n x n vertices")
+      ->check(CLI::Range(4, 8192))
+      ->capture_default_str();
+  add_numbers(sub, "--particles", arguments.paper.particles, 1, 10'000'000, "Numbers of particles");
+}
+
+void add_narrow_phase(CLI::App& sub, Arguments& arguments) {
+  sub.add_option("--size", arguments.narrow_phase_size, "Sheets of n x n vertices")
+      ->check(CLI::Range(4, 8192))
+      ->capture_default_str();
+}
+
+#ifdef WEFT_BENCH_GPU
+void add_gpu(CLI::App& sub, Arguments& arguments) {
+  GpuOptions& options = arguments.gpu;
+  sub.add_option("--backend", options.backend, "What runs the shaders")
+      ->check(CLI::IsMember({"auto", "gpu", "osmesa"}))
+      ->capture_default_str();
+  add_sizes(sub, options.sizes, "Sheets of n x n vertices");
+  sub.add_option("--scenes", options.scenes, "Sheets against themselves")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rolled", "pleated", "crumpled", "drape"}))
+      ->capture_default_str();
+  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+
+void add_paper_lod(CLI::App& sub, Arguments& arguments) {
+  PaperOptions& options = arguments.paper;
+  sub.add_option("-o,--output", options.directory, "Folder of the CSV file and plot")
+      ->capture_default_str();
+  sub.add_option("--size", options.lod_size, "Columns n of each of the 48 patches of 2 n - 1 rows")
+      ->check(CLI::Range(3, 1025))
+      ->capture_default_str();
+  sub.add_option("--frames", options.lod_frames, "Pictures for each median")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+#endif
+
+struct Experiment {
+  const char* name;
+  const char* description;
+  void (*add)(CLI::App& sub, Arguments& arguments);
+  int (*run)(const Arguments& arguments);
+};
+
+constexpr std::array experiments{
+    Experiment{"hierarchy", "Rebuild, query and exact test beside other libraries", add_hierarchy,
+               [](const Arguments& a) { return run_hierarchy(a.hierarchy); }},
+    Experiment{"paper-tori", "Two tori, at rest and approaching each other, against brute force",
+               add_paper_tori, [](const Arguments& a) { return run_paper_tori(a.paper); }},
+    Experiment{"paper-particles", "Particles against a torus, against brute force",
+               add_paper_particles,
+               [](const Arguments& a) { return run_paper_particles(a.paper); }},
+    Experiment{"narrow-phase", "The narrow phase in batches beside scalar functions",
+               add_narrow_phase,
+               [](const Arguments& a) { return run_narrow_phase(a.narrow_phase_size); }},
+#ifdef WEFT_BENCH_GPU
+    Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
+               [](const Arguments& a) { return run_paper_lod(a.paper); }},
+    Experiment{"gpu", "Pyramids and traversals in compute shaders beside the CPU", add_gpu,
+               [](const Arguments& a) { return run_gpu(a.gpu); }},
+#endif
+    Experiment{"far-obstacles", "What obstacles out of reach cost a run",
+               [](CLI::App&, Arguments&) {}, [](const Arguments&) { return run_far_obstacles(); }},
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Experiments on Weft's speed. Ratios within one run hold on any machine."};
+  app.name("weft bench");
+  app.require_subcommand(1);
+  Arguments arguments;
+  std::function<int()> run;
+  for (const Experiment& experiment : experiments) {
+    CLI::App* sub = app.add_subcommand(experiment.name, experiment.description);
+    experiment.add(*sub, arguments);
+    sub->callback([&] { run = [&] { return experiment.run(arguments); }; });
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "weft bench: %s\n", error.what());
+    return 2;
+  }
+  try {
+    return run();
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "weft bench: %s\n", error.what());
+    return 4;
+  }
+}

@@ -1,0 +1,100 @@
+// The paper's two tori: timed at a fixed pose, and approaching each other from many directions.
+#include <cstdio>
+#include <sstream>
+
+#include "bench/approach.h"
+#include "bench/experiments.h"
+#include "bench/paper_measurement.h"
+#include "bench/plot.h"
+
+namespace weft::bench {
+
+namespace {
+
+// Growth with the number of triangles, against brute force.
+bool run_fixed_pose(const PaperOptions& options) {
+  std::ostringstream csv;
+  csv << "# two linked tori of n x n vertices each, margin " << 1e3 * scene_margin
+      << " mm; medians of " << options.passes
+      << " passes, ms of one thread; brute force where a pass takes seconds at most\n"
+      << "n,triangles,rebuild_ms,query_ms,narrow_ms,total_ms,candidates,hits,brute_ms,"
+         "brute_passes\n";
+  Series bsi{"BSI: all", {}, {}}, rebuild{"BSI: rebuild", {}, {}}, query{"BSI: query", {}, {}},
+      brute{"brute force", {}, {}};
+  bool right = true;
+  for (const int n : options.sizes) {
+    const PaperTimes times = measure_passes(make_scene("tori", n), options.passes);
+    right = right && times.same_hits;
+    const double triangles = 4.0 * n * n;
+    csv << n << ',' << triangles << ',' << times.rebuild_ms << ',' << times.query_ms << ','
+        << times.narrow_ms << ',' << times.total_ms() << ',' << times.candidates << ','
+        << times.hits << ',';
+    if (times.brute_ms) csv << *times.brute_ms;
+    csv << ',' << times.brute_passes << '\n';
+    const auto add = [&](Series& series, double value) {
+      series.x.push_back(triangles);
+      series.y.push_back(value);
+    };
+    add(bsi, times.total_ms());
+    add(rebuild, times.rebuild_ms);
+    add(query, times.query_ms);
+    if (times.brute_ms) add(brute, *times.brute_ms);
+  }
+  Plot plot{"Two tori in contact",
+            "both rebuilt every pass; one thread",
+            {"triangles of both"},
+            {"time of a pass, ms"},
+            {bsi, rebuild, query}};
+  if (!brute.x.empty()) plot.series.push_back(brute);
+  write_text(csv.str(), options.directory / "paper_tori.csv");
+  write_svg(plot, options.directory / "paper_tori.svg");
+  std::fputs(csv.str().c_str(), stdout);
+  if (!right) std::fputs("paper-tori: brute force finds other hits\n", stderr);
+  return right;
+}
+
+// First contacts, against those of the smooth surfaces.
+bool run_approach(const PaperOptions& options) {
+  const std::vector<Approach> approaches =
+      approach_from_all_sides(make_paper_torus(options.approach_size), options.directions);
+  std::ostringstream csv;
+  csv << "# a torus of " << options.approach_size << " x " << options.approach_size
+      << " vertices comes near another; distances of the centres at first contact, m; leaf: the "
+         "longest edge of a quad\n"
+      << "direction_x,direction_y,direction_z,found,expected,difference,leaf,steps,hits\n";
+  Series differences{"a direction", {}, {}, false};
+  bool right = true;
+  for (const Approach& a : approaches) {
+    const double difference = a.found - a.expected;
+    right = right && a.touched && std::abs(difference) <= a.leaf;
+    csv << a.direction.x() << ',' << a.direction.y() << ',' << a.direction.z() << ',' << a.found
+        << ',' << a.expected << ',' << difference << ',' << a.leaf << ',' << a.steps << ','
+        << a.hits << '\n';
+    differences.x.push_back(1e3 * a.expected);
+    differences.y.push_back(1e3 * difference);
+  }
+  const Plot plot{
+      "First contact of two tori from " + std::to_string(options.directions) + " directions",
+      "a leaf is " + std::to_string(std::lround(1e3 * approaches.front().leaf)) +
+          " mm; the meshes are inscribed, and touch later",
+      {"distance of the centres at first contact, mm", false},
+      {"found - expected, mm", false},
+      {differences}};
+  write_text(csv.str(), options.directory / "paper_tori_approach.csv");
+  write_svg(plot, options.directory / "paper_tori_approach.svg");
+  double worst = 0;
+  for (const Approach& a : approaches) worst = std::max(worst, std::abs(a.found - a.expected));
+  std::printf("%zu approaches; first contacts off by %.3g mm at most, a leaf is %.3g mm\n",
+              approaches.size(), 1e3 * worst, 1e3 * approaches.front().leaf);
+  if (!right) std::fputs("paper-tori: a first contact is not within a leaf\n", stderr);
+  return right;
+}
+
+}  // namespace
+
+int run_paper_tori(const PaperOptions& options) {
+  const bool timed = run_fixed_pose(options);
+  return run_approach(options) && timed ? 0 : 1;
+}
+
+}  // namespace weft::bench

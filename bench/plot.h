@@ -1,0 +1,37 @@
+// A line chart as an SVG file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace weft::bench {
+
+struct Series {
+  std::string name;
+  std::vector<double> x, y;  // of the same length; with logarithmic axes, positive
+  bool line = true;          // false: marks alone
+};
+
+struct Axis {
+  std::string title;  // with its unit
+  bool logarithmic = true;
+};
+
+struct Plot {
+  std::string title;
+  std::string note;  // one line below the title
+  Axis x, y;
+  std::vector<Series> series;
+};
+
+// The chart as text. At least one series must have a point.
+std::string svg_of(const Plot& plot);
+
+// Writes it. Throws std::runtime_error, naming the path.
+void write_svg(const Plot& plot, const std::filesystem::path& path);
+
+// Writes text to a file, making its folder if need be. Throws std::runtime_error, naming the path.
+void write_text(const std::string& text, const std::filesystem::path& path);
+
+}  // namespace weft::bench

@@ -1,0 +1,118 @@
+// One patch of a surface of reduced detail: which vertex stands for each of its texels. For
+// level_of_detail.cpp.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "bsi/pyramid.h"
+
+namespace weft::bsi {
+
+// A corner of a coarse triangle. `vertex` < texel_count: the original vertex at that texel of the
+// patch; beyond: block `vertex` - texel_count. (row, col) is its place in the image, not yet taken
+// round a wrap.
+struct DetailCorner {
+  int vertex = 0;
+  double row = 0;
+  double col = 0;
+};
+using DetailTriangle = std::array<DetailCorner, 3>;
+
+// Twice the area in the image; not positive where the triangle is folded over.
+inline double image_area(const DetailTriangle& triangle) {
+  const auto& [a, b, c] = triangle;
+  return (b.col - a.col) * (c.row - a.row) - (c.col - a.col) * (b.row - a.row);
+}
+
+// Every texel is given to a vertex: those of a block inside the patch to the block's sphere centre,
+// all others to themselves. The quads' triangles whose corners are given to three different
+// vertices are the coarse surface: the dual of the partition of the image into rectangles.
+class DetailPatch {
+ public:
+  // Blocks of the first level that are small enough round the wraps, or, where the patch is to be
+  // left as it is, none.
+  DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is);
+
+  int texel_count() const { return size_.texel_count(); }
+  const Block& block(int vertex) const { return blocks_[vertex - texel_count()].block; }
+  // The texel in the middle of the block, or the vertex itself.
+  int middle_texel(int vertex) const;
+  bool is_block(int vertex) const { return vertex >= texel_count(); }
+  int block_count() const { return static_cast<int>(blocks_.size()); }
+
+  // Replaces every block of a level above `level` by blocks of that level.
+  void split_to_level(int level);
+  // Replaces the block by its children; its number is not used again.
+  void split(int vertex);
+
+  // visit(const DetailTriangle&), in the order of the quads.
+  template <class Visit>
+  void for_each_triangle(const Visit& visit) const;
+
+ private:
+  struct PlacedBlock {
+    Block block;
+    double row = 0;  // of its middle
+    double col = 0;
+  };
+
+  void add(const Block& block);
+  DetailCorner corner(int vertex, int texel_row, int texel_col) const;
+
+  const Pyramid& pyramid_;
+  int patch_;
+  Patch size_;
+  std::vector<int> vertex_of_;  // by texel
+  std::vector<PlacedBlock> blocks_;
+};
+
+// The vertex of a texel (texel_row, texel_col), either of which may be one past a wrapped axis.
+inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col) const {
+  DetailCorner place{vertex, 0, 0};
+  if (is_block(vertex)) {
+    const PlacedBlock& placed = blocks_[vertex - texel_count()];
+    place.row = placed.row;
+    place.col = placed.col;
+  } else {
+    const int row = vertex / size_.cols;
+    place.row = row;
+    place.col = vertex % size_.cols;
+  }
+  if (texel_row == size_.rows) place.row += size_.rows;
+  if (texel_col == size_.cols) place.col += size_.cols;
+  return place;
+}
+
+template <class Visit>
+void DetailPatch::for_each_triangle(const Visit& visit) const {
+  for (int row = 0; row < size_.quad_rows(); ++row) {
+    const int* upper = &vertex_of_[static_cast<std::size_t>(row) * size_.cols];
+    const int* lower = row + 1 == size_.rows ? vertex_of_.data() : upper + size_.cols;
+    for (int col = 0; col < size_.quad_cols(); ++col) {
+      const int next = col + 1 == size_.cols ? 0 : col + 1;
+      const std::array<int, 4> vertex{upper[col], upper[next], lower[col], lower[next]};
+      if (vertex[1] == vertex[2]) continue;  // neither triangle has three different corners
+      const bool first = vertex[0] != vertex[1] && vertex[0] != vertex[2];
+      const bool second = vertex[3] != vertex[1] && vertex[3] != vertex[2];
+      if (!first && !second) continue;
+      const std::array<DetailCorner, 4> at{
+          corner(vertex[0], row, col), corner(vertex[1], row, col + 1),
+          corner(vertex[2], row + 1, col), corner(vertex[3], row + 1, col + 1)};
+      DetailTriangle upper_left{at[0], at[1], at[2]};
+      DetailTriangle lower_right{at[1], at[3], at[2]};
+      if (first && second && (image_area(upper_left) <= 0 || image_area(lower_right) <= 0)) {
+        // Unlike four texels, four blocks need not be convex: then the other diagonal is inside.
+        upper_left = {at[0], at[1], at[3]};
+        lower_right = {at[0], at[3], at[2]};
+      }
+      if (first) visit(upper_left);
+      if (second) visit(lower_right);
+    }
+  }
+}
+
+}  // namespace weft::bsi

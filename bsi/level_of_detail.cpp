@@ -1,0 +1,319 @@
+#include "bsi/level_of_detail.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "bsi/detail_patch.h"
+
+namespace weft::bsi {
+
+namespace {
+
+// By patch: true where a particle is held by two texels of the patch, or by one of its inside and
+// one elsewhere. Blocks beside such a seam could touch each other more than once.
+std::vector<char> sewn_to_themselves(const Atlas& atlas) {
+  const int patches = static_cast<int>(atlas.patches().size());
+  std::vector<char> found(patches, 0);
+  if (atlas.is_identity()) return found;
+  std::vector<int> holders(atlas.particle_count(), 0);
+  std::vector<int> last_patch(atlas.particle_count(), -1);
+  for (int patch = 0; patch < patches; ++patch) {
+    for (int i = 0; i < atlas.patches()[patch].texel_count(); ++i) {
+      const int particle = atlas.particle_of_texel(atlas.first_texel(patch) + i);
+      if (last_patch[particle] == patch) found[patch] = 1;
+      last_patch[particle] = patch;
+      ++holders[particle];
+    }
+  }
+  for (int patch = 0; patch < patches; ++patch) {
+    const Patch& size = atlas.patches()[patch];
+    for (int row = size.wrap_v ? 0 : 1; row < size.quad_rows(); ++row) {
+      for (int col = size.wrap_u ? 0 : 1; col < size.quad_cols(); ++col) {
+        if (holders[atlas.particle(patch, row, col)] > 1) found[patch] = 1;
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<DetailPatch> coarsest_patches(const Pyramid& pyramid) {
+  const std::vector<char> sewn = sewn_to_themselves(pyramid.atlas());
+  std::vector<DetailPatch> patches;
+  patches.reserve(sewn.size());
+  for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
+    patches.emplace_back(pyramid, patch, sewn[patch] != 0);
+  }
+  return patches;
+}
+
+std::vector<DetailPatch> patches_at_levels(const Pyramid& pyramid, std::span<const int> levels) {
+  assert(static_cast<int>(levels.size()) == pyramid.patch_count());
+  std::vector<DetailPatch> patches = coarsest_patches(pyramid);
+  for (std::size_t i = 0; i < patches.size(); ++i) patches[i].split_to_level(levels[i]);
+  return patches;
+}
+
+Vec3 centre_of(const Sphere& sphere) { return {sphere.x, sphere.y, sphere.z}; }
+
+// The first whole number beyond; not for negative ones.
+int first_after(double place) { return static_cast<int>(place) + 1; }
+
+// Measures how far coarse triangles of a patch are from the original surface at the same place of
+// the image. Both are linear on each piece of the image that the edges of the two cut out, so the
+// distance is largest at a corner of such a piece.
+class Ruler {
+ public:
+  Ruler(const Pyramid& pyramid, std::span<const Vec3> positions, int patch,
+        const DetailTolerance* tolerance)
+      : pyramid_(pyramid),
+        positions_(positions),
+        patch_(patch),
+        size_(pyramid.atlas().patches()[patch]),
+        tolerance_(tolerance) {}
+
+  Vec3 position(const DetailPatch& patch, int vertex) const {
+    if (patch.is_block(vertex)) return centre_of(pyramid_.sphere(patch.block(vertex)));
+    const Atlas& atlas = pyramid_.atlas();
+    return positions_[atlas.particle_of_texel(atlas.first_texel(patch_) + vertex)];
+  }
+
+  // False, and no more measured, where the tolerance is exceeded.
+  bool measure(const DetailPatch& patch, const DetailTriangle& triangle);
+
+  // The largest distance that was found within the tolerance.
+  double largest() const { return largest_; }
+
+ private:
+  struct Corner {
+    Vec3 position;
+    double row = 0, col = 0;
+  };
+
+  bool check(const Vec3& coarse, const Vec3& original) {
+    const double squared = (coarse - original).squaredNorm();
+    if (tolerance_ != nullptr) {
+      const double allowed = tolerance_->at(original);
+      if (!(squared < allowed * allowed)) return false;
+    }
+    largest_ = std::max(largest_, std::sqrt(squared));
+    return true;
+  }
+  bool check_edge(const Corner& from, const Corner& to);
+  bool check_inside(const std::array<Corner, 3>& corners);
+  const Vec3& texel(int row, int col) const {
+    return positions_[pyramid_.atlas().particle(patch_, row, col)];
+  }
+  Vec3 original(double row, double col) const;
+
+  const Pyramid& pyramid_;
+  std::span<const Vec3> positions_;
+  int patch_;
+  Patch size_;
+  const DetailTolerance* tolerance_;
+  double largest_ = 0;
+};
+
+bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
+  std::array<Corner, 3> corners;
+  bool is_original = true;
+  for (int i = 0; i < 3; ++i) {
+    corners[i] = {position(patch, triangle[i].vertex), triangle[i].row, triangle[i].col};
+    is_original = is_original && !patch.is_block(triangle[i].vertex);
+  }
+  // Three texels given to themselves are the corners of one triangle of a quad.
+  if (is_original) return true;
+  for (const Corner& corner : corners) {
+    if (!check(corner.position, original(corner.row, corner.col))) return false;
+  }
+  if (!check_inside(corners)) return false;
+  for (int i = 0; i < 3; ++i) {
+    const int from = triangle[i].vertex;
+    const int to = triangle[(i + 1) % 3].vertex;
+    if (from > to) continue;  // the triangle on the other side has it from `to` to `from`
+    if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;
+  }
+  return true;
+}
+
+// The point of the original surface at a place of the image.
+Vec3 Ruler::original(double row, double col) const {
+  const int last_row = size_.wrap_v ? 2 * size_.rows - 2 : size_.rows - 2;
+  const int last_col = size_.wrap_u ? 2 * size_.cols - 2 : size_.cols - 2;
+  const int r = std::clamp(static_cast<int>(row), 0, last_row);
+  const int c = std::clamp(static_cast<int>(col), 0, last_col);
+  const double down = row - r;
+  const double right = col - c;
+  const Vec3& upper_right = texel(r, c + 1);
+  const Vec3& lower_left = texel(r + 1, c);
+  if (down + right <= 1) {
+    const Vec3& upper_left = texel(r, c);
+    return upper_left + right * (upper_right - upper_left) + down * (lower_left - upper_left);
+  }
+  const Vec3& lower_right = texel(r + 1, c + 1);
+  return lower_right + (1 - right) * (lower_left - lower_right) +
+         (1 - down) * (upper_right - lower_right);
+}
+
+// Where the edge crosses the rows, the columns and the diagonals of the image.
+bool Ruler::check_edge(const Corner& from, const Corner& to) {
+  const std::array<std::array<double, 2>, 3> ends{
+      {{from.row, to.row}, {from.col, to.col}, {from.row + from.col, to.row + to.col}}};
+  for (const auto& [start, end] : ends) {
+    const double low = std::min(start, end);
+    const double high = std::max(start, end);
+    for (int line = first_after(low); line < high; ++line) {
+      const double t = (line - start) / (end - start);
+      const Vec3 point = from.position + t * (to.position - from.position);
+      if (!check(point, original(from.row + t * (to.row - from.row),
+                                 from.col + t * (to.col - from.col)))) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+// At the texels inside the triangle.
+bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
+  const auto [lowest, highest] = std::minmax({corners[0].row, corners[1].row, corners[2].row});
+  for (int row = first_after(lowest); row < highest; ++row) {
+    // Where the row enters the triangle and leaves it, in order of columns.
+    std::array<Corner, 2> ends;
+    int found = 0;
+    for (int i = 0; i < 3 && found < 2; ++i) {
+      const Corner& from = corners[i];
+      const Corner& to = corners[(i + 1) % 3];
+      if ((from.row <= row) == (to.row <= row)) continue;
+      const double t = (row - from.row) / (to.row - from.row);
+      ends[found++] = {from.position + t * (to.position - from.position), static_cast<double>(row),
+                       from.col + t * (to.col - from.col)};
+    }
+    if (ends[0].col > ends[1].col) std::swap(ends[0], ends[1]);
+    const double width = ends[1].col - ends[0].col;
+    for (int col = first_after(ends[0].col); col < ends[1].col; ++col) {
+      const Vec3 point =
+          ends[0].position + (col - ends[0].col) / width * (ends[1].position - ends[0].position);
+      if (!check(point, texel(row, col))) return false;
+    }
+  }
+  return true;
+}
+
+// Splits until every triangle is within the tolerance; returns the largest distance left.
+double refine(DetailPatch& patch, Ruler& ruler) {
+  std::vector<char> too_coarse;
+  int first_new = patch.texel_count();  // blocks from here on have not been measured
+  for (;;) {
+    too_coarse.assign(patch.block_count(), 0);
+    bool done = true;
+    patch.for_each_triangle([&](const DetailTriangle& triangle) {
+      bool is_new = false;
+      int coarsest = std::numeric_limits<int>::max();
+      for (const DetailCorner& corner : triangle) {
+        if (patch.is_block(corner.vertex)) {
+          coarsest = std::min(coarsest, patch.block(corner.vertex).level);
+          is_new = is_new || corner.vertex >= first_new;
+        } else {
+          is_new = true;  // may have been in a block until now
+        }
+      }
+      // Where a long block meets a wide one a triangle may be folded over.
+      if (!is_new || (image_area(triangle) > 0 && ruler.measure(patch, triangle))) return;
+      done = false;
+      for (const DetailCorner& corner : triangle) {
+        if (patch.is_block(corner.vertex) && patch.block(corner.vertex).level == coarsest) {
+          too_coarse[corner.vertex - patch.texel_count()] = 1;
+        }
+      }
+    });
+    if (done) return ruler.largest();
+    first_new = patch.texel_count() + patch.block_count();
+    for (std::size_t i = 0; i < too_coarse.size(); ++i) {
+      if (too_coarse[i] != 0) patch.split(patch.texel_count() + static_cast<int>(i));
+    }
+  }
+}
+
+DetailSurface assemble(const Pyramid& pyramid, std::span<const Vec3> positions,
+                       const std::vector<DetailPatch>& patches) {
+  const Atlas& atlas = pyramid.atlas();
+  DetailSurface surface;
+  std::vector<int> index_of_particle(atlas.particle_count(), -1);
+  std::vector<int> index_of_block;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const DetailPatch& patch = patches[i];
+    const int first_texel = atlas.first_texel(static_cast<int>(i));
+    index_of_block.assign(patch.block_count(), -1);
+    const auto index_of = [&](int vertex) {
+      const bool is_block = patch.is_block(vertex);
+      const int particle = atlas.particle_of_texel(first_texel + patch.middle_texel(vertex));
+      int& index =
+          is_block ? index_of_block[vertex - patch.texel_count()] : index_of_particle[particle];
+      if (index < 0) {
+        index = static_cast<int>(surface.positions.size());
+        surface.positions.push_back(is_block ? centre_of(pyramid.sphere(patch.block(vertex)))
+                                             : positions[particle]);
+        surface.particles.push_back(particle);
+      }
+      return index;
+    };
+    patch.for_each_triangle([&](const DetailTriangle& triangle) {
+      std::array<int, 3> corners{};
+      for (int k = 0; k < 3; ++k) corners[k] = index_of(triangle[k].vertex);
+      surface.triangles.push_back(corners);
+    });
+  }
+  return surface;
+}
+
+}  // namespace
+
+DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
+                               std::span<const int> levels) {
+  assert(pyramid.is_built());
+  const std::vector<DetailPatch> patches = patches_at_levels(pyramid, levels);
+  DetailSurface surface = assemble(pyramid, positions, patches);
+  for (const DetailPatch& patch : patches) {
+    patch.for_each_triangle([&](const DetailTriangle& triangle) {
+      for (const DetailCorner& corner : triangle) {
+        if (!patch.is_block(corner.vertex)) continue;
+        const auto radius = static_cast<double>(pyramid.sphere(patch.block(corner.vertex)).radius);
+        surface.deviation = std::max(surface.deviation, radius);
+      }
+    });
+  }
+  return surface;
+}
+
+DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positions,
+                            const DetailTolerance& tolerance) {
+  assert(pyramid.is_built());
+  std::vector<DetailPatch> patches = coarsest_patches(pyramid);
+  std::vector<double> largest(patches.size());
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    Ruler ruler(pyramid, positions, static_cast<int>(i), &tolerance);
+    largest[i] = refine(patches[i], ruler);
+  }
+  DetailSurface surface = assemble(pyramid, positions, patches);
+  for (const double distance : largest) surface.deviation = std::max(surface.deviation, distance);
+  return surface;
+}
+
+double deviation_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
+                           std::span<const int> levels) {
+  assert(pyramid.is_built());
+  const std::vector<DetailPatch> patches = patches_at_levels(pyramid, levels);
+  double largest = 0;
+  for (int i = 0; i < pyramid.patch_count(); ++i) {
+    Ruler ruler(pyramid, positions, i, nullptr);
+    patches[i].for_each_triangle(
+        [&](const DetailTriangle& triangle) { ruler.measure(patches[i], triangle); });
+    largest = std::max(largest, ruler.largest());
+  }
+  return largest;
+}
+
+}  // namespace weft::bsi

@@ -1,0 +1,59 @@
+// Level of detail: surfaces of fewer triangles from the sphere centres of a pyramid, without
+// cracks.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "bsi/pyramid.h"
+
+namespace weft::bsi {
+
+// A triangle surface that stands for an atlas, made as docs/theory.md, section 8, says. It has the
+// borders, the orientation and the topology of the original: no edge is left unmatched that is
+// matched there.
+struct DetailSurface {
+  std::vector<Vec3> positions;  // m
+  std::vector<std::array<int, 3>> triangles;
+  // By vertex: the particle at its place in the image, whose normal or colour it can take over.
+  std::vector<int> particles;
+  // Every point of either surface has a point of the other within this distance, m.
+  double deviation = 0;
+};
+
+// How far a surface may stray: `most` (m) anywhere, and `per_distance` x the distance from the eye.
+struct DetailTolerance {
+  double most = std::numeric_limits<double>::infinity();
+  double per_distance = std::numeric_limits<double>::infinity();
+  Vec3 eye = Vec3::Zero();
+  double at(const Vec3& point) const {
+    return std::min(most, per_distance * (point - eye).norm());  // most where 0 x infinity is NaN
+  }
+};
+
+// The surface through the sphere centres of the blocks of one level for each patch (`levels`, one a
+// patch), and the original vertices of the borders of patches, where neighbours of different levels
+// meet. On the last level of a patch it is the original surface, and levels beyond that count as
+// the last. A wrapped axis has at least three blocks: there levels 0 and 1 count as 2. A patch that
+// is sewn to itself keeps its original surface. The stated deviation is the largest radius of a
+// sphere whose centre is used. Precondition: pyramid.is_built(), from `positions`. O(texels).
+DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
+                               std::span<const int> levels);
+
+// The same with blocks of different levels within each patch, split until every point lies within
+// the tolerance of its counterpart: the original point at the same place in the image. The stated
+// deviation bounds those distances. With a tolerance of 0 it is the original surface. O(texels x
+// levels), less where the surface is rough; the threads of OpenMP share the patches, with the same
+// result from any number of them.
+DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positions,
+                            const DetailTolerance& tolerance);
+
+// The largest distance of the points of detail_at_levels from their counterparts, m: much smaller
+// than its stated deviation where the surface is smooth. Up to O(texels x levels).
+double deviation_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
+                           std::span<const int> levels);
+
+}  // namespace weft::bsi

@@ -1,0 +1,38 @@
+// The inner loops of the narrow phase, one table for every instruction set. An internal header of
+// bsi/.
+#pragma once
+
+#include "bsi/leaf_pair.h"
+
+namespace weft::bsi {
+
+// What is known of the distance d of two triangles.
+enum class Verdict : unsigned char {
+  apart,      // d > margin, proved
+  near,       // d <= margin, proved
+  undecided,  // too close to the margin for this arithmetic
+};
+
+// Triangles of two bodies: x, y, z of every particle, three particle numbers a triangle.
+struct TrianglePairs {
+  const double* positions_a;
+  const int* triangles_a;
+  const double* positions_b;
+  const int* triangles_b;
+  const LeafPair* pairs;
+  int count;
+};
+
+struct NarrowPhaseKernels {
+  // In float32. `margin_low` <= margin <= `margin_high`.
+  void (*judge)(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict);
+  // In float64, with the squared distance, and whether it is known to be right within rounding
+  // (1e-12 of itself); where the triangles pierce each other for certain it is 0.
+  void (*measure)(const TrianglePairs& pairs, double margin, Verdict* verdict,
+                  double* squared_distance, bool* certain);
+};
+
+// Of instruction_set().
+const NarrowPhaseKernels& narrow_phase_kernels();
+
+}  // namespace weft::bsi

@@ -1,0 +1,51 @@
+// What a ComputePyramid keeps on the device. Private to gpu/.
+#pragma once
+
+#include "gpu/compute_pyramid.h"
+#include "gpu/compute_shaders.h"
+#include "gpu/gl_context.h"
+#include "gpu/gl_objects.h"
+
+namespace weft::gpu {
+
+struct ComputePyramid::Device {
+  struct Body {
+    bsi::Atlas atlas;
+    std::size_t first_block = 0;
+    std::size_t first_vertex = 0;  // of all particles
+    std::size_t block_count = 0;
+    std::vector<std::vector<bsi::BlockLevel>> patches;  // by patch: its levels
+    std::vector<std::uint32_t> patch_top;               // into the table of levels
+    float magnitude = 0;
+    bool swept = false;
+    bool tangents = false;
+  };
+  // A dispatch over all the patches that have levels left.
+  struct Stage {
+    std::uint32_t first_task = 0, task_count = 0, groups = 0;
+  };
+
+  GlContext& context;
+  const GlFunctions& gl = context.functions();
+  std::vector<Body> bodies;
+  std::size_t blocks = 0, tangent_blocks = 0, vertices = 0;
+  GlBuffer levels{gl}, map{gl}, tasks{gl};
+  // At the starts of all paths, then at their ends, which only swept bodies use.
+  GlBuffer coordinates{gl};
+  GlBuffer boxes{gl}, tangents{gl}, spheres{gl}, unbounded{gl};
+  ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
+  ComputeProgram bound_tangents{gl, shaders::bound_tangents()};
+  ComputeProgram bound_spheres{gl, shaders::bound_spheres()};
+  // Of the last rebuild: for boxes and spheres; for the bodies with tangents.
+  std::vector<Stage> stages, tangent_stages;
+  std::vector<float> staging;  // a body's positions on their way
+
+  explicit Device(GlContext& gl_context) : context(gl_context) {}
+  void upload(const BodyImage& image);
+  void plan(std::span<const BodyImage> images);
+  static std::vector<Stage> plan_stages(const std::vector<const Body*>& bounded,
+                                        std::vector<shaders::Task>& tasks);
+  void dispatch(ComputeProgram& program, const std::vector<Stage>& stages);
+};
+
+}  // namespace weft::gpu

@@ -1,0 +1,103 @@
+// The pyramids of all bodies of a scene on the device, rebuilt in one batch of dispatches.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bsi/block_levels.h"
+#include "bsi/geometry_image.h"
+#include "bsi/pyramid.h"
+
+namespace weft::gpu {
+
+using bsi::Vec3;
+
+class GlContext;
+
+// Positions (metres) of the particles of a body. `end` empty: the body as it is at `start`;
+// otherwise it is bounded at both ends of its path, and so all along a straight one.
+struct BodyImage {
+  int body = 0;
+  std::span<const Vec3> start;
+  std::span<const Vec3> end = {};
+  // Bound the steps between vertices too, for self traversals with the tangent certificate.
+  bool tangents = false;
+};
+
+struct UnboundedTexel {
+  int body = 0;
+  bsi::TexelAddress texel;
+};
+
+// Of the float32 vertices in a block.
+struct BlockBox {
+  std::array<float, 3> low{}, high{};
+  bool operator==(const BlockBox&) const = default;
+};
+
+// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
+// blocks of one or two quads; block boundaries are bsi::block_boundary(k, quads, log). The last
+// level holds the leaf blocks. No block is empty. (The blocks of bsi::BoxPyramid.)
+//
+// Every block has a box, bit-equal to minima and maxima of its float32 vertices on any device, and,
+// when they are asked for, a sphere: centre = middle of the box, radius by the rules of
+// bsi/sphere_bounds.h (the `fast` policy; of a leaf block its farthest vertex). Spheres are
+// conservative as in bsi::Pyramid.
+//
+// Memory on the device: 24 bytes a particle (both ends of its path) and 24 a block, of which
+// there are about a third of the quads (up to 4/3, where an axis has one more quad than a power of
+// two); 48 a block that is no leaf (a quarter of them) for the tangent bounds; spheres 16 a block.
+//
+// All functions make the context current on the calling thread, and throw std::runtime_error with
+// the reason when OpenGL fails (memory, a buffer beyond what the device allows).
+class ComputePyramid {
+ public:
+  // The most quads along an axis of a patch: block boundaries are computed in 32 bits.
+  static constexpr int quad_limit = 1 << 15;
+  // The most levels of all patches of all bodies together.
+  static constexpr int level_limit = 0xFFFF;
+
+  // The bodies, numbered in their order. Throws std::runtime_error too where one of the limits is
+  // exceeded. The context must outlive this.
+  ComputePyramid(GlContext& context, std::span<const bsi::Atlas* const> bodies);
+  ~ComputePyramid();
+  ComputePyramid(const ComputePyramid&) = delete;
+  ComputePyramid& operator=(const ComputePyramid&) = delete;
+
+  // Uploads these bodies and bounds them; the others stay as they are. Returns without waiting for
+  // the device. One dispatch for every two levels, whatever the number of bodies.
+  void rebuild(std::span<const BodyImage> images);
+  // The same again with the positions that are there already: what a rebuild costs the device.
+  void rebuild_boxes();
+  // Spheres of the bodies last rebuilt.
+  void rebuild_spheres();
+  // The first texel, of the first such body, that is not finite or not below
+  // bsi::Pyramid::coordinate_limit; nothing found with that body is to be used until its next
+  // rebuild. Waits for the device.
+  std::optional<UnboundedTexel> first_unbounded() const;
+
+  int body_count() const;
+  const bsi::Atlas& atlas(int body) const;
+  int levels(int body, int patch) const;
+  // Its blocks are numbered through the body, as read_boxes() has them.
+  const bsi::BlockLevel& level(int body, int patch, int level) const;
+  // The largest |coordinate| of the float32 vertices at the last rebuild, m.
+  float magnitude(int body) const;
+  bool is_swept(int body) const;
+  bool has_tangents(int body) const;
+  // For tests: by block. Wait for the device.
+  std::vector<BlockBox> read_boxes(int body) const;
+  std::vector<bsi::Sphere> read_spheres(int body) const;
+
+  // The buffers, for gpu/ alone.
+  struct Device;
+  Device& device() { return *device_; }
+
+ private:
+  std::unique_ptr<Device> device_;
+};
+
+}  // namespace weft::gpu

@@ -1,0 +1,589 @@
+#include "gpu/compute_shaders.h"
+
+#include <bit>
+#include <limits>
+
+#include "bsi/pyramid.h"
+#include "bsi/sphere_bounds.h"
+
+namespace weft::gpu::shaders {
+namespace {
+
+// A number with all its bits.
+std::string exactly(float value) {
+  return "uintBitsToFloat(" + std::to_string(std::bit_cast<std::uint32_t>(value)) + "u)";
+}
+
+std::string exactly(double value) {
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  return "packDouble2x32(uvec2(" + std::to_string(bits & 0xFFFFFFFF) + "u, " +
+         std::to_string(bits >> 32) + "u))";
+}
+
+const char* const levels = R"(
+struct Level {
+  uint first, log_u, log_v, leaf;
+  uint quad_rows, quad_cols, rows, cols;
+  uint first_vertex, first_map, first_quad, first_texel;
+  uint body, first_tangent, unused_0, unused_1;
+};
+layout(std430, binding = 0) readonly buffer Levels { Level levels[]; };
+)";
+
+const char* const vertices = R"(
+// At the starts of all paths, then at their ends.
+layout(std430, binding = 1) readonly buffer Vertices { float coordinates[]; };
+layout(std430, binding = 2) readonly buffer Map { uint particle_of_texel[]; };
+uniform uint vertex_count;
+
+// Row and column of a vertex may be one past the end of a wrapped axis.
+uint texel_at(Level level, uint row, uint col) {
+  return (row < level.rows ? row : 0u) * level.cols + (col < level.cols ? col : 0u);
+}
+uint vertex_of(Level level, uint texel) {
+  if (level.first_map == 0xFFFFFFFFu) return level.first_vertex + texel;
+  return level.first_vertex + particle_of_texel[level.first_map + texel];
+}
+vec3 start_of(uint vertex) {
+  uint i = 3u * vertex;
+  return vec3(coordinates[i], coordinates[i + 1u], coordinates[i + 2u]);
+}
+vec3 end_of(uint vertex) { return start_of(vertex_count + vertex); }
+)";
+
+const char* const tasks = R"(
+layout(local_size_x = 64) in;
+layout(std430, binding = 3) readonly buffer Tasks { uvec4 tasks[]; };
+uniform uint first_task, task_count, from_image;
+
+// The task of this work group: the last one that begins no later.
+uvec4 find_task() {
+  uint low = 0u, high = task_count;
+  while (high - low > 1u) {
+    uint middle = (low + high) / 2u;
+    if (tasks[first_task + middle].x <= gl_WorkGroupID.x) low = middle; else high = middle;
+  }
+  return tasks[first_task + low];
+}
+
+// Calls that differ from kernel to kernel visit the vertices of a leaf block: rows and columns
+// range.x .. range.y and range.z .. range.w, both included.
+uvec4 vertices_of_leaf(Level level, uint u, uint v) {
+  return uvec4((v * level.quad_rows) >> level.log_v, ((v + 1u) * level.quad_rows) >> level.log_v,
+               (u * level.quad_cols) >> level.log_u, ((u + 1u) * level.quad_cols) >> level.log_u);
+}
+)";
+
+const char* const boxes = R"(
+// Of blocks: low x, y, z, high x, y, z.
+layout(std430, binding = 4) buffer Boxes { float bounds[]; };
+struct Box { vec3 low, high; };
+Box load_box(uint block) {
+  uint i = 6u * block;
+  return Box(vec3(bounds[i], bounds[i + 1u], bounds[i + 2u]),
+             vec3(bounds[i + 3u], bounds[i + 4u], bounds[i + 5u]));
+}
+)";
+
+// The functions that bounds_main calls, for boxes.
+const char* const box_bounds = R"(
+layout(std430, binding = 5) buffer Unbounded { uint first_unbounded[]; };
+#define Bound Box
+#define FIRST first
+#define KEEPS_LOWEST true
+const float far = 3.402823466e38;
+Box start(uint block) { return Box(vec3(far), vec3(-far)); }
+Box join(Box a, Box b) { return Box(min(a.low, b.low), max(a.high, b.high)); }
+Box finish(Box box, uint block) { return box; }
+Box load(uint block) { return load_box(block); }
+void store(uint block, Box box) {
+  uint i = 6u * block;
+  bounds[i] = box.low.x; bounds[i + 1u] = box.low.y; bounds[i + 2u] = box.low.z;
+  bounds[i + 3u] = box.high.x; bounds[i + 4u] = box.high.y; bounds[i + 5u] = box.high.z;
+}
+
+// Largest bits of a coordinate, sign apart: those of NaN and infinity are larger than the others.
+uint size_of(vec3 p) {
+  uvec3 bits = floatBitsToUint(p) & 0x7FFFFFFFu;
+  return max(bits.x, max(bits.y, bits.z));
+}
+
+Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
+  Box box = start(0u);
+  for (uint row = range.x; row <= range.y; ++row) {
+    for (uint col = range.z; col <= range.w; ++col) {
+      uint texel = texel_at(level, row, col);
+      uint vertex = vertex_of(level, texel);
+      vec3 p = start_of(vertex);
+      uint size = size_of(p);
+      box = join(box, Box(p, p));
+      if (swept) {
+        p = end_of(vertex);
+        size = max(size, size_of(p));
+        box = join(box, Box(p, p));
+      }
+      if (size >= coordinate_limit) {
+        atomicMin(first_unbounded[level.body], level.first_texel + texel);
+      }
+    }
+  }
+  return box;
+}
+)";
+
+// For spheres: operation by operation what bsi/sphere_bounds.h says.
+const char* const sphere_bounds = R"(
+layout(std430, binding = 5) buffer Spheres { vec4 sphere[]; };
+#define Bound vec4
+#define FIRST first
+#define KEEPS_LOWEST true
+vec3 middle_of(Box box) { return 0.5 * (box.low + box.high); }
+float squared(vec3 d) {
+  precise float sum = d.x * d.x + d.y * d.y + d.z * d.z;
+  return sum;
+}
+float cover(float reach, vec3 centre, float rounding) {
+  vec3 m = abs(centre);
+  precise float sum = reach * round_up + ((m.x + m.y + m.z) * rounding + radius_floor);
+  return sum;
+}
+vec4 start(uint block) { return vec4(middle_of(load_box(block)), -1.0); }
+vec4 join(vec4 a, vec4 b) {
+  precise float reach = sqrt(squared(b.xyz - a.xyz)) + b.w;
+  return vec4(a.xyz, max(a.w, reach));
+}
+vec4 finish(vec4 joined, uint block) {
+  Box box = load_box(block);
+  precise float carried = joined.w * round_up + radius_floor;
+  vec3 half_side = max(box.high - joined.xyz, joined.xyz - box.low);
+  return vec4(joined.xyz, min(cover(sqrt(squared(half_side)), joined.xyz, box_rounding), carried));
+}
+vec4 load(uint block) { return sphere[block]; }
+void store(uint block, vec4 bound) { sphere[block] = bound; }
+
+vec4 bound_leaf(Level level, uint block, uvec4 range, bool swept) {
+  Box box = load_box(block);
+  vec3 centre = middle_of(box);
+  float reach = 0.0;
+  for (uint row = range.x; row <= range.y; ++row) {
+    for (uint col = range.z; col <= range.w; ++col) {
+      uint vertex = vertex_of(level, texel_at(level, row, col));
+      reach = max(reach, squared(start_of(vertex) - centre));
+      if (swept) reach = max(reach, squared(end_of(vertex) - centre));
+    }
+  }
+  return vec4(centre, cover(sqrt(reach), centre, centre_rounding));
+}
+)";
+
+// For the steps between vertices: along u and along v, the lower bounds with their signs changed,
+// so that every union is a maximum. Leaf blocks' are not kept.
+const char* const tangents = R"(
+layout(std430, binding = 6) buffer Tangents { float tangents[]; };
+struct Tangent { vec3 minus_low_u, minus_low_v, high_u, high_v; };
+vec3 tangent_at(uint i) { return vec3(tangents[i], tangents[i + 1u], tangents[i + 2u]); }
+Tangent load_tangent(uint block) {
+  uint i = 12u * block;
+  return Tangent(tangent_at(i), tangent_at(i + 3u), tangent_at(i + 6u), tangent_at(i + 9u));
+}
+Tangent join(Tangent a, Tangent b) {
+  return Tangent(max(a.minus_low_u, b.minus_low_u), max(a.minus_low_v, b.minus_low_v),
+                 max(a.high_u, b.high_u), max(a.high_v, b.high_v));
+}
+)";
+
+const char* const tangent_bounds = R"(
+#define Bound Tangent
+#define FIRST first_tangent
+#define KEEPS_LOWEST false
+const float far = 3.402823466e38;
+Tangent start(uint block) {
+  return Tangent(vec3(-far), vec3(-far), vec3(-far), vec3(-far));
+}
+Tangent finish(Tangent tangent, uint block) { return tangent; }
+Tangent load(uint block) { return load_tangent(block); }
+void store_vector(uint i, vec3 p) {
+  tangents[i] = p.x; tangents[i + 1u] = p.y; tangents[i + 2u] = p.z;
+}
+void store(uint block, Tangent tangent) {
+  uint i = 12u * block;
+  store_vector(i, tangent.minus_low_u);
+  store_vector(i + 3u, tangent.minus_low_v);
+  store_vector(i + 6u, tangent.high_u);
+  store_vector(i + 9u, tangent.high_v);
+}
+
+Tangent bound_leaf_at(Level level, uvec4 range, uint ends) {
+  Tangent all = start(0u);
+  for (uint row = range.x; row <= range.y; ++row) {
+    for (uint col = range.z; col <= range.w; ++col) {
+      vec3 p = start_of(ends + vertex_of(level, texel_at(level, row, col)));
+      if (col < range.w) {
+        vec3 step = start_of(ends + vertex_of(level, texel_at(level, row, col + 1u))) - p;
+        all.minus_low_u = max(all.minus_low_u, -step);
+        all.high_u = max(all.high_u, step);
+      }
+      if (row < range.y) {
+        vec3 step = start_of(ends + vertex_of(level, texel_at(level, row + 1u, col))) - p;
+        all.minus_low_v = max(all.minus_low_v, -step);
+        all.high_v = max(all.high_v, step);
+      }
+    }
+  }
+  return all;
+}
+Tangent bound_leaf(Level level, uint block, uvec4 range, bool swept) {
+  Tangent tangent = bound_leaf_at(level, range, 0u);
+  return swept ? join(tangent, bound_leaf_at(level, range, vertex_count)) : tangent;
+}
+)";
+
+const char* const bounds_main = R"(
+void main() {
+  uvec4 task = find_task();
+  Level lowest = levels[task.y];
+  Level middle = levels[task.z];
+  Level top = levels[task.w & 0x7FFFFFFFu];
+  bool swept = task.w >> 31 != 0u;
+  uint index = (gl_WorkGroupID.x - task.x) * 64u + gl_LocalInvocationID.x;
+  if (index >= 1u << (top.log_u + top.log_v)) return;
+  uint u = index & ((1u << top.log_u) - 1u), v = index >> top.log_u;
+  // Which axes are split: masks of one bit.
+  uint mu = middle.log_u - top.log_u, mv = middle.log_v - top.log_v;
+  uint lu = lowest.log_u - middle.log_u, lv = lowest.log_v - middle.log_v;
+  uint whole_block = top.FIRST + index;
+  Bound whole = start(whole_block);
+  for (uint i = 0u; i < 1u << (mu + mv); ++i) {
+    uint u_middle = (u << mu) + (i & mu), v_middle = (v << mv) + (i >> mu);
+    uint part_block = middle.FIRST + (v_middle << middle.log_u) + u_middle;
+    Bound part = start(part_block);
+    for (uint j = 0u; j < 1u << (lu + lv); ++j) {
+      uint u_lowest = (u_middle << lu) + (j & lu), v_lowest = (v_middle << lv) + (j >> lu);
+      uint block = lowest.FIRST + (v_lowest << lowest.log_u) + u_lowest;
+      Bound bound;
+      if (from_image != 0u) {
+        uvec4 range = vertices_of_leaf(lowest, u_lowest, v_lowest);
+        bound = bound_leaf(lowest, block, range, swept);
+        if (KEEPS_LOWEST) store(block, bound);
+      } else {
+        bound = load(block);
+      }
+      part = join(part, bound);
+    }
+    if (task.z != task.y) {
+      part = finish(part, part_block);
+      store(part_block, part);
+    }
+    whole = join(whole, part);
+  }
+  if (task.z != (task.w & 0x7FFFFFFFu)) store(whole_block, finish(whole, whole_block));
+}
+)";
+
+// --- Traversal ------------------------------------------------------------------------------
+
+const char* const queries = R"(
+layout(local_size_x = 64) in;
+struct Query {
+  double certificate_margin;  // negative: no certificate
+  float half_margin;
+  uint flags;
+  float x, y, z;
+  uint unused;
+};
+layout(std430, binding = 3) readonly buffer Queries { Query queries[]; };
+
+bool is_self(Query query) { return (query.flags & 1u) != 0u; }
+bool is_point(Query query) { return (query.flags & 2u) != 0u; }
+Box point_of(Query query) {
+  vec3 point = vec3(query.x, query.y, query.z);
+  return Box(point, point);
+}
+// Both widened by the half margin.
+bool overlap(Box a, Box b, float half_margin) {
+  precise vec3 a_low = a.low - half_margin, a_high = a.high + half_margin;
+  precise vec3 b_low = b.low - half_margin, b_high = b.high + half_margin;
+  return all(lessThanEqual(a_low, b_high)) && all(lessThanEqual(b_low, a_high));
+}
+
+// A list being appended to: how many work groups its next reader needs, and its length, which goes
+// on being counted past the capacity.
+layout(std430, binding = 5) buffer Lists { uvec4 lists[]; };
+uniform uint group_limit;
+// Place for `added` items; `readers` invocations will read each.
+uint append(uint list, uint added, uint readers) {
+  uint first = atomicAdd(lists[list].w, added);
+  uint groups = (readers * (first + added) + 63u) / 64u;
+  if (groups > (readers * first + 63u) / 64u) atomicMax(lists[list].x, min(groups, group_limit));
+  return first;
+}
+)";
+
+const char* const expand_main = R"(
+// Pairs of blocks: a, b, the levels of both (16 bits each), the query.
+layout(std430, binding = 1) readonly buffer PairsIn { uvec4 pairs_in[]; };
+layout(std430, binding = 2) writeonly buffer PairsOut { uvec4 pairs_out[]; };
+layout(std430, binding = 7) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
+uniform uint list_in, list_out, list_leaves, pair_capacity, leaf_capacity;
+
+// The blocks of the level below under a block, or that itself: child i is first + (i & 1) and, in
+// the next row, + (i >> 1) * stride.
+struct Children { uint level, first, stride, mask_u, count; };
+Children children_of(uint block, uint number) {
+  Level level = levels[number];
+  if (level.leaf != 0u) return Children(number, block, 0u, 0u, 1u);
+  Level below = levels[number + 1u];
+  uint split_u = below.log_u - level.log_u, split_v = below.log_v - level.log_v;
+  uint place = block - level.first;
+  uint u = place & ((1u << level.log_u) - 1u), v = place >> level.log_u;
+  return Children(number + 1u, below.first + (v << split_v << below.log_u) + (u << split_u),
+                  1u << below.log_u, split_u, 1u << (split_u + split_v));
+}
+uint child(Children children, uint i) {
+  return children.first + (i & children.mask_u) + (i >> children.mask_u) * children.stride;
+}
+
+// --- The tangent certificate: operation by operation as in bsi/box_descent_kernels.cpp -----------
+
+double squared(dvec3 v) {
+  precise double sum = v.x * v.x + v.y * v.y + v.z * v.z;
+  return sum;
+}
+dvec3 cross_of(dvec3 a, dvec3 b) {
+  precise dvec3 product =
+      dvec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+  return product;
+}
+bool certified(Tangent t, double margin) {
+  dvec3 low_u = -dvec3(t.minus_low_u), low_v = -dvec3(t.minus_low_v);
+  dvec3 high_u = dvec3(t.high_u), high_v = dvec3(t.high_v);
+  dvec3 a = 0.5lf * (high_u + low_u), b = 0.5lf * (high_v + low_v);
+  dvec3 stray_u = 0.5lf * (high_u - low_u), stray_v = 0.5lf * (high_v - low_v);
+  double longest = max(max(squared(a), squared(b)), squared(a - b));
+  precise double needed = margin + sqrt(squared(stray_u)) + sqrt(squared(stray_v));
+  precise double bound = sqrt(longest) * needed + certificate_rounding * longest;
+  return sqrt(squared(cross_of(a, b))) > bound * certificate_factor;
+}
+
+// The distance of two blocks along an axis, -1 .. 1, or 2 where they are no neighbours.
+int step_between(uint a, uint b, uint blocks, bool wraps) {
+  int step = int(b) - int(a);
+  if (wraps && step == int(blocks) - 1) step = -1;
+  if (wraps && step == 1 - int(blocks)) step = 1;
+  return abs(step) <= 1 ? step : 2;
+}
+
+// A block with itself, or two neighbours in the window of up to 2 x 2 blocks that holds both.
+bool cannot_touch(Query query, uvec4 pair) {
+  if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
+  Level level = levels[pair.z >> 16];
+  if (level.leaf != 0u) return false;
+  uint mask = (1u << level.log_u) - 1u;
+  uint a = pair.x - level.first, b = pair.y - level.first;
+  uvec2 at_a = uvec2(a & mask, a >> level.log_u), at_b = uvec2(b & mask, b >> level.log_u);
+  int step_u = step_between(at_a.x, at_b.x, 1u << level.log_u, level.quad_cols == level.cols);
+  int step_v = step_between(at_a.y, at_b.y, 1u << level.log_v, level.quad_rows == level.rows);
+  if (step_u == 2 || step_v == 2) return false;
+  Tangent bound = load_tangent(level.first_tangent + a);
+  uint first = level.first_tangent;
+  if (step_u != 0) bound = join(bound, load_tangent(first + (at_a.y << level.log_u) + at_b.x));
+  if (step_v != 0) bound = join(bound, load_tangent(first + (at_b.y << level.log_u) + at_a.x));
+  if (step_u != 0 && step_v != 0) bound = join(bound, load_tangent(first + b));
+  return certified(bound, query.certificate_margin);
+}
+
+void expand(uvec4 pair) {
+  Query query = queries[pair.w];
+  if (cannot_touch(query, pair)) return;
+  bool point = is_point(query);
+  bool itself = is_self(query) && pair.x == pair.y;
+  Children a = point ? Children(0u, pair.x, 0u, 0u, 1u) : children_of(pair.x, pair.z & 0xFFFFu);
+  Children b = children_of(pair.y, pair.z >> 16);
+  uint near = 0u;
+  for (uint i = 0u; i < a.count; ++i) {
+    Box box = point ? point_of(query) : load_box(child(a, i));
+    for (uint j = itself ? i : 0u; j < b.count; ++j) {
+      if (overlap(box, load_box(child(b, j)), query.half_margin)) near |= 1u << (4u * i + j);
+    }
+  }
+  if (near == 0u) return;
+  bool leaves = (point || levels[a.level].leaf != 0u) && levels[b.level].leaf != 0u;
+  uint place = append(leaves ? list_leaves : list_out, uint(bitCount(near)), leaves ? 4u : 1u);
+  for (; near != 0u; near &= near - 1u, ++place) {
+    uint bit = uint(findLSB(near));
+    uvec4 next = uvec4(child(a, bit >> 2), child(b, bit & 3u), a.level | b.level << 16, pair.w);
+    if (leaves) {
+      if (place < leaf_capacity) leaf_pairs[place] = next;
+    } else if (place < pair_capacity) {
+      pairs_out[place] = next;
+    }
+  }
+}
+
+void main() {
+  uint count = min(lists[list_in].w, pair_capacity);
+  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * 64u) {
+    expand(pairs_in[i]);
+  }
+}
+)";
+
+// Four invocations a pair of leaf blocks, one for every quad of the first.
+const char* const leaves_main = R"(
+layout(std430, binding = 6) readonly buffer LeafPairs { uvec4 leaf_pairs[]; };
+layout(std430, binding = 7) writeonly buffer Results { uint results[]; };
+uniform uint list_leaves, list_results, leaf_capacity, result_capacity, triangles;
+
+struct Quad { uint number; uint row, col; };
+// Quad `i` of the 2 x 2 of a leaf block; false if it has none.
+bool find_quad(Level level, uint block, uint i, out Quad quad) {
+  uint place = block - level.first;
+  uint u = place & ((1u << level.log_u) - 1u), v = place >> level.log_u;
+  quad.row = ((v * level.quad_rows) >> level.log_v) + (i >> 1);
+  quad.col = ((u * level.quad_cols) >> level.log_u) + (i & 1u);
+  quad.number = level.first_quad + quad.row * level.quad_cols + quad.col;
+  return quad.row < ((v + 1u) * level.quad_rows) >> level.log_v &&
+         quad.col < ((u + 1u) * level.quad_cols) >> level.log_u;
+}
+Box join(Box a, Box b) { return Box(min(a.low, b.low), max(a.high, b.high)); }
+Box bound_vertex(uint vertex, bool swept) {
+  vec3 p = start_of(vertex);
+  if (!swept) return Box(p, p);
+  vec3 q = end_of(vertex);
+  return Box(min(p, q), max(p, q));
+}
+uvec4 corners_of(Level level, Quad quad) {
+  return uvec4(vertex_of(level, texel_at(level, quad.row, quad.col)),
+               vertex_of(level, texel_at(level, quad.row, quad.col + 1u)),
+               vertex_of(level, texel_at(level, quad.row + 1u, quad.col)),
+               vertex_of(level, texel_at(level, quad.row + 1u, quad.col + 1u)));
+}
+// Of its leaves: both triangles, or the quad as the first.
+struct Leaves { Box first, second; };
+Leaves bound_leaves(uvec4 corner, bool swept) {
+  Box diagonal = join(bound_vertex(corner.y, swept), bound_vertex(corner.z, swept));
+  Leaves leaves = Leaves(join(diagonal, bound_vertex(corner.x, swept)),
+                         join(diagonal, bound_vertex(corner.w, swept)));
+  if (triangles == 0u) leaves.first = join(leaves.first, leaves.second);
+  return leaves;
+}
+uvec3 triangle_of(uvec4 corner, uint i) { return uvec3(i == 0u ? corner.x : corner.w, corner.yz); }
+bool share_particle(uvec3 a, uvec3 b) {
+  return any(equal(a, b)) || any(equal(a, b.yzx)) || any(equal(a, b.zxy));
+}
+
+// Bit 4 j + 2 s + t: leaf s of the quad (0 where leaves are quads) and leaf t of quad j of b.
+uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corners, uint block_b,
+                 Level level_b) {
+  bool swept_b = (query.flags & 8u) != 0u;
+  uint near = 0u;
+  for (uint j = itself ? quad : 0u; j < 4u; ++j) {
+    Quad other;
+    if (!find_quad(level_b, block_b, j, other)) continue;
+    uvec4 other_corners = corners_of(level_b, other);
+    Leaves others = bound_leaves(other_corners, swept_b);
+    for (uint s = 0u; s <= triangles; ++s) {
+      if (is_point(query) && s == 1u) break;
+      for (uint t = 0u; t <= triangles; ++t) {
+        if (itself && triangles != 0u && quad == j) continue;  // they share particles
+        if (!overlap(s == 0u ? leaves.first : leaves.second, t == 0u ? others.first : others.second,
+                    query.half_margin)) {
+          continue;
+        }
+        if (is_self(query) && triangles != 0u &&
+            share_particle(triangle_of(corners, s), triangle_of(other_corners, t))) {
+          continue;
+        }
+        near |= 1u << (4u * j + 2u * s + t);
+      }
+    }
+  }
+  return near;
+}
+
+void find(uvec4 pair, uint i) {
+  Query query = queries[pair.w];
+  bool point = is_point(query);
+  Quad quad = Quad(pair.x, 0u, 0u);
+  Leaves leaves = Leaves(point_of(query), point_of(query));
+  uvec4 corners = uvec4(0u);
+  if (point) {
+    if (i != 0u) return;
+  } else {
+    Level level_a = levels[pair.z & 0xFFFFu];
+    if (!find_quad(level_a, pair.x, i, quad)) return;
+    corners = corners_of(level_a, quad);
+    leaves = bound_leaves(corners, (query.flags & 4u) != 0u);
+    Box both = triangles == 0u ? leaves.first : join(leaves.first, leaves.second);
+    if (!overlap(both, load_box(pair.y), query.half_margin)) return;
+  }
+  Level level_b = levels[pair.z >> 16];
+  bool itself = is_self(query) && pair.x == pair.y;
+  uint near = near_leaves(query, itself, i, leaves, corners, pair.y, level_b);
+  if (near == 0u) return;
+  uint place = append(list_results, uint(bitCount(near)), 1u);
+  for (; near != 0u; near &= near - 1u, ++place) {
+    if (place >= result_capacity) return;
+    uint bit = uint(findLSB(near));
+    Quad other;
+    find_quad(level_b, pair.y, bit >> 2, other);
+    uint a = quad.number, b = other.number;
+    if (triangles != 0u) {
+      if (!point) a = 2u * a + ((bit >> 1) & 1u);
+      b = 2u * b + (bit & 1u);
+    }
+    bool swap = is_self(query) && a > b;
+    results[3u * place] = pair.w;
+    results[3u * place + 1u] = swap ? b : a;
+    results[3u * place + 2u] = swap ? a : b;
+  }
+}
+
+void main() {
+  uint count = 4u * min(lists[list_leaves].w, leaf_capacity);
+  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * 64u) {
+    find(leaf_pairs[i / 4u], i % 4u);
+  }
+}
+)";
+
+}  // namespace
+
+std::string bound_boxes() {
+  return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
+         "const uint coordinate_limit = " +
+         std::to_string(std::bit_cast<std::uint32_t>(bsi::Pyramid::coordinate_limit)) + "u;\n" +
+         box_bounds + bounds_main;
+}
+
+// A square root of GLSL may be off by four units more than one of the CPU.
+constexpr float root_round_up = bsi::round_up * (1 + 0x1p-21F);
+
+std::string bound_spheres() {
+  return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
+         "const float round_up = " + exactly(root_round_up) +
+         ";\nconst float centre_rounding = " + exactly(bsi::centre_rounding) +
+         ";\nconst float box_rounding = " + exactly(bsi::box_rounding) +
+         ";\nconst float radius_floor = " + exactly(bsi::radius_floor) + ";\n" + sphere_bounds +
+         bounds_main;
+}
+
+std::string bound_tangents() {
+  return std::string("#version 450 core\n") + levels + vertices + tasks + tangents +
+         tangent_bounds + bounds_main;
+}
+
+std::string expand_pairs(bool rounds_like_the_cpu) {
+  // GLSL asks no more of float64 than of float32: a product is good to 2^-24, a root to 2^-22.
+  const double rounding = rounds_like_the_cpu ? 0x1p-48 : 0x1p-18;
+  const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-18;
+  return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
+         "const double certificate_rounding = " + exactly(rounding) +
+         ";\nconst double certificate_factor = " + exactly(factor) + ";\n" + expand_main;
+}
+
+std::string find_leaves() {
+  return std::string("#version 450 core\n") + levels + vertices + boxes + queries + leaves_main;
+}
+
+}  // namespace weft::gpu::shaders

@@ -1,0 +1,88 @@
+// The compute shaders (GLSL 4.50) of the pyramid and the traversals. Small, and few: llvmpipe takes
+// up to seconds to compile one. Plain loads and stores of 32-bit numbers and atomics on them: no
+// subgroups, no shared memory.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace weft::gpu::shaders {
+
+// One level of one patch, as the shaders see it (std430). Levels of a patch follow each other, the
+// patch top first.
+struct Level {
+  std::uint32_t first = 0;  // block
+  std::uint32_t log_u = 0, log_v = 0;
+  std::uint32_t leaf = 0;  // 1 on the last level of a patch
+  std::uint32_t quad_rows = 0, quad_cols = 0;
+  std::uint32_t rows = 0, cols = 0;  // of the image
+  std::uint32_t first_vertex =
+      0;                        // of the body's particles; of the patch's, where particle == texel
+  std::uint32_t first_map = 0;  // into the map from texels to particles, or no_map
+  std::uint32_t first_quad = 0, first_texel = 0;  // in the atlas' numbers
+  std::uint32_t body = 0;
+  std::uint32_t first_tangent =
+      0;  // of the bounds of the steps of its blocks; none on a last level
+  std::uint32_t unused[2]{};
+};
+inline constexpr std::uint32_t no_map = 0xFFFFFFFF;
+
+inline constexpr int group_size = 64;  // invocations a work group
+
+// What a work group looks up by its number: a patch and three of its levels, each the next one's
+// parents or the same.
+struct Task {
+  std::uint32_t first_group = 0;  // of the dispatch
+  std::uint32_t lowest = 0, middle = 0;
+  std::uint32_t top_and_swept = 0;  // the highest bit: at both ends of the paths
+};
+
+// Bounds of the steps between the vertices of a block, as bsi::TangentBounds has them.
+struct Tangent {
+  float bound[12];
+};
+
+// Every invocation bounds the blocks of three levels that lie under one block of the top one, that
+// included. `from_image`: the lowest level, of leaf blocks, is made from the vertices; otherwise it
+// is there.
+std::string bound_boxes();
+// The same for spheres, where the boxes are there.
+std::string bound_spheres();
+// The same for the steps between vertices (bsi::TangentBounds), on all but the last levels.
+std::string bound_tangents();
+
+// --- Traversal ------------------------------------------------------------------------------
+
+// What pairs of blocks are compared for.
+struct Query {
+  double certificate_margin = -1;  // negative: the tangent certificate is not to be used
+  float half_margin = 0;
+  std::uint32_t flags = 0;
+  float point[3]{};  // with flag point: what the blocks are compared with
+  std::uint32_t unused = 0;
+};
+namespace query_flags {
+inline constexpr std::uint32_t self = 1, point = 2, swept_a = 4, swept_b = 8;
+}
+
+// Two blocks of a query; a == b in a self traversal: the block with itself.
+struct BlockPair {
+  std::uint32_t a = 0, b = 0;
+  std::uint32_t levels = 0;  // of a: the lower 16 bits; of b: the upper ones
+  std::uint32_t query = 0;
+};
+
+// A list on the device: the arguments of the indirect dispatch that reads it, and its length.
+struct List {
+  std::uint32_t groups = 0, one = 1, one_too = 1;
+  std::uint32_t length = 0;
+};
+
+// Appends the pairs of children that are within the margin of each other, to the list of pairs of
+// leaf blocks if both are. `rounds_like_the_cpu`: its arithmetic can be trusted to, so that the
+// tangent certificate decides to the bit as on the CPU; otherwise it leaves out a little less.
+std::string expand_pairs(bool rounds_like_the_cpu);
+// From pairs of leaf blocks to pairs of leaves: query, a, b.
+std::string find_leaves();
+
+}  // namespace weft::gpu::shaders

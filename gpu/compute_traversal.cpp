@@ -1,0 +1,237 @@
+#include "gpu/compute_traversal.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "gpu/compute_device.h"
+
+namespace weft::gpu {
+namespace {
+
+// Lists of one run: of pairs of blocks, one a level; of pairs of leaf blocks; of candidates.
+constexpr int pair_lists = 30;
+constexpr std::uint32_t leaf_list = pair_lists;
+constexpr std::uint32_t result_list = pair_lists + 1;
+// The smallest float32 number that is certain not to be less.
+float rounded_up(double value) {
+  const auto rounded = static_cast<float>(value);
+  if (static_cast<double>(rounded) >= value) return rounded;
+  return std::nextafter(rounded, std::numeric_limits<float>::infinity());
+}
+
+using Lists = std::array<shaders::List, pair_lists + 2>;
+
+}  // namespace
+
+struct ComputeTraversal::Implementation {
+  ComputePyramid& pyramids;
+  ComputePyramid::Device& device = pyramids.device();
+  const GlFunctions& gl = device.gl;
+  GLint group_limit = 0;
+  GlBuffer queries{gl}, lists{gl}, leaf_pairs{gl}, results{gl};
+  std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};  // read and written in turns
+  ComputeProgram expand_pairs{
+      gl, shaders::expand_pairs(device.context.backend() != GlBackend::hardware)};
+  ComputeProgram find_leaves{gl, shaders::find_leaves()};
+  // Items that the lists have room for.
+  std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
+  int reruns = 0;
+  // Of the run.
+  std::vector<shaders::Query> query_table;
+  std::vector<shaders::BlockPair> starts;
+  int steps = 0;  // levels of the deepest patch
+  std::vector<Candidate> candidates;
+
+  explicit Implementation(ComputePyramid& pyramids_of_bodies) : pyramids(pyramids_of_bodies) {
+    gl.GetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &group_limit);
+  }
+  void begin();
+  void add_query(const PairQuery& query);
+  void add_balls(int body, std::span<const Ball> balls, double margin);
+  std::span<const Candidate> run(Leaf leaf);
+  void reserve(std::size_t pair_count, std::size_t leaf_count, std::size_t result_count);
+  Lists traverse(Leaf leaf);
+  bool has_room(const Lists& filled) const;
+};
+
+void ComputeTraversal::Implementation::begin() {
+  device.context.make_current();
+  query_table.clear();
+  starts.clear();
+  steps = 0;
+}
+
+void ComputeTraversal::Implementation::add_query(const PairQuery& query) {
+  const auto& a = device.bodies[query.body_a];
+  const auto& b = device.bodies[query.body_b];
+  const bool self = query.body_a == query.body_b;
+  const auto number = static_cast<std::uint32_t>(query_table.size());
+  shaders::Query entry;
+  entry.half_margin = bsi::half_margin(query.margin, a.magnitude, b.magnitude);
+  if (self && query.certificate) {
+    assert(a.tangents);
+    entry.certificate_margin = bsi::certificate_margin(query.margin, a.magnitude);
+  }
+  entry.flags = (self ? shaders::query_flags::self : 0) |
+                (a.swept ? shaders::query_flags::swept_a : 0) |
+                (b.swept ? shaders::query_flags::swept_b : 0);
+  query_table.push_back(entry);
+  for (std::size_t i = 0; i < a.patches.size(); ++i) {
+    const std::uint32_t level_a = a.patch_top[i];
+    const auto block_a = static_cast<std::uint32_t>(a.first_block + a.patches[i][0].first);
+    for (std::size_t j = self ? i : 0; j < b.patches.size(); ++j) {
+      const std::uint32_t level_b = b.patch_top[j];
+      const auto block_b = static_cast<std::uint32_t>(b.first_block + b.patches[j][0].first);
+      starts.push_back({block_a, block_b, level_a | level_b << 16, number});
+      steps = std::max(
+          {steps, static_cast<int>(a.patches[i].size()), static_cast<int>(b.patches[j].size())});
+    }
+  }
+}
+
+void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball> balls,
+                                                 double margin) {
+  const auto& b = device.bodies[body];
+  for (const Ball& ball : balls) {
+    const Eigen::Vector3f centre = ball.centre.cast<float>();
+    const auto number = static_cast<std::uint32_t>(query_table.size());
+    shaders::Query entry;
+    entry.half_margin = bsi::half_margin(margin + ball.radius, b.magnitude,
+                                         rounded_up(ball.centre.cwiseAbs().maxCoeff()));
+    entry.flags = shaders::query_flags::point | (b.swept ? shaders::query_flags::swept_b : 0);
+    std::copy_n(centre.data(), 3, entry.point);
+    query_table.push_back(entry);
+    for (std::size_t j = 0; j < b.patches.size(); ++j) {
+      const auto block = static_cast<std::uint32_t>(b.first_block + b.patches[j][0].first);
+      starts.push_back({number, block, b.patch_top[j] << 16, number});
+      steps = std::max(steps, static_cast<int>(b.patches[j].size()));
+    }
+  }
+}
+
+void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
+                                               std::size_t result_count) {
+  // Half as much again, where the device allows it: what has grown will grow on.
+  const std::size_t limit = buffer_limit(gl);
+  const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
+    if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));
+  };
+  grow(pair_capacity, pair_count, sizeof(shaders::BlockPair));
+  grow(leaf_capacity, leaf_count, sizeof(shaders::BlockPair));
+  grow(result_capacity, result_count, sizeof(Candidate));
+  for (GlBuffer& list : pairs) {
+    list.reserve(pair_capacity * sizeof(shaders::BlockPair), "pairs of blocks");
+  }
+  leaf_pairs.reserve(leaf_capacity * sizeof(shaders::BlockPair), "pairs of leaf blocks");
+  results.reserve(result_capacity * sizeof(Candidate), "candidates");
+}
+
+// Runs through all levels; what the lists would have needed comes back.
+Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
+  Lists filled{};
+  const auto start_count = static_cast<std::uint32_t>(starts.size());
+  filled[0].length = start_count;
+  filled[0].groups = std::min((start_count + shaders::group_size - 1) / shaders::group_size,
+                              static_cast<std::uint32_t>(group_limit));
+  lists.write(std::span<const shaders::List>(filled));
+  pairs[0].write(std::span<const shaders::BlockPair>(starts));
+  device.levels.bind(0);
+  queries.bind(3);
+  device.boxes.bind(4);
+  lists.bind(5);
+  gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, lists.name());
+  const auto dispatch = [&](std::uint32_t list) {
+    gl.DispatchComputeIndirect(static_cast<GLintptr>(list * sizeof(shaders::List)));
+    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+  };
+  expand_pairs.use();
+  device.tangents.bind(6);
+  leaf_pairs.bind(7);
+  expand_pairs.set("group_limit", static_cast<GLuint>(group_limit));
+  expand_pairs.set("list_leaves", leaf_list);
+  expand_pairs.set("pair_capacity", static_cast<GLuint>(pair_capacity));
+  expand_pairs.set("leaf_capacity", static_cast<GLuint>(leaf_capacity));
+  for (int step = 0; step < steps; ++step) {
+    pairs[step % 2].bind(1);
+    pairs[(step + 1) % 2].bind(2);
+    expand_pairs.set("list_in", static_cast<GLuint>(step));
+    expand_pairs.set("list_out", static_cast<GLuint>(step) + 1);
+    dispatch(static_cast<std::uint32_t>(step));
+  }
+  find_leaves.use();
+  leaf_pairs.bind(6);
+  results.bind(7);
+  device.coordinates.bind(1);
+  device.map.bind(2);
+  find_leaves.set("vertex_count", static_cast<GLuint>(device.vertices));
+  find_leaves.set("group_limit", static_cast<GLuint>(group_limit));
+  find_leaves.set("list_leaves", leaf_list);
+  find_leaves.set("list_results", result_list);
+  find_leaves.set("leaf_capacity", static_cast<GLuint>(leaf_capacity));
+  find_leaves.set("result_capacity", static_cast<GLuint>(result_capacity));
+  find_leaves.set("triangles", leaf == Leaf::triangle ? 1 : 0);
+  dispatch(leaf_list);
+  gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  lists.read(std::span<shaders::List>(filled));
+  check_gl(gl, "traverse pyramids");
+  return filled;
+}
+
+bool ComputeTraversal::Implementation::has_room(const Lists& filled) const {
+  return std::ranges::all_of(
+             std::span(filled).first(pair_lists),
+             [&](const shaders::List& list) { return list.length <= pair_capacity; }) &&
+         filled[leaf_list].length <= leaf_capacity && filled[result_list].length <= result_capacity;
+}
+
+std::span<const Candidate> ComputeTraversal::Implementation::run(Leaf leaf) {
+  candidates.clear();
+  if (starts.empty()) return candidates;
+  assert(steps < pair_lists);
+  queries.reserve(query_table.size() * sizeof(shaders::Query), "queries");
+  queries.write(std::span<const shaders::Query>(query_table));
+  lists.reserve(sizeof(Lists), "lengths of lists");
+  constexpr std::size_t first_capacity = 1024;
+  reserve(std::max(starts.size(), first_capacity), first_capacity, first_capacity);
+  Lists filled = traverse(leaf);
+  // A list that was cut short hides what would have followed: once more may not be enough, but
+  // every time one level more is complete.
+  while (!has_room(filled)) {
+    ++reruns;
+    std::size_t longest = 0;
+    for (int i = 0; i < pair_lists; ++i) longest = std::max<std::size_t>(longest, filled[i].length);
+    reserve(longest, filled[leaf_list].length, filled[result_list].length);
+    filled = traverse(leaf);
+  }
+  candidates.resize(filled[result_list].length);
+  results.read(std::span(candidates));
+  return candidates;
+}
+
+ComputeTraversal::ComputeTraversal(ComputePyramid& pyramids) {
+  pyramids.device().context.make_current();
+  implementation_ = std::make_unique<Implementation>(pyramids);
+}
+
+ComputeTraversal::~ComputeTraversal() { implementation_->device.context.make_current(); }
+
+std::span<const Candidate> ComputeTraversal::find_pairs(std::span<const PairQuery> queries,
+                                                        Leaf leaf) {
+  implementation_->begin();
+  for (const PairQuery& query : queries) implementation_->add_query(query);
+  return implementation_->run(leaf);
+}
+
+std::span<const Candidate> ComputeTraversal::find_leaves(int body, std::span<const Ball> balls,
+                                                         double margin, Leaf leaf) {
+  implementation_->begin();
+  implementation_->add_balls(body, balls, margin);
+  return implementation_->run(leaf);
+}
+
+int ComputeTraversal::reruns() const { return implementation_->reruns; }
+
+}  // namespace weft::gpu

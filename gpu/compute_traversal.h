@@ -1,0 +1,71 @@
+// Which leaves come near what, found on the device: single, dual and self traversal of the pyramids
+// of a ComputePyramid, breadth-first, many at once.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "bsi/traversal.h"
+#include "gpu/compute_pyramid.h"
+
+namespace weft::gpu {
+
+using bsi::Leaf;
+
+// Two bodies, or one with itself (a == b).
+struct PairQuery {
+  int body_a = 0;
+  int body_b = 0;
+  double margin = 0;  // m, >= 0
+  // For a body with itself: leave out what the tangent certificate proves not to touch; the body
+  // must have been rebuilt with BodyImage::tangents.
+  bool certificate = true;
+};
+
+struct Ball {
+  Vec3 centre{0, 0, 0};  // m, finite and below bsi::Pyramid::coordinate_limit
+  double radius = 0;     // m, >= 0
+};
+
+// What a query found: leaves of its bodies a and b in the atlas' numbers (triangle t belongs to
+// quad t / 2), a < b for a body with itself (quads: a <= b); or, for a ball, its number twice and
+// a leaf.
+struct Candidate {
+  std::uint32_t query = 0;
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  bool operator==(const Candidate&) const = default;
+};
+
+// The candidates are those of the traversals of bsi/ (bsi/traversal.h), in any order.
+//
+// One dispatch for every level of the deepest pyramid, and one for the leaves; only the lengths of
+// the lists and the candidates come back. Where a list outgrew its memory it is enlarged and the
+// work done again, so that nothing is lost; memory is kept from call to call.
+//
+// All functions make the context current on the calling thread, and throw std::runtime_error with
+// the reason when OpenGL fails (memory, a buffer beyond what the device allows).
+class ComputeTraversal {
+ public:
+  // The pyramids must outlive this.
+  explicit ComputeTraversal(ComputePyramid& pyramids);
+  ~ComputeTraversal();
+  ComputeTraversal(const ComputeTraversal&) = delete;
+  ComputeTraversal& operator=(const ComputeTraversal&) = delete;
+
+  // Dual and self traversals. The span is valid until the next call.
+  std::span<const Candidate> find_pairs(std::span<const PairQuery> queries, Leaf leaf);
+  // Single traversals of one body.
+  std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
+                                         Leaf leaf);
+  // How often lists were enlarged and the work done again, since this was made.
+  int reruns() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace weft::gpu

@@ -1,0 +1,84 @@
+// Programs and buffers of OpenGL, and its errors as exceptions. All of it belongs to the context
+// that is current when it is made, and must die while that is current or after it.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gpu/gl_functions.h"
+
+namespace weft::gpu {
+
+// Throws std::runtime_error with the compiler's log.
+GLuint link_program(const GlFunctions& gl,
+                    std::span<const std::pair<GLenum, std::string>> stages_and_sources);
+
+// Throws std::runtime_error("OpenGL cannot TASK: ...") if there was an error since the last call.
+void check_gl(const GlFunctions& gl, const char* task);
+
+// The most bytes that a shader may see of a buffer.
+std::size_t buffer_limit(const GlFunctions& gl);
+
+// A shader storage buffer.
+class GlBuffer {
+ public:
+  explicit GlBuffer(const GlFunctions& gl) : gl_(&gl) { gl.CreateBuffers(1, &name_); }
+  ~GlBuffer() { gl_->DeleteBuffers(1, &name_); }
+  GlBuffer(const GlBuffer&) = delete;
+  GlBuffer& operator=(const GlBuffer&) = delete;
+
+  // At least so large, and never empty; its contents are lost when it grows. Throws
+  // std::runtime_error where the device allows none of this size or has no memory for it.
+  void reserve(std::size_t bytes, const char* content);
+  std::size_t bytes() const { return bytes_; }
+  void bind(GLuint binding) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_); }
+  GLuint name() const { return name_; }
+
+  template <typename Item>
+  void write(std::span<const Item> items, std::size_t first_byte = 0) const {
+    if (items.empty()) return;
+    gl_->NamedBufferSubData(name_, static_cast<GLintptr>(first_byte),
+                            static_cast<GLsizeiptr>(items.size_bytes()), items.data());
+  }
+  // Waits for what writes it; a MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) must have been made.
+  template <typename Item>
+  void read(std::span<Item> items, std::size_t first_byte = 0) const {
+    if (items.empty()) return;
+    gl_->GetNamedBufferSubData(name_, static_cast<GLintptr>(first_byte),
+                               static_cast<GLsizeiptr>(items.size_bytes()), items.data());
+  }
+
+ private:
+  const GlFunctions* gl_;
+  GLuint name_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+// A compute shader, compiled when it is first used (which takes up to seconds on llvmpipe).
+class ComputeProgram {
+ public:
+  ComputeProgram(const GlFunctions& gl, std::string source)
+      : gl_(&gl), source_(std::move(source)) {}
+  ~ComputeProgram() {
+    if (program_ != 0) gl_->DeleteProgram(program_);
+  }
+  ComputeProgram(const ComputeProgram&) = delete;
+  ComputeProgram& operator=(const ComputeProgram&) = delete;
+
+  // Throws std::runtime_error with the compiler's log.
+  void use();
+  // Of the program in use.
+  void set(const char* uniform, GLuint value) const {
+    gl_->Uniform1ui(gl_->GetUniformLocation(program_, uniform), value);
+  }
+
+ private:
+  const GlFunctions* gl_;
+  std::string source_;
+  GLuint program_ = 0;
+};
+
+}  // namespace weft::gpu

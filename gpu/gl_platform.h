@@ -1,0 +1,49 @@
+// What makes OpenGL contexts: one implementation a library, each loaded at run time. Private to
+// gl_context.cpp.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <type_traits>
+
+namespace weft::gpu {
+
+// One context. The destructor makes it not current, if it is current on the calling thread.
+class GlPlatform {
+ public:
+  virtual ~GlPlatform() = default;
+  GlPlatform() = default;
+  GlPlatform(const GlPlatform&) = delete;
+  GlPlatform& operator=(const GlPlatform&) = delete;
+  // Throws std::runtime_error.
+  virtual void make_current() = 0;
+  // Of a function of OpenGL; null where there is none.
+  virtual void* function_address(const char* name) const = 0;
+};
+
+// Throw std::runtime_error with the reason when there is no library, no OpenGL 4.5 core profile or,
+// for EGL, no device of the kind asked for.
+std::unique_ptr<GlPlatform> make_osmesa_platform();
+std::unique_ptr<GlPlatform> make_egl_platform(bool hardware);
+
+// A library loaded while the program runs. Never unloaded: threads of the rasterisers outlive the
+// contexts.
+class LoadedLibrary {
+ public:
+  // The first of the names that can be loaded. `subject` and `package` are for the message of the
+  // std::runtime_error.
+  LoadedLibrary(std::string subject, std::initializer_list<const char*> names, const char* package);
+
+  template <typename Function>
+  void resolve(const char* function_name, Function& function) const {
+    function = reinterpret_cast<Function>(symbol(function_name));
+  }
+
+ private:
+  void* symbol(const char* function_name) const;
+
+  std::string subject_;
+  void* handle_ = nullptr;
+};
+
+}  // namespace weft::gpu

@@ -1,0 +1,97 @@
+#include <array>
+#include <stdexcept>
+#include <vector>
+
+#include "gpu/gl_functions.h"
+#include "gpu/gl_platform.h"
+// After glcorearb.h, which both headers can share a file with in this order.
+#include <GL/osmesa.h>
+
+#ifdef __SANITIZE_ADDRESS__
+// OSMesa 22.3 keeps about 150 bytes of each context it destroys. Read by the leak sanitizer.
+extern "C" const char* __lsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
+extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; }
+#endif
+
+namespace weft::gpu {
+namespace {
+
+// The few functions of OSMesa itself. Loaded, not linked: linking would make every `weft` command
+// start 15 ms later (it pulls in LLVM) and fail where OSMesa is not installed.
+struct OsMesa {
+  decltype(&OSMesaCreateContextAttribs) create_context = nullptr;
+  decltype(&OSMesaDestroyContext) destroy_context = nullptr;
+  decltype(&OSMesaMakeCurrent) make_current = nullptr;
+  decltype(&OSMesaGetCurrentContext) current_context = nullptr;
+  decltype(&OSMesaGetProcAddress) function_address = nullptr;
+
+  OsMesa() {
+    const LoadedLibrary library("OSMesa", {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"},
+                                "libosmesa6");
+    library.resolve("OSMesaCreateContextAttribs", create_context);
+    library.resolve("OSMesaDestroyContext", destroy_context);
+    library.resolve("OSMesaMakeCurrent", make_current);
+    library.resolve("OSMesaGetCurrentContext", current_context);
+    library.resolve("OSMesaGetProcAddress", function_address);
+  }
+};
+
+// A failure is tried anew.
+const OsMesa& osmesa() {
+  static const OsMesa loaded;
+  return loaded;
+}
+
+class OsMesaPlatform : public GlPlatform {
+ public:
+  OsMesaPlatform() {
+    constexpr std::array<int, 15> attributes{OSMESA_FORMAT,
+                                             OSMESA_RGBA,
+                                             OSMESA_DEPTH_BITS,
+                                             0,
+                                             OSMESA_STENCIL_BITS,
+                                             0,
+                                             OSMESA_ACCUM_BITS,
+                                             0,
+                                             OSMESA_PROFILE,
+                                             OSMESA_CORE_PROFILE,
+                                             OSMESA_CONTEXT_MAJOR_VERSION,
+                                             4,
+                                             OSMESA_CONTEXT_MINOR_VERSION,
+                                             5,
+                                             0};
+    context_ = osmesa().create_context(attributes.data(), nullptr);
+    if (context_ == nullptr) {
+      throw std::runtime_error("no OpenGL: OSMesa has no OpenGL 4.5 core profile");
+    }
+  }
+  ~OsMesaPlatform() override {
+    if (osmesa().current_context() == context_) osmesa().make_current(nullptr, nullptr, 0, 0, 0);
+    osmesa().destroy_context(context_);
+  }
+
+  void make_current() override {
+    if (osmesa().current_context() == context_) return;
+    if (osmesa().make_current(context_, buffer_.data(), GL_UNSIGNED_BYTE, buffer_size,
+                              buffer_size) == GL_FALSE) {
+      throw std::runtime_error("OSMesa cannot make its context current");
+    }
+  }
+  void* function_address(const char* name) const override {
+    return reinterpret_cast<void*>(osmesa().function_address(name));
+  }
+
+ private:
+  // OSMesa insists on a buffer to draw into; ours is never looked at (all drawing is to framebuffer
+  // objects).
+  static constexpr int buffer_size = 16;
+  std::vector<unsigned char> buffer_ =
+      std::vector<unsigned char>(std::size_t{4} * buffer_size * buffer_size);
+  OSMesaContext context_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<GlPlatform> make_osmesa_platform() { return std::make_unique<OsMesaPlatform>(); }
+
+}  // namespace weft::gpu

@@ -1,0 +1,30 @@
+// What the contact search of a scene runs on, and why.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "sim/contact/pair_search.h"
+
+namespace weft::sim {
+
+struct ComputeChoice {
+  ComputeBackend backend = ComputeBackend::cpu;  // never `automatic`
+  std::string device;                            // of OpenGL; empty on the CPU
+  std::string reason;
+
+  // "CPU: there is no graphics processor", for `weft check`, logs and trajectories.
+  std::string text() const;
+};
+
+struct ChosenSearch {
+  std::unique_ptr<PairSearch> search;
+  ComputeChoice choice;
+};
+
+// By compute.backend of the case. `auto` takes a graphics processor if there is one and it is
+// faster on the bodies of this scene, which is measured (a fraction of a second); otherwise the
+// CPU. Throws CaseError when the case asks for what is not there.
+ChosenSearch choose_search(const Scene& scene);
+
+}  // namespace weft::sim

@@ -1,0 +1,14 @@
+// Takes the place of device_search.cpp where Weft is built without gpu/.
+#include <stdexcept>
+
+#include "sim/contact/device_search.h"
+
+namespace weft::sim {
+
+DeviceSearch make_device_search(const Scene&, ComputeBackend) {
+  throw std::runtime_error("this build has no gpu/ (configure with -DWEFT_GPU=ON)");
+}
+
+bool may_have_graphics_processor() { return false; }
+
+}  // namespace weft::sim

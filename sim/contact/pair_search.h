@@ -1,0 +1,44 @@
+// Which quads of which bodies come near each other: what the contact search asks, on the CPU or on
+// a device of OpenGL. The answers are the same.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "bsi/traversal.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// A body's particles, m: at rest at `end`, or on straight paths from `start` to `end`.
+struct BodyPath {
+  int body = 0;
+  std::span<const Vec3> start;  // the same span as `end`: at rest
+  std::span<const Vec3> end;
+  bool is_swept() const { return start.data() != end.data(); }
+};
+
+// Two bodies of the scene, or one with itself.
+struct PairQuery {
+  int body_a = 0;
+  int body_b = 0;
+  double margin = 0;  // m
+};
+
+class PairSearch {
+ public:
+  virtual ~PairSearch() = default;
+
+  // Remembers where these bodies are; the others stay where they were. All positions finite.
+  virtual void rebuild(std::span<const BodyPath> paths) = 0;
+  // Sets found[i] to the quad pairs of query i (bsi/traversal.h, with the tangent certificate), in
+  // any order. All bodies asked for have been rebuilt. Counters are added to.
+  virtual void find(std::span<const PairQuery> queries,
+                    std::vector<std::vector<bsi::LeafPair>>& found,
+                    bsi::TraversalCounters& counters) = 0;
+};
+
+std::unique_ptr<PairSearch> make_cpu_search(const Scene& scene);
+
+}  // namespace weft::sim

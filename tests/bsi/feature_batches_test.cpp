@@ -1,0 +1,233 @@
+#include "bsi/feature_batches.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "bsi/continuous_collision.h"
+#include "bsi/instruction_set.h"
+#include "bsi/proximity.h"
+
+namespace weft::bsi {
+namespace {
+
+constexpr FeatureKind both_kinds[] = {FeatureKind::vertex_triangle, FeatureKind::edge_edge};
+
+// Pairs of four particles of their own each, at the start and at the end of a step.
+struct Pairs {
+  std::vector<Vec3> start, end;
+  std::vector<FourParticles> particles;
+
+  void add(const FourPoints& from, const FourPoints& to) {
+    const int first = static_cast<int>(start.size());
+    particles.push_back({first, first + 1, first + 2, first + 3});
+    start.insert(start.end(), from.begin(), from.end());
+    end.insert(end.end(), to.begin(), to.end());
+  }
+  FourPoints points(const std::vector<Vec3>& x, std::size_t pair) const {
+    const auto& [a, b, c, d] = particles[pair];
+    return {x[a], x[b], x[c], x[d]};
+  }
+  std::vector<double> path_lengths() const {
+    std::vector<double> lengths;
+    for (std::size_t i = 0; i < start.size(); ++i) lengths.push_back((end[i] - start[i]).norm());
+    return lengths;
+  }
+};
+
+// No corner is further from the first.
+double size(const FourPoints& x) {
+  return std::max({(x[1] - x[0]).norm(), (x[2] - x[0]).norm(), (x[3] - x[0]).norm()});
+}
+
+double squared_distance(FeatureKind kind, const FourPoints& x) {
+  return (kind == FeatureKind::vertex_triangle ? closest_vertex_triangle(x[0], x[1], x[2], x[3])
+                                               : closest_edge_edge(x[0], x[1], x[2], x[3]))
+      .squared_distance;
+}
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double uniform() { return uniform_(engine_); }
+  Vec3 point() { return {uniform(), uniform(), uniform()}; }
+  Vec3 lattice(int n) { return {below(n), below(n), below(n)}; }
+  double below(int n) { return std::uniform_int_distribution(0, n - 1)(engine_); }
+
+ private:
+  std::mt19937 engine_;
+  std::uniform_real_distribution<double> uniform_{-1, 1};
+};
+
+// Every kind of trouble: random pairs of all scales near and far from the origin, corners on a
+// lattice (touching, parallel, coincident, without length or area), needles and near-parallel
+// edges.
+Pairs adversarial_pairs(int count, unsigned seed) {
+  Random random(seed);
+  Pairs pairs;
+  for (int trial = 0; trial < count; ++trial) {
+    FourPoints from, to;
+    const double scale = trial % 3 == 0 ? std::pow(10.0, 8 * random.uniform()) : 1;
+    const Vec3 origin = trial % 5 == 0 ? Vec3(1e5, -2e5, 3e4) : Vec3(0, 0, 0);
+    const double flatness = trial % 7 == 0 ? std::pow(10.0, -12 * std::abs(random.uniform())) : 1;
+    const double step = std::pow(10.0, -3 * std::abs(random.uniform()));
+    for (int i = 0; i < 4; ++i) {
+      Vec3 x = trial % 4 == 0 ? random.lattice(3) : random.point();
+      x.y() *= flatness;
+      x.z() *= flatness;
+      Vec3 move = trial % 4 == 0 ? Vec3(random.lattice(3) - Vec3(1, 1, 1)) : random.point();
+      from[i] = origin + scale * x;
+      to[i] = origin + scale * (x + step * move);
+    }
+    pairs.add(from, to);
+  }
+  return pairs;
+}
+
+template <class Check>
+void with_every_instruction_set(const Check& check) {
+  for (InstructionSet instructions : available_instruction_sets()) {
+    use_instruction_set(instructions);
+    SCOPED_TRACE(name(instructions));
+    check();
+  }
+}
+
+TEST(FeatureBatches, DistancesAreThoseOfTheScalarFunctions) {
+  const Pairs pairs = adversarial_pairs(20011, 1);
+  for (FeatureKind kind : both_kinds) {
+    std::vector<double> first;
+    with_every_instruction_set([&] {
+      std::vector<double> squared(pairs.particles.size(), -1);
+      squared_distances(kind, pairs.start, pairs.particles, squared);
+      for (std::size_t k = 0; k < squared.size(); ++k) {
+        const FourPoints x = pairs.points(pairs.start, k);
+        const double expected = std::sqrt(squared_distance(kind, x));
+        ASSERT_NEAR(std::sqrt(squared[k]), expected, 1e-11 * expected + 1e-14 * size(x)) << k;
+      }
+      if (first.empty()) first = squared;
+      EXPECT_EQ(squared, first);
+    });
+  }
+}
+
+TEST(FeatureBatches, KeepsWhatIsInReach) {
+  const Pairs pairs = adversarial_pairs(20011, 2);
+  for (FeatureKind kind : both_kinds) {
+    for (bool moving : {false, true}) {
+      const std::vector<double> lengths = moving ? pairs.path_lengths() : std::vector<double>();
+      std::vector<PairInReach> first;
+      with_every_instruction_set([&] {
+        constexpr double reach = 0.4;
+        std::vector<PairInReach> found;
+        find_in_reach(kind, pairs.end, lengths, pairs.particles, reach, found);
+        std::size_t next = 0;
+        for (std::size_t k = 0; k < pairs.particles.size(); ++k) {
+          double path = 0;
+          for (int particle : pairs.particles[k])
+            if (moving) path = std::max(path, 2 * lengths[particle]);
+          const FourPoints x = pairs.points(pairs.end, k);
+          const double distance = std::sqrt(squared_distance(kind, x));
+          const bool kept = next < found.size() && found[next].pair == static_cast<int>(k);
+          ASSERT_EQ(kept, distance <= reach + path) << k << " " << distance << " " << path;
+          if (!kept) continue;
+          ASSERT_NEAR(found[next].distance, std::max(0.0, distance - path),
+                      1e-11 * (distance + path) + 1e-14 * size(x))
+              << k;
+          ++next;
+        }
+        EXPECT_EQ(next, found.size());
+        EXPECT_GT(next, pairs.particles.size() / 10);
+        EXPECT_LT(next, pairs.particles.size() * 9 / 10);
+        if (first.empty()) first = found;
+        ASSERT_EQ(found.size(), first.size());
+        for (std::size_t i = 0; i < found.size(); ++i) {
+          ASSERT_EQ(found[i].pair, first[i].pair);
+          ASSERT_EQ(found[i].distance, first[i].distance);
+        }
+      });
+    }
+  }
+}
+
+TEST(FeatureBatches, SafeFractionsAreThoseOfTheScalarFunctions) {
+  const Pairs pairs = adversarial_pairs(20011, 3);
+  for (FeatureKind kind : both_kinds) {
+    for (double separation : {0.0, 0.05}) {
+      with_every_instruction_set([&] {
+        std::vector<double> fraction(pairs.particles.size(), -1);
+        safe_fractions(kind, pairs.start, pairs.end, pairs.particles, separation, fraction);
+        int whole = 0;
+        for (std::size_t k = 0; k < fraction.size(); ++k) {
+          const FourPoints from = pairs.points(pairs.start, k), to = pairs.points(pairs.end, k);
+          const double expected = kind == FeatureKind::vertex_triangle
+                                      ? safe_fraction_vertex_triangle(from, to, separation)
+                                      : safe_fraction_edge_edge(from, to, separation);
+          ASSERT_EQ(fraction[k], expected) << k;
+          whole += expected == 1;
+        }
+        EXPECT_GT(whole, 2000);
+        EXPECT_LT(whole, 19000);
+        std::vector<int> unproved;
+        find_unproved_paths(kind, pairs.start, pairs.end, pairs.particles, separation, separation,
+                            unproved);
+        const int proved = static_cast<int>(pairs.particles.size() - unproved.size());
+        EXPECT_GT(proved, whole * 3 / 4);
+      });
+    }
+  }
+}
+
+// What is proved safe is so at every moment, and has the distance asked for at the end.
+TEST(FeatureBatches, ProvedPathsAreSafe) {
+  const Pairs pairs = adversarial_pairs(5003, 4);
+  constexpr double separation = 0.01, end_separation = 0.1;
+  for (FeatureKind kind : both_kinds) {
+    std::vector<int> unproved;
+    find_unproved_paths(kind, pairs.start, pairs.end, pairs.particles, separation, end_separation,
+                        unproved);
+    std::vector<bool> proved(pairs.particles.size(), true);
+    for (int k : unproved) proved[k] = false;
+    EXPECT_GT(std::count(proved.begin(), proved.end(), true), 500);
+    for (std::size_t k = 0; k < proved.size(); ++k) {
+      if (!proved[k]) continue;
+      const FourPoints from = pairs.points(pairs.start, k), to = pairs.points(pairs.end, k);
+      for (int sample = 0; sample <= 50; ++sample) {
+        FourPoints x;
+        for (int i = 0; i < 4; ++i) x[i] = from[i] + (to[i] - from[i]) * (sample / 50.0);
+        ASSERT_GT(std::sqrt(squared_distance(kind, x)), separation) << k << " " << sample;
+      }
+      ASSERT_GT(std::sqrt(squared_distance(kind, to)), end_separation) << k;
+    }
+  }
+}
+
+// Paths that touch at one moment, exactly: coordinates are small multiples of a power of two.
+TEST(FeatureBatches, TouchingPathsAreNeverProved) {
+  Random random(5);
+  Pairs pairs;
+  for (int trial = 0; trial < 10000; ++trial) {
+    FourPoints middle = {random.lattice(9), 4 * random.lattice(9), 4 * random.lattice(9),
+                         4 * random.lattice(9)};
+    middle[0] = 0.25 * (middle[1] + middle[2] + 2 * middle[3]);
+    const double unit = std::ldexp(1.0, static_cast<int>(30 * random.uniform()));
+    FourPoints from, to;
+    for (int i = 0; i < 4; ++i) {
+      const Vec3 step = random.lattice(9) - Vec3(4, 4, 4);
+      from[i] = unit * (middle[i] - step);
+      to[i] = unit * (middle[i] + step);
+    }
+    pairs.add(from, to);
+  }
+  with_every_instruction_set([&] {
+    std::vector<int> unproved;
+    find_unproved_paths(FeatureKind::vertex_triangle, pairs.start, pairs.end, pairs.particles, 0, 0,
+                        unproved);
+    EXPECT_EQ(unproved.size(), pairs.particles.size());
+  });
+}
+
+}  // namespace
+}  // namespace weft::bsi

@@ -1,0 +1,350 @@
+#include "gpu/compute_traversal.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <tuple>
+
+#include "bsi/shapes.h"
+#include "tests/gpu/test_context.h"
+
+namespace weft::gpu {
+namespace {
+
+using bsi::Atlas;
+using bsi::Surface;
+
+// --- The oracle: every leaf against every other, from the contract -----------------------------
+
+struct LeafBox {
+  Eigen::Vector3f low, high;
+  std::vector<int> particles;
+};
+
+std::vector<LeafBox> leaf_boxes(const Atlas& atlas, const BodyImage& image, Leaf leaf) {
+  std::vector<LeafBox> boxes;
+  const auto add = [&](auto begin, auto end) {
+    LeafBox box{Eigen::Vector3f::Constant(std::numeric_limits<float>::max()),
+                Eigen::Vector3f::Constant(-std::numeric_limits<float>::max()),
+                {begin, end}};
+    for (const int particle : box.particles) {
+      for (const std::span<const Vec3> positions : {image.start, image.end}) {
+        if (positions.empty()) continue;
+        const Eigen::Vector3f p = positions[particle].cast<float>();
+        box.low = box.low.cwiseMin(p);
+        box.high = box.high.cwiseMax(p);
+      }
+    }
+    boxes.push_back(std::move(box));
+  };
+  for (int quad = 0; quad < atlas.quad_count(); ++quad) {
+    const auto corners = atlas.quad_particles(quad);
+    if (leaf == Leaf::quad) {
+      add(corners.begin(), corners.end());
+    } else {
+      for (const auto& triangle : bsi::quad_triangles(corners)) {
+        add(triangle.begin(), triangle.end());
+      }
+    }
+  }
+  return boxes;
+}
+
+float largest_coordinate(const std::vector<LeafBox>& boxes) {
+  float largest = 0;
+  for (const LeafBox& box : boxes) {
+    largest = std::max(largest, box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs()).maxCoeff());
+  }
+  return largest;
+}
+
+bool overlap(const LeafBox& a, const LeafBox& b, float half) {
+  const auto wide_low = [half](const LeafBox& box) { return box.low.array() - half; };
+  const auto wide_high = [half](const LeafBox& box) { return box.high.array() + half; };
+  return (wide_low(a) <= wide_high(b)).all() && (wide_low(b) <= wide_high(a)).all();
+}
+
+bool share_particle(const LeafBox& a, const LeafBox& b) {
+  return std::ranges::any_of(a.particles, [&](int particle) {
+    return std::ranges::find(b.particles, particle) != b.particles.end();
+  });
+}
+
+struct Scene {
+  std::vector<Surface> bodies;
+  std::vector<std::vector<Vec3>> start, end;
+  std::vector<BodyImage> images;
+
+  int size() const { return static_cast<int>(bodies.size()); }
+  std::vector<const Atlas*> atlases() const {
+    std::vector<const Atlas*> result;
+    for (const Surface& body : bodies) result.push_back(&body.atlas);
+    return result;
+  }
+};
+
+// By brute force, sorted.
+std::vector<Candidate> expected_pairs(const Scene& scene, std::span<const PairQuery> queries,
+                                      Leaf leaf) {
+  std::vector<Candidate> found;
+  for (std::uint32_t q = 0; q < queries.size(); ++q) {
+    const auto [body_a, body_b, margin, certificate] = queries[q];
+    EXPECT_FALSE(certificate);
+    const auto a = leaf_boxes(scene.bodies[body_a].atlas, scene.images[body_a], leaf);
+    const auto b = leaf_boxes(scene.bodies[body_b].atlas, scene.images[body_b], leaf);
+    const float half = bsi::half_margin(margin, largest_coordinate(a), largest_coordinate(b));
+    const bool self = body_a == body_b;
+    for (std::uint32_t i = 0; i < a.size(); ++i) {
+      for (std::uint32_t j = self ? i : 0; j < b.size(); ++j) {
+        if (!overlap(a[i], b[j], half)) continue;
+        if (self && leaf == Leaf::triangle && share_particle(a[i], b[j])) continue;
+        found.push_back({q, i, j});
+      }
+    }
+  }
+  return found;
+}
+
+bool before(const Candidate& c, const Candidate& d) {
+  return std::tuple(c.query, c.a, c.b) < std::tuple(d.query, d.a, d.b);
+}
+
+std::vector<Candidate> sorted(std::span<const Candidate> candidates) {
+  std::vector<Candidate> result(candidates.begin(), candidates.end());
+  std::ranges::sort(result, before);
+  return result;
+}
+
+Surface moved(Surface surface, const Vec3& by, double noise, std::mt19937& random) {
+  std::uniform_real_distribution<double> shift(-noise, noise);
+  for (Vec3& p : surface.positions) {
+    p += by + Vec3(shift(random), shift(random), shift(random));
+  }
+  return surface;
+}
+
+// A sheet over a torus and a sewn sphere, and a strip of one quad's width; body 1 is swept.
+Scene scene_of_bodies() {
+  std::mt19937 random(11);
+  Scene scene;
+  scene.bodies.push_back(moved(bsi::make_rectangle(2, 2, 20, 27), {0, 0, 0.3}, 0.03, random));
+  scene.bodies.push_back(moved(bsi::make_torus(0.7, 0.3, 19, 12), {0, 0, 0}, 0.01, random));
+  scene.bodies.push_back(moved(bsi::make_sphere(0.4, 6), {0.6, 0.2, 0.1}, 0.01, random));
+  scene.bodies.push_back(moved(bsi::make_rectangle(2, 0.1, 2, 33), {0, 0, 0.31}, 0.01, random));
+  scene.bodies.push_back(moved(bsi::make_rectangle(1, 1, 2, 2), {0, 0, 0.3}, 0.01, random));
+  scene.bodies.push_back(moved(bsi::make_rectangle(1, 1, 5, 5), {9, 0, 0}, 0, random));
+  for (const Surface& body : scene.bodies) {
+    scene.start.push_back(body.positions);
+    scene.end.push_back(moved(body, {0.02, 0.01, 0.1}, 0.02, random).positions);
+  }
+  for (int b = 0; b < scene.size(); ++b) {
+    scene.images.push_back({b, scene.start[b]});
+    if (b == 1) scene.images.back().end = scene.end[b];
+  }
+  return scene;
+}
+
+std::vector<PairQuery> all_pairs(const Scene& scene, double margin) {
+  std::vector<PairQuery> queries;
+  for (int a = 0; a < scene.size(); ++a) {
+    for (int b = a; b < scene.size(); ++b) queries.push_back({a, b, margin * (1 + a), false});
+  }
+  return queries;
+}
+
+class ComputeTraversals : public testing::TestWithParam<Leaf> {};
+
+TEST_P(ComputeTraversals, FindAllPairsOfAllBodiesAtOnce) {
+  WEFT_NEEDS_CONTEXT();
+  const Scene scene = scene_of_bodies();
+  ComputePyramid pyramids(context, scene.atlases());
+  pyramids.rebuild(scene.images);
+  ComputeTraversal traversal(pyramids);
+  for (const double margin : {0.0, 0.02}) {
+    const std::vector<PairQuery> queries = all_pairs(scene, margin);
+    const auto expected = expected_pairs(scene, queries, GetParam());
+    EXPECT_GT(expected.size(), 1000);
+    EXPECT_EQ(sorted(traversal.find_pairs(queries, GetParam())), expected) << margin;
+  }
+  EXPECT_GT(traversal.reruns(), 0);
+  const int reruns = traversal.reruns();
+  traversal.find_pairs(all_pairs(scene, 0.02), GetParam());
+  EXPECT_EQ(traversal.reruns(), reruns);  // the room is kept
+}
+
+TEST_P(ComputeTraversals, FindLeavesNearBalls) {
+  WEFT_NEEDS_CONTEXT();
+  const Scene scene = scene_of_bodies();
+  ComputePyramid pyramids(context, scene.atlases());
+  pyramids.rebuild(scene.images);
+  ComputeTraversal traversal(pyramids);
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> coordinate(-1, 1);
+  std::vector<Ball> balls(300);
+  for (Ball& ball : balls) {
+    // In float32, as the oracle takes them.
+    ball.centre = Vec3(coordinate(random), coordinate(random), 0.4 * coordinate(random))
+                      .cast<float>()
+                      .cast<double>();
+    ball.radius = 0.05 * (1 + coordinate(random));
+  }
+  for (const int body : {1, 2, 4}) {
+    const auto boxes = leaf_boxes(scene.bodies[body].atlas, scene.images[body], GetParam());
+    std::vector<Candidate> expected;
+    for (std::uint32_t i = 0; i < balls.size(); ++i) {
+      const Eigen::Vector3f centre = balls[i].centre.cast<float>();
+      const LeafBox point{centre, centre, {}};
+      const float half = bsi::half_margin(0.01 + balls[i].radius, largest_coordinate(boxes),
+                                          centre.cwiseAbs().maxCoeff());
+      for (std::uint32_t j = 0; j < boxes.size(); ++j) {
+        if (overlap(point, boxes[j], half)) expected.push_back({i, i, j});
+      }
+    }
+    EXPECT_GT(expected.size(), 5);
+    EXPECT_EQ(sorted(traversal.find_leaves(body, balls, 0.01, GetParam())), expected);
+  }
+}
+
+// Random sizes, wraps and folds, of few quads, so that every shape of the blocks occurs.
+TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
+  WEFT_NEEDS_CONTEXT();
+  std::mt19937 random(13);
+  const auto pick = [&](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+  };
+  for (int trial = 0; trial < 20; ++trial) {
+    Scene scene;
+    const double scale = std::pow(10.0, pick(-6, 6));
+    for (int b = 0; b < 3; ++b) {
+      std::vector<bsi::Patch> patches;
+      for (int p = pick(1, 3); p > 0; --p) {
+        bsi::Patch patch{pick(2, 12), pick(2, 12), pick(0, 1) == 1, pick(0, 1) == 1};
+        patch.rows += patch.wrap_v ? 1 : 0;
+        patch.cols += patch.wrap_u ? 1 : 0;
+        patches.push_back(patch);
+      }
+      Surface body{Atlas(patches), {}};
+      std::uniform_real_distribution<double> coordinate(-scale, scale);
+      Vec3 p(0, 0, 0);
+      for (int i = 0; i < body.atlas.particle_count(); ++i) {
+        p = 0.7 * p + 0.3 * Vec3(coordinate(random), coordinate(random), coordinate(random));
+        body.positions.push_back(p);
+      }
+      scene.bodies.push_back(body);
+      scene.start.push_back(body.positions);
+      scene.end.push_back(moved(body, {0, 0, 0}, 0.1 * scale, random).positions);
+    }
+    for (int b = 0; b < 3; ++b) {
+      scene.images.push_back({b, scene.start[b]});
+      if (pick(0, 1) == 1) scene.images.back().end = scene.end[b];
+    }
+    ComputePyramid pyramids(context, scene.atlases());
+    pyramids.rebuild(scene.images);
+    ComputeTraversal traversal(pyramids);
+    const std::vector<PairQuery> queries = all_pairs(scene, pick(0, 1) * 0.05 * scale);
+    for (const Leaf leaf : {Leaf::quad, Leaf::triangle}) {
+      ASSERT_EQ(sorted(traversal.find_pairs(queries, leaf)), expected_pairs(scene, queries, leaf))
+          << "trial " << trial;
+    }
+  }
+}
+
+std::vector<Candidate> found_by_cpu(const Scene& scene, const PairQuery& query, Leaf leaf,
+                                    bsi::TraversalCounters& counters) {
+  std::vector<bsi::BoxPyramid> pyramids;
+  for (const int body : {query.body_a, query.body_b}) {
+    const BodyImage& image = scene.images[body];
+    pyramids.emplace_back(scene.bodies[body].atlas);
+    const auto bad = image.end.empty() ? pyramids.back().rebuild(image.start)
+                                       : pyramids.back().rebuild_swept(image.start, image.end);
+    EXPECT_FALSE(bad);
+  }
+  const bsi::TraversalOptions options{query.margin, leaf, query.certificate};
+  std::vector<bsi::LeafPair> pairs;
+  if (query.body_a == query.body_b) {
+    bsi::self_traversal(pyramids[0], options, pairs, counters);
+  } else {
+    bsi::dual_traversal(pyramids[0], pyramids[1], options, pairs, counters);
+  }
+  std::vector<Candidate> found;
+  for (const auto& [a, b] : pairs) {
+    found.push_back({0, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
+  }
+  return sorted(found);
+}
+
+// Smooth sheets, more and more crumpled ones, closed and sewn ones: of each some blocks are proved
+// free of contact with themselves, and some are not.
+Scene scene_of_sheets() {
+  std::mt19937 random(14);
+  Scene scene;
+  for (const double noise : {0.0, 0.003, 0.01, 0.03}) {
+    scene.bodies.push_back(moved(bsi::make_rectangle(1, 1, 33, 33), {1, 2, 3}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_rectangle(2, 0.5, 13, 70), {0, 0, 0}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_torus(0.7, 0.3, 40, 21), {0, 0, 0}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_cylinder(0.4, 1, 17, 64), {0, 0, 0}, noise, random));
+    scene.bodies.push_back(moved(bsi::make_sphere(0.4, 12), {0, 0, 0}, noise, random));
+  }
+  for (Surface& body : scene.bodies) {
+    for (Vec3& p : body.positions) p.z() += 0.1 * std::sin(3 * p.x()) * std::cos(5 * p.y());
+    scene.start.push_back(body.positions);
+    scene.end.push_back(moved(body, {0.02, 0.01, 0.1}, 0.002, random).positions);
+  }
+  for (int b = 0; b < scene.size(); ++b) {
+    scene.images.push_back({.body = b, .start = scene.start[b], .tangents = true});
+    if (b % 3 == 0) scene.images.back().end = scene.end[b];
+  }
+  return scene;
+}
+
+// The same decisions to the last bit; a graphics processor, whose roots may round differently,
+// leaves out a little less.
+TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
+  WEFT_NEEDS_CONTEXT();
+  const Scene scene = scene_of_sheets();
+  ComputePyramid pyramids(context, scene.atlases());
+  pyramids.rebuild(scene.images);
+  ComputeTraversal traversal(pyramids);
+  bsi::TraversalCounters counters;
+  std::size_t found = 0;
+  for (int b = 0; b < scene.size(); ++b) {
+    for (const double margin : {0.0, 0.004}) {
+      const PairQuery query{b, b, margin, true};
+      const auto expected = found_by_cpu(scene, query, GetParam(), counters);
+      const auto on_device = sorted(traversal.find_pairs(std::span(&query, 1), GetParam()));
+      if (context.backend() == GlBackend::hardware) {
+        ASSERT_TRUE(std::ranges::includes(on_device, expected, before));
+      } else {
+        ASSERT_EQ(on_device, expected) << "body " << b << " margin " << margin;
+      }
+      found += expected.size();
+    }
+  }
+  EXPECT_GT(counters.certified, 100);
+  EXPECT_LT(counters.certified, counters.certificate_tests / 2);
+  EXPECT_GT(found, 10000);
+}
+
+TEST(ComputeTraversal, FindsNothingWhereThereIsNothing) {
+  WEFT_NEEDS_CONTEXT();
+  const Scene scene = scene_of_bodies();
+  ComputePyramid pyramids(context, scene.atlases());
+  pyramids.rebuild(scene.images);
+  ComputeTraversal traversal(pyramids);
+  EXPECT_TRUE(traversal.find_pairs({}, Leaf::quad).empty());
+  EXPECT_TRUE(traversal.find_leaves(0, {}, 0.1, Leaf::quad).empty());
+  const PairQuery apart{0, 5, 0.1, false};
+  EXPECT_TRUE(traversal.find_pairs(std::span(&apart, 1), Leaf::triangle).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Leaves, ComputeTraversals, testing::Values(Leaf::quad, Leaf::triangle),
+                         [](const auto& tested) {
+                           return tested.param == Leaf::quad ? "quads" : "triangles";
+                         });
+
+}  // namespace
+}  // namespace weft::gpu

@@ -1,0 +1,133 @@
+#include "sim/contact/compute_choice.h"
+
+#include <stdexcept>
+
+#include "gpu/gl_context.h"
+#include "sim/contact/contact_search.h"
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+std::unique_ptr<const Scene> drape(const std::string& backend) {
+  return build_scene(
+      read_case(std::string(WEFT_CASES_DIR) + "/drape_torus.toml",
+                {"body.sheet.shape.resolution=[25, 25]", "body.sheet.position=[0,0,0.28]",
+                 "obstacle.torus.shape.resolution=[32, 16]", "compute.backend=" + backend}));
+}
+
+// The first test of the process: nothing before it asked for OpenGL.
+TEST(ComputeChoice, MakesNoContextUnlessADeviceIsUsed) {
+  EXPECT_EQ(choose_search(*drape("cpu")).choice.backend, ComputeBackend::cpu);
+  EXPECT_EQ(gpu::context_count(), 0);
+  const auto scene = drape("auto");
+  if (gpu::may_have_graphics_processor()) GTEST_SKIP() << "there may be a graphics processor";
+  const ComputeChoice choice = choose_search(*scene).choice;
+  EXPECT_EQ(choice.backend, ComputeBackend::cpu);
+  EXPECT_EQ(choice.text(), "CPU: there is no graphics processor");
+  EXPECT_NE(describe_scene(*scene).find("search    CPU: there is no graphics processor"),
+            std::string::npos);
+  EXPECT_EQ(gpu::context_count(), 0);
+}
+
+TEST(ComputeChoice, MakesNoContextWithoutContact) {
+  const auto scene = build_scene(read_case(std::string(WEFT_CASES_DIR) + "/drape_torus.toml",
+                                           {"contact.enabled=false", "compute.backend=osmesa"}));
+  const int before = gpu::context_count();
+  Statistics statistics;
+  const Dynamics dynamics(*scene, statistics);
+  EXPECT_EQ(describe_scene(*scene).find("OSMesa"), std::string::npos);
+  EXPECT_EQ(gpu::context_count(), before);
+}
+
+TEST(ComputeChoice, RefusesADeviceThatIsNotThere) {
+  if (gpu::may_have_graphics_processor()) GTEST_SKIP() << "there may be a graphics processor";
+  const auto scene = drape("gpu");
+  try {
+    choose_search(*scene);
+    FAIL() << "not refused";
+  } catch (const CaseError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("drape_torus.toml: compute.backend is \"gpu\": no OpenGL"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find(R"(use "auto", "osmesa" or "cpu")"), std::string::npos) << text;
+  }
+}
+
+// The same contacts and the same trajectory, to the last bit.
+TEST(ComputeChoice, OsMesaFindsTheTrajectoryOfTheCpu) {
+  std::vector<std::vector<double>> states;
+  std::vector<Counters> counters;
+  for (const char* backend : {"cpu", "osmesa"}) {
+    const auto scene = drape(backend);
+    Statistics statistics;
+    Dynamics dynamics(*scene, statistics);
+    ASSERT_EQ(dynamics.contact()->compute().backend,
+              backend == std::string("cpu") ? ComputeBackend::cpu : ComputeBackend::osmesa);
+    CvodeIntegrator integrator(*scene, dynamics);
+    while (integrator.time() < 0.15) ASSERT_FALSE(integrator.step());
+    EXPECT_TRUE(dynamics.contact()->smallest_gap());  // they have met
+    states.emplace_back(integrator.state().begin(), integrator.state().end());
+    counters.push_back(statistics.counters);
+  }
+  EXPECT_EQ(states[0], states[1]);
+  EXPECT_EQ(counters[0].candidate_pairs, counters[1].candidate_pairs);
+  EXPECT_EQ(counters[0].narrow_phase_calls, counters[1].narrow_phase_calls);
+  EXPECT_EQ(counters[0].rebuilds, counters[1].rebuilds);
+  EXPECT_GT(counters[0].candidate_pairs, 0);
+}
+
+// A device that breaks down at its third search.
+class BreakingSearch : public PairSearch {
+ public:
+  explicit BreakingSearch(const Scene& scene) : sound_(make_cpu_search(scene)) {}
+  void rebuild(std::span<const BodyPath> paths) override { sound_->rebuild(paths); }
+  void find(std::span<const PairQuery> queries, std::vector<std::vector<bsi::LeafPair>>& found,
+            bsi::TraversalCounters& counters) override {
+    if (++calls_ == 3) throw std::runtime_error("out of memory");
+    sound_->find(queries, found, counters);
+  }
+
+ private:
+  std::unique_ptr<PairSearch> sound_;
+  int calls_ = 0;
+};
+
+TEST(ComputeChoice, ADeviceThatFailsHandsOverToTheCpu) {
+  const auto scene = drape("cpu");
+  Statistics statistics;
+  ContactSearch sound(*scene, statistics, choose_search(*scene));
+  ContactSearch breaking(*scene, statistics,
+                         {std::make_unique<BreakingSearch>(*scene),
+                          {ComputeBackend::gpu, "a device", "a test asks for it"}});
+  std::vector<Vec3> position = scene->initial_position;
+  for (int step = 0; step < 5; ++step) {
+    for (int i = 0; i < scene->dynamic_particles; ++i) {
+      position[i] += Vec3(0, 0.002 * std::sin(7 * position[i].x()), -0.03);
+    }
+    ASSERT_FALSE(sound.update(position));
+    ASSERT_FALSE(breaking.update(position));
+    ASSERT_EQ(breaking.compute().backend, step < 2 ? ComputeBackend::gpu : ComputeBackend::cpu);
+    std::size_t pairs = 0;
+    for (std::size_t l = 0; l < sound.lists().size(); ++l) {
+      for (const auto list : {&CandidateList::vertex_triangle, &CandidateList::triangle_vertex,
+                              &CandidateList::edge_edge}) {
+        const auto& expected = sound.lists()[l].*list;
+        const auto& found = breaking.lists()[l].*list;
+        ASSERT_EQ(found.size(), expected.size());
+        for (std::size_t i = 0; i < found.size(); ++i) {
+          ASSERT_TRUE(found[i].a == expected[i].a && found[i].b == expected[i].b &&
+                      found[i].distance == expected[i].distance);
+        }
+        pairs += found.size();
+      }
+    }
+    EXPECT_GT(pairs, 0);
+  }
+  EXPECT_EQ(breaking.compute().text(),
+            "CPU: GPU (a device): a test asks for it, which failed: out of memory");
+}
+
+}  // namespace
+}  // namespace weft::sim
