@@ -39,6 +39,19 @@ int run_paper_particles(const PaperOptions& options);
 // std::runtime_error without.
 int run_paper_lod(const PaperOptions& options);
 
+// The narrow phase in batches beside scalar functions, on sheets of n x n vertices.
+int run_narrow_phase(int size);
+
+// The pyramids and traversals of gpu/ beside those of the CPU. Needs gpu/; throws
+// std::runtime_error without the device.
+struct GpuOptions {
+  std::string backend = "auto";  // "gpu", "osmesa"
+  std::vector<int> sizes{256, 512, 1024, 2048, 4096};
+  std::vector<std::string> scenes{"drape", "crumpled"};
+  int repeats = 7;
+};
+int run_gpu(const GpuOptions& options);
+
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();
 

@@ -15,6 +15,8 @@ using namespace weft::bench;
 struct Arguments {
   HierarchyOptions hierarchy;
   PaperOptions paper;
+  int narrow_phase_size = 128;
+  GpuOptions gpu;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -74,7 +76,28 @@ void add_paper_particles(CLI::App& sub, Arguments& arguments) {
   add_numbers(sub, "--particles", arguments.paper.particles, 1, 10'000'000, "Numbers of particles");
 }
 
-#ifdef WEFT_BENCH_LOD
+void add_narrow_phase(CLI::App& sub, Arguments& arguments) {
+  sub.add_option("--size", arguments.narrow_phase_size, "Sheets of n x n vertices")
+      ->check(CLI::Range(4, 8192))
+      ->capture_default_str();
+}
+
+#ifdef WEFT_BENCH_GPU
+void add_gpu(CLI::App& sub, Arguments& arguments) {
+  GpuOptions& options = arguments.gpu;
+  sub.add_option("--backend", options.backend, "What runs the shaders")
+      ->check(CLI::IsMember({"auto", "gpu", "osmesa"}))
+      ->capture_default_str();
+  add_sizes(sub, options.sizes, "Sheets of n x n vertices");
+  sub.add_option("--scenes", options.scenes, "Sheets against themselves")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rolled", "pleated", "crumpled", "drape"}))
+      ->capture_default_str();
+  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+
 void add_paper_lod(CLI::App& sub, Arguments& arguments) {
   PaperOptions& options = arguments.paper;
   sub.add_option("-o,--output", options.directory, "Folder of the CSV file and plot")
@@ -103,9 +126,14 @@ constexpr std::array experiments{
     Experiment{"paper-particles", "Particles against a torus, against brute force",
                add_paper_particles,
                [](const Arguments& a) { return run_paper_particles(a.paper); }},
-#ifdef WEFT_BENCH_LOD
+    Experiment{"narrow-phase", "The narrow phase in batches beside scalar functions",
+               add_narrow_phase,
+               [](const Arguments& a) { return run_narrow_phase(a.narrow_phase_size); }},
+#ifdef WEFT_BENCH_GPU
     Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
                [](const Arguments& a) { return run_paper_lod(a.paper); }},
+    Experiment{"gpu", "Pyramids and traversals in compute shaders beside the CPU", add_gpu,
+               [](const Arguments& a) { return run_gpu(a.gpu); }},
 #endif
     Experiment{"far-obstacles", "What obstacles out of reach cost a run",
                [](CLI::App&, Arguments&) {}, [](const Arguments&) { return run_far_obstacles(); }},

@@ -9,9 +9,15 @@
 namespace weft::gpu::shaders {
 namespace {
 
-// A float32 with all its bits.
+// A number with all its bits.
 std::string exactly(float value) {
   return "uintBitsToFloat(" + std::to_string(std::bit_cast<std::uint32_t>(value)) + "u)";
+}
+
+std::string exactly(double value) {
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  return "packDouble2x32(uvec2(" + std::to_string(bits & 0xFFFFFFFF) + "u, " +
+         std::to_string(bits >> 32) + "u))";
 }
 
 const char* const levels = R"(
@@ -357,7 +363,7 @@ bool certified(Tangent t, double margin) {
   double longest = max(max(squared(a), squared(b)), squared(a - b));
   precise double needed = margin + sqrt(squared(stray_u)) + sqrt(squared(stray_v));
   precise double bound = sqrt(longest) * needed + certificate_rounding * longest;
-  return sqrt(squared(cross_of(a, b))) > bound;
+  return sqrt(squared(cross_of(a, b))) > bound * certificate_factor;
 }
 
 // The distance of two blocks along an axis, -1 .. 1, or 2 where they are no neighbours.
@@ -564,10 +570,13 @@ std::string bound_tangents() {
          tangent_bounds + bounds_main;
 }
 
-std::string expand_pairs() {
+std::string expand_pairs(bool rounds_like_the_cpu) {
+  // GLSL asks no more of float64 than of float32: a product is good to 2^-24, a root to 2^-22.
+  const double rounding = rounds_like_the_cpu ? 0x1p-48 : 0x1p-18;
+  const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-18;
   return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
-         "const double certificate_rounding = packDouble2x32(uvec2(0u, " +
-         std::to_string(std::bit_cast<std::uint64_t>(0x1p-48) >> 32) + "u));\n" + expand_main;
+         "const double certificate_rounding = " + exactly(rounding) +
+         ";\nconst double certificate_factor = " + exactly(factor) + ";\n" + expand_main;
 }
 
 std::string find_leaves() {

@@ -79,8 +79,9 @@ struct List {
 };
 
 // Appends the pairs of children that are within the margin of each other, to the list of pairs of
-// leaf blocks if both are.
-std::string expand_pairs();
+// leaf blocks if both are. `rounds_like_the_cpu`: its arithmetic can be trusted to, so that the
+// tangent certificate decides to the bit as on the CPU; otherwise it leaves out a little less.
+std::string expand_pairs(bool rounds_like_the_cpu);
 // From pairs of leaf blocks to pairs of leaves: query, a, b.
 std::string find_leaves();
 

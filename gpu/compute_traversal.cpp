@@ -33,7 +33,8 @@ struct ComputeTraversal::Implementation {
   GLint group_limit = 0;
   GlBuffer queries{gl}, lists{gl}, leaf_pairs{gl}, results{gl};
   std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};  // read and written in turns
-  ComputeProgram expand_pairs{gl, shaders::expand_pairs()};
+  ComputeProgram expand_pairs{
+      gl, shaders::expand_pairs(device.context.backend() != GlBackend::hardware)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
   // Items that the lists have room for.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
@@ -113,13 +114,14 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
                                                std::size_t result_count) {
-  // Half as much again: what has grown will grow on.
-  const auto grow = [](std::size_t& capacity, std::size_t needed) {
-    if (needed > capacity) capacity = needed + needed / 2;
+  // Half as much again, where the device allows it: what has grown will grow on.
+  const std::size_t limit = buffer_limit(gl);
+  const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
+    if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));
   };
-  grow(pair_capacity, pair_count);
-  grow(leaf_capacity, leaf_count);
-  grow(result_capacity, result_count);
+  grow(pair_capacity, pair_count, sizeof(shaders::BlockPair));
+  grow(leaf_capacity, leaf_count, sizeof(shaders::BlockPair));
+  grow(result_capacity, result_count, sizeof(Candidate));
   for (GlBuffer& list : pairs) {
     list.reserve(pair_capacity * sizeof(shaders::BlockPair), "pairs of blocks");
   }

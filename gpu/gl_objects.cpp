@@ -50,12 +50,17 @@ void check_gl(const GlFunctions& gl, const char* task) {
       (error == GL_OUT_OF_MEMORY ? "out of memory" : "error " + std::to_string(error)));
 }
 
+std::size_t buffer_limit(const GlFunctions& gl) {
+  GLint64 limit = 0;
+  gl.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
+  return static_cast<std::size_t>(limit);
+}
+
 void GlBuffer::reserve(std::size_t bytes, const char* content) {
   bytes = std::max<std::size_t>(bytes, 16);
   if (bytes <= bytes_) return;
-  GLint64 limit = 0;
-  gl_->GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
-  if (bytes > static_cast<std::size_t>(limit)) {
+  const std::size_t limit = buffer_limit(*gl_);
+  if (bytes > limit) {
     throw std::runtime_error(std::string("OpenGL: ") + content + " take " +
                              std::to_string(bytes >> 20) + " MiB, and this device allows " +
                              std::to_string(limit >> 20) + " MiB a buffer");

@@ -19,6 +19,9 @@ GLuint link_program(const GlFunctions& gl,
 // Throws std::runtime_error("OpenGL cannot TASK: ...") if there was an error since the last call.
 void check_gl(const GlFunctions& gl, const char* task);
 
+// The most bytes that a shader may see of a buffer.
+std::size_t buffer_limit(const GlFunctions& gl);
+
 // A shader storage buffer.
 class GlBuffer {
  public:
