@@ -39,6 +39,9 @@ int run_paper_particles(const PaperOptions& options);
 // std::runtime_error without.
 int run_paper_lod(const PaperOptions& options);
 
+// The narrow phase in batches beside scalar functions, on sheets of n x n vertices.
+int run_narrow_phase(int size);
+
 // The pyramids and traversals of gpu/ beside those of the CPU. Needs gpu/; throws
 // std::runtime_error without the device.
 struct GpuOptions {

@@ -15,6 +15,7 @@ using namespace weft::bench;
 struct Arguments {
   HierarchyOptions hierarchy;
   PaperOptions paper;
+  int narrow_phase_size = 128;
   GpuOptions gpu;
 };
 
@@ -75,6 +76,12 @@ void add_paper_particles(CLI::App& sub, Arguments& arguments) {
   add_numbers(sub, "--particles", arguments.paper.particles, 1, 10'000'000, "Numbers of particles");
 }
 
+void add_narrow_phase(CLI::App& sub, Arguments& arguments) {
+  sub.add_option("--size", arguments.narrow_phase_size, "Sheets of n x n vertices")
+      ->check(CLI::Range(4, 8192))
+      ->capture_default_str();
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -119,6 +126,9 @@ constexpr std::array experiments{
     Experiment{"paper-particles", "Particles against a torus, against brute force",
                add_paper_particles,
                [](const Arguments& a) { return run_paper_particles(a.paper); }},
+    Experiment{"narrow-phase", "The narrow phase in batches beside scalar functions",
+               add_narrow_phase,
+               [](const Arguments& a) { return run_narrow_phase(a.narrow_phase_size); }},
 #ifdef WEFT_BENCH_GPU
     Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
                [](const Arguments& a) { return run_paper_lod(a.paper); }},

@@ -1,160 +1,169 @@
-// Pairs of triangles: CPU time of the batches, for every instruction set, beside that of the scalar
-// functions, in one run.
+// The narrow phase in batches beside scalar functions, for every instruction set, in one run.
 #include "bsi/narrow_phase.h"
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
-#include <cstdlib>
+#include <functional>
 
+#include "bench/experiments.h"
 #include "bench/medians.h"
+#include "bench/scenes.h"
+#include "bench/triangle_test.h"
+#include "bench/weft_method.h"
+#include "bsi/continuous_collision.h"
+#include "bsi/feature_batches.h"
 #include "bsi/instruction_set.h"
-#include "bsi/shapes.h"
+#include "bsi/proximity.h"
+
+namespace weft::bench {
 
 namespace {
 
-using namespace weft::bsi;
+using bsi::FeatureKind;
+using bsi::FourParticles;
 
-struct Scene {
+constexpr int repeats = 7;
+
+// One way to do some work on `count` pairs: scalar, or in batches.
+struct Work {
   const char* name;
-  std::vector<Vec3> positions;
-  std::vector<std::array<int, 3>> triangles;
-  std::vector<LeafPair> candidates;
-  double margin = 0;
+  std::size_t count;
+  std::function<long()> scalar, batch;  // give a number that must be the same
 };
 
-bool share_particle(const std::array<int, 3>& a, const std::array<int, 3>& b) {
-  for (int i : a)
-    for (int j : b)
-      if (i == j) return true;
-  return false;
-}
-
-// The pairs of triangles whose boxes come within the margin, by sorting along x.
-void find_candidates(Scene& scene) {
-  struct Item {
-    Vec3 low, high;
-    int triangle;
-  };
-  std::vector<Item> items;
-  for (int t = 0; t < static_cast<int>(scene.triangles.size()); ++t) {
-    const auto& [i, j, k] = scene.triangles[t];
-    const Vec3 &a = scene.positions[i], &b = scene.positions[j], &c = scene.positions[k];
-    items.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c), t});
-  }
-  std::sort(items.begin(), items.end(),
-            [](const Item& p, const Item& q) { return p.low.x() < q.low.x(); });
-  for (std::size_t p = 0; p < items.size(); ++p) {
-    for (std::size_t q = p + 1; q < items.size(); ++q) {
-      if (items[q].low.x() - items[p].high.x() > scene.margin) break;
-      const int a = std::min(items[p].triangle, items[q].triangle);
-      const int b = std::max(items[p].triangle, items[q].triangle);
-      const bool near = ((items[q].low - items[p].high).array() <= scene.margin).all() &&
-                        ((items[p].low - items[q].high).array() <= scene.margin).all();
-      if (near && !share_particle(scene.triangles[a], scene.triangles[b]))
-        scene.candidates.push_back({a, b});
-    }
-  }
-  std::sort(scene.candidates.begin(), scene.candidates.end());
-}
-
-// A sheet of 2 m x 2 m, bent by `bend`.
-template <class Bend>
-Scene sheet_scene(const char* name, int n, double margin, const Bend& bend) {
-  Surface sheet = make_rectangle(2, 2, n, n);
-  Scene scene{name, sheet.positions, build_mesh(sheet.atlas).triangles, {}, margin};
-  for (Vec3& p : scene.positions) p = bend(p);
-  find_candidates(scene);
-  return scene;
-}
-
-std::vector<Scene> all_scenes(int n) {
-  std::vector<Scene> scenes;
-  // A roll whose layers are 1.5 mm apart.
-  scenes.push_back(sheet_scene("rolled", n, 2e-3, [](const Vec3& p) {
-    const double pitch = 1.5e-3 / (2 * M_PI), along = p.x() + 1.2;
-    const double angle = std::sqrt(2 * along / pitch);
-    return Vec3(pitch * angle * std::cos(angle), p.y(), pitch * angle * std::sin(angle));
-  }));
-  scenes.push_back(sheet_scene("pleated", n, 2e-3, [](const Vec3& p) {
-    return Vec3(0.02 * p.x(), p.y() + 1e-3 * std::sin(40 * p.x()), 0.1 * std::sin(60 * p.x()));
-  }));
-  // Crumpled at random, far through itself.
-  scenes.push_back(sheet_scene("crumpled", n, 0, [](const Vec3& p) {
-    const Vec3 q(p.x() * 3, p.y() * 3, 0);
-    return Vec3(0.3 * std::sin(4 * q.x() + 1) + 0.2 * std::sin(3 * q.y()),
-                0.3 * std::sin(4 * q.y() + 2) + 0.2 * std::cos(5 * q.x()),
-                0.3 * std::sin(3 * q.x() + 2 * q.y()));
-  }));
-  return scenes;
-}
-
-std::size_t scalar_hits(const Scene& scene) {
-  std::size_t hits = 0;
-  for (const LeafPair& pair : scene.candidates) {
-    std::array<Vec3, 3> a, b;
-    for (int i = 0; i < 3; ++i) {
-      a[i] = scene.positions[scene.triangles[pair.a][i]];
-      b[i] = scene.positions[scene.triangles[pair.b][i]];
-    }
-    hits += squared_triangle_distance(a, b) <= scene.margin * scene.margin;
-  }
-  return hits;
-}
-
-struct Cost {
-  std::size_t hits = 0;
-  NarrowPhaseCounters counters;
-  std::vector<double> hits_alone, distances, over_scalar;  // ns a candidate; the last a ratio
-};
-
-double measure(const Scene& scene, bool distances, Cost& cost) {
-  TriangleHits hits;
-  const TriangleSet set{scene.positions, scene.triangles};
-  cost.counters = {};
-  const double time = weft::bench::cpu_time_of([&] {
-    find_triangle_hits(set, set, scene.candidates, {scene.margin, distances, 1}, hits,
-                       cost.counters);
-  });
-  cost.hits = hits.pairs.size();
-  return 1e9 * time / static_cast<double>(scene.candidates.size());
-}
-
-void report(const Scene& scene, int repeats) {
-  const auto sets = available_instruction_sets();
-  std::vector<Cost> cost(sets.size());
+// Prints ns a pair and ratios, medians of interleaved repeats. False where the results differ.
+bool compare(const Work& work) {
+  const auto sets = bsi::available_instruction_sets();
   std::vector<double> scalar;
-  std::size_t expected = 0;
+  std::vector<std::vector<double>> batch(sets.size()), ratio(sets.size());
+  const auto nanoseconds = [&](const std::function<long()>& run, long& result) {
+    return 1e9 * thread_time_of([&] { result = run(); }) / static_cast<double>(work.count);
+  };
+  bool same = true;
+  long expected = 0;
   for (int i = 0; i < repeats; ++i) {
-    scalar.push_back(1e9 / static_cast<double>(scene.candidates.size()) *
-                     weft::bench::cpu_time_of([&] { expected = scalar_hits(scene); }));
+    scalar.push_back(nanoseconds(work.scalar, expected));
     for (std::size_t s = 0; s < sets.size(); ++s) {
-      use_instruction_set(sets[s]);
-      cost[s].distances.push_back(measure(scene, true, cost[s]));
-      cost[s].hits_alone.push_back(measure(scene, false, cost[s]));
-      cost[s].over_scalar.push_back(scalar.back() / cost[s].hits_alone.back());
+      bsi::use_instruction_set(sets[s]);
+      long found = 0;
+      batch[s].push_back(nanoseconds(work.batch, found));
+      ratio[s].push_back(scalar.back() / batch[s].back());
+      same = same && found == expected;
     }
   }
-  const double total = static_cast<double>(scene.candidates.size());
-  std::printf("%s: %zu candidates, %.1f %% hits; scalar %.1f ns\n", scene.name,
-              scene.candidates.size(), 100 * static_cast<double>(expected) / total,
-              weft::bench::median(scalar));
-  for (std::size_t s = 0; s < sets.size(); ++s) {
-    std::printf(
-        "  %-9s %7.1f ns, with distances %7.1f ns, %6.1f x faster than scalar; "
-        "%.3f %% in double, %.4f %% scalar%s\n",
-        name(sets[s]).data(), weft::bench::median(cost[s].hits_alone),
-        weft::bench::median(cost[s].distances), weft::bench::median(cost[s].over_scalar),
-        100 * static_cast<double>(cost[s].counters.measured) / total,
-        100 * static_cast<double>(cost[s].counters.scalar) / total,
-        cost[s].hits == expected ? "" : "  HITS DIFFER");
-    if (cost[s].hits != expected) std::exit(1);
+  const double part = 100 * static_cast<double>(expected) / static_cast<double>(work.count);
+  std::printf("%-26s %9zu %7.1f %9.1f", work.name, work.count, part, median(scalar));
+  for (std::size_t s = 0; s < sets.size(); ++s)
+    std::printf(" %9.1f (%4.1f x)", median(batch[s]), median(ratio[s]));
+  std::printf("%s\n", same ? "" : "  RESULTS DIFFER");
+  return same;
+}
+
+bool compare_triangles(const CollisionScene& scene, std::span<const bsi::LeafPair> candidates) {
+  const Body& body = scene.bodies.front();
+  const bsi::TriangleSet set{body.start, body.triangles};
+  const auto scalar = [&] {
+    return count_hits({body.start, body.triangles}, {body.start, body.triangles}, candidates,
+                      scene.margin);
+  };
+  const auto batch = [&](bool distances) {
+    bsi::TriangleHits hits;
+    bsi::NarrowPhaseCounters counters;
+    bsi::find_triangle_hits(set, set, candidates, {scene.margin, distances, 1}, hits, counters);
+    return static_cast<long>(hits.pairs.size());
+  };
+  const std::string name = scene.name + ", triangles";
+  const std::string measured = scene.name + ", with distances";
+  return compare({name.c_str(), candidates.size(), scalar, [&] { return batch(false); }}) &&
+         compare({measured.c_str(), candidates.size(), scalar, [&] { return batch(true); }});
+}
+
+// A corner of one triangle and the other, or an edge of each, for every candidate.
+std::vector<FourParticles> features_of(FeatureKind kind, const Body& body,
+                                       std::span<const bsi::LeafPair> candidates) {
+  std::vector<FourParticles> pairs;
+  for (const auto& [a, b] : candidates) {
+    const auto &t = body.triangles[a], &u = body.triangles[b];
+    pairs.push_back(kind == FeatureKind::edge_edge ? FourParticles{t[0], t[1], u[0], u[1]}
+                                                   : FourParticles{t[0], u[0], u[1], u[2]});
   }
+  return pairs;
+}
+
+bsi::FourPoints points_of(std::span<const bsi::Vec3> x, const FourParticles& pair) {
+  return {x[pair[0]], x[pair[1]], x[pair[2]], x[pair[3]]};
+}
+
+bool compare_features(FeatureKind kind, const CollisionScene& swept,
+                      std::span<const bsi::LeafPair> candidates) {
+  const Body& body = swept.bodies.front();
+  const std::vector<FourParticles> pairs = features_of(kind, body, candidates);
+  const bool edges = kind == FeatureKind::edge_edge;
+  const auto scalar_reach = [&] {
+    long count = 0;
+    for (const FourParticles& pair : pairs) {
+      const auto [x0, x1, x2, x3] = points_of(body.start, pair);
+      const bsi::Closest closest = edges ? bsi::closest_edge_edge(x0, x1, x2, x3)
+                                         : bsi::closest_vertex_triangle(x0, x1, x2, x3);
+      count += closest.squared_distance <= swept.margin * swept.margin;
+    }
+    return count;
+  };
+  const auto batch_reach = [&] {
+    std::vector<bsi::PairInReach> found;
+    bsi::find_in_reach(kind, body.start, {}, pairs, swept.margin, found);
+    return static_cast<long>(found.size());
+  };
+  const auto scalar_safe = [&] {
+    long count = 0;
+    for (const FourParticles& pair : pairs) {
+      const bsi::FourPoints from = points_of(body.start, pair), to = points_of(body.end, pair);
+      count += (edges ? bsi::safe_fraction_edge_edge(from, to, 0)
+                      : bsi::safe_fraction_vertex_triangle(from, to, 0)) == 1;
+    }
+    return count;
+  };
+  const auto batch_safe = [&] {
+    std::vector<double> fraction(pairs.size());
+    bsi::safe_fractions(kind, body.start, body.end, pairs, 0, fraction);
+    return static_cast<long>(std::count(fraction.begin(), fraction.end(), 1.0));
+  };
+  return compare({edges ? "edge-edge in reach" : "vertex-triangle in reach", pairs.size(),
+                  scalar_reach, batch_reach}) &&
+         compare({edges ? "edge-edge paths" : "vertex-triangle paths", pairs.size(), scalar_safe,
+                  batch_safe});
+}
+
+std::vector<bsi::LeafPair> candidates_of(const CollisionScene& scene) {
+  WeftMethod method(scene, true);
+  std::vector<bsi::LeafPair> candidates;
+  method.rebuild();
+  method.query(candidates);
+  return candidates;
 }
 
 }  // namespace
 
-int main() {
-  std::printf("ns a candidate (CPU), medians of 7 interleaved repeats, one thread\n");
-  for (const Scene& scene : all_scenes(129)) report(scene, 7);
-  return 0;
+int run_narrow_phase(int size) {
+  const bsi::InstructionSet before = bsi::instruction_set();
+  std::printf(
+      "sheets of %d x %d vertices, ns a pair (CPU) and times faster than scalar,\n"
+      "medians of %d interleaved repeats, one thread\n\n%-26s %9s %7s %9s",
+      size, size, repeats, "", "pairs", "found %", "scalar");
+  for (const bsi::InstructionSet set : bsi::available_instruction_sets())
+    std::printf(" %18s", bsi::name(set).data());
+  std::printf("\n");
+  bool same = true;
+  for (const char* name : {"rolled", "pleated", "crumpled"}) {
+    const CollisionScene scene = make_scene(name, size);
+    same = compare_triangles(scene, candidates_of(scene)) && same;
+  }
+  const CollisionScene swept = make_scene("crumpled-swept", size);
+  const std::vector<bsi::LeafPair> candidates = candidates_of(swept);
+  same = compare_features(FeatureKind::vertex_triangle, swept, candidates) && same;
+  same = compare_features(FeatureKind::edge_edge, swept, candidates) && same;
+  bsi::use_instruction_set(before);
+  return same ? 0 : 1;
 }
+
+}  // namespace weft::bench

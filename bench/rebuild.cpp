@@ -19,20 +19,25 @@ namespace {
 
 using namespace weft::bsi;
 
-double elapsed_ms(const std::function<void()>& work) {
+using Works = std::vector<std::function<void()>>;
+
+double cpu_ms(const std::function<void()>& work) { return 1e3 * weft::bench::cpu_time_of(work); }
+
+double wall_ms(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
   work();
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
       .count();
 }
 
-std::vector<double> interleaved_medians(const std::vector<std::function<void()>>& works,
-                                        int repeats) {
+std::vector<double> interleaved_medians(const Works& works, int repeats,
+                                        double (*ms)(const std::function<void()>&)) {
   std::vector<std::vector<double>> times(works.size());
   for (int i = 0; i < repeats; ++i) {
-    for (std::size_t k = 0; k < works.size(); ++k) times[k].push_back(elapsed_ms(works[k]));
+    for (std::size_t k = 0; k < works.size(); ++k) times[k].push_back(ms(works[k]));
   }
   std::vector<double> medians;
+  medians.reserve(times.size());
   for (const auto& of_work : times) medians.push_back(weft::bench::median(of_work));
   return medians;
 }
@@ -52,44 +57,66 @@ std::size_t sphere_bytes(const Pyramid& pyramid) {
   return count * sizeof(Sphere);
 }
 
-void measure(int n, int threads) {
-  const Surface sheet = wavy_sheet(n);
-  Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
-  Pyramid shared(sheet.atlas, RadiusPolicy::fast), shared_exact(sheet.atlas, RadiusPolicy::exact);
-  const std::size_t read = sheet.positions.size() * sizeof(Vec3), written = sphere_bytes(fast);
-  const auto* image = reinterpret_cast<const char*>(sheet.positions.data());
-  std::vector<char> hierarchy(std::max(read, written));
-  volatile double sum = 0;
-  const auto copy = [&] {
-    std::memcpy(hierarchy.data(), image, std::min(read, written));
-    double rest = 0;  // what is read and not written
-    for (std::size_t i = written; i < read; i += 64) rest += image[i];
-    if (read < written) std::memset(hierarchy.data() + read, 0, written - read);
-    sum = rest;
-  };
-  const auto on_threads = [&](Pyramid& pyramid, int count) {
-    return [&, count] {
-      omp_set_num_threads(count);
+Works rebuilds(const Surface& sheet, Pyramid& fast, Pyramid& exact, int threads) {
+  const auto of = [&, threads](Pyramid& pyramid) {
+    return [&, threads] {
+      omp_set_num_threads(threads);
       static_cast<void>(pyramid.rebuild(sheet.positions));
     };
   };
-  const auto ms =
-      interleaved_medians({copy, on_threads(fast, 1), on_threads(exact, 1),
-                           on_threads(shared, threads), on_threads(shared_exact, threads)},
-                          n < 600 ? 201 : 21);
-  std::printf("%6d %9.3f %9.3f %9.3f %8.2f %8.2f %9.2f %9.2f %9.2f %9.2f\n", n, ms[0], ms[1], ms[2],
-              ms[1] / ms[0], ms[2] / ms[1], ms[1] / ms[3], ms[2] / ms[4],
-              1e6 * ms[1] / (double(n) * n), static_cast<double>(fast.bytes()) / (1 << 20));
+  return {of(fast), of(exact)};
+}
+
+// The floor: reads the image, writes as many bytes as the hierarchy has.
+std::function<void()> copy(const Surface& sheet, std::size_t written, std::vector<char>& out) {
+  const std::size_t read = sheet.positions.size() * sizeof(Vec3);
+  out.resize(std::max(read, written));
+  const auto* image = reinterpret_cast<const char*>(sheet.positions.data());
+  return [=, &out] {
+    std::memcpy(out.data(), image, std::min(read, written));
+    volatile char rest = 0;  // what is read and not written
+    for (std::size_t i = written; i < read; i += 64) rest = image[i];
+    static_cast<void>(rest);
+    if (read < written) std::memset(out.data() + read, 0, written - read);
+  };
+}
+
+void measure_one_thread(int n) {
+  const Surface sheet = wavy_sheet(n);
+  Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
+  std::vector<char> out;
+  Works works = rebuilds(sheet, fast, exact, 1);
+  works.push_back(copy(sheet, sphere_bytes(fast), out));
+  const auto ms = interleaved_medians(works, n < 600 ? 301 : 31, cpu_ms);
+  std::printf("%6d %9.3f %9.3f %9.3f %9.2f %9.2f %9.2f %9.2f %9.2f\n", n, ms[2], ms[0], ms[1],
+              ms[0] / ms[2], ms[1] / ms[0], 1e6 * ms[0] / (static_cast<double>(n) * n),
+              static_cast<double>(fast.bytes()) / (1 << 20),
+              static_cast<double>(exact.bytes()) / (1 << 20));
+}
+
+void measure_threads(int n, int threads) {
+  const Surface sheet = wavy_sheet(n);
+  Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
+  Works works = rebuilds(sheet, fast, exact, 1);
+  const Works shared = rebuilds(sheet, fast, exact, threads);
+  works.insert(works.end(), shared.begin(), shared.end());
+  const auto ms = interleaved_medians(works, 31, wall_ms);
+  std::printf("%6d %9.3f %9.3f %9.2f %9.2f\n", n, ms[0], ms[1], ms[0] / ms[2], ms[1] / ms[3]);
 }
 
 }  // namespace
 
+// bench_rebuild [THREADS]
 int main(int argc, char** argv) {
-  const int threads = argc > 1 ? std::atoi(argv[1]) : 2;
-  std::printf("a wavy sheet of n x n vertices; wall ms, medians of interleaved repeats; %s\n",
+  std::printf("a wavy sheet of n x n vertices, %s, medians of interleaved repeats\n",
               name(instruction_set()).data());
-  std::printf("%6s %9s %9s %9s %8s %8s %9s %9s %9s %9s\n", "n", "copy", "fast", "exact", "f/copy",
-              "e/f", "f 1/N", "e 1/N", "ns/vertex", "MiB fast");
-  for (int n : {64, 65, 128, 200, 256, 257, 512, 513, 1024, 1025, 2048}) measure(n, threads);
+  std::printf("one thread, CPU ms\n%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "n", "copy", "fast",
+              "exact", "fast/copy", "ex./fast", "ns/vertex", "MiB fast", "MiB exact");
+  for (int n : {64, 128, 200, 256, 257, 512, 1024, 2048}) measure_one_thread(n);
+  const int threads = argc > 1 ? std::atoi(argv[1]) : 1;
+  if (threads == 1) return 0;
+  std::printf("wall ms of one thread, and how many times faster %d are\n%6s %9s %9s %9s %9s\n",
+              threads, "n", "fast", "exact", "fast", "exact");
+  for (int n : {256, 512, 1024, 2048}) measure_threads(n, threads);
   return 0;
 }

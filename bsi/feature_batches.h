@@ -18,7 +18,7 @@ using FourParticles = std::array<int, 4>;
 // finite positions (m), by particle. Work on many threads by splitting `pairs`.
 
 // The squared distances (m^2): those of the scalar functions within rounding (a distance within
-// 1e-12 of itself and 1e-15 of the size of the pair). 10 ns a pair with AVX-512.
+// 1e-12 of itself and 1e-15 of the size of the pair). 12 ns a pair with AVX-512.
 void squared_distances(FeatureKind kind, std::span<const Vec3> positions,
                        std::span<const FourParticles> pairs, std::span<double> squared_distance);
 
@@ -30,14 +30,14 @@ struct PairInReach {
 // Appends, in order, the pairs whose distance at `positions` is within `reach` plus `path`, with
 // that distance less `path` (but not below 0). `path` is 0 where `path_lengths` is empty; else it
 // is twice the longest of the four particles' (m, by particle), so that all pairs are kept that
-// come within reach when every particle moves that far. 5 ns a pair that is out of reach.
+// come within reach when every particle moves that far. 8 ns a pair that is out of reach.
 void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
                    std::span<const double> path_lengths, std::span<const FourParticles> pairs,
                    double reach, std::vector<PairInReach>& in_reach);
 
 // Appends, in order, the places of the pairs that are not proved, by one look at each, to stay
 // further apart than `separation` on the straight paths start -> end and to end further apart than
-// `end_separation` (m, >= separation >= 0). 6 ns a pair.
+// `end_separation` (m, >= separation >= 0). 11 ns a pair.
 void find_unproved_paths(FeatureKind kind, std::span<const Vec3> start, std::span<const Vec3> end,
                          std::span<const FourParticles> pairs, double separation,
                          double end_separation, std::vector<int>& unproved);

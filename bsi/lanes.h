@@ -121,21 +121,21 @@ WEFT_INLINE Lanes3<V> cross(const Lanes3<V>& a, const Lanes3<V>& b) {
 }
 
 template <int... index>
-struct Indices {};
+struct LaneIndices {};
 template <int count>
-struct IndicesUpTo;
+struct LaneIndicesUpTo;
 template <>
-struct IndicesUpTo<2> : Indices<0, 1> {};
+struct LaneIndicesUpTo<2> : LaneIndices<0, 1> {};
 template <>
-struct IndicesUpTo<4> : Indices<0, 1, 2, 3> {};
+struct LaneIndicesUpTo<4> : LaneIndices<0, 1, 2, 3> {};
 template <>
-struct IndicesUpTo<8> : Indices<0, 1, 2, 3, 4, 5, 6, 7> {};
+struct LaneIndicesUpTo<8> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7> {};
 template <>
-struct IndicesUpTo<16> : Indices<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15> {};
+struct LaneIndicesUpTo<16> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15> {};
 
 // The lanes 0, 2, 4... (1, 3, 5... with first = 1) of a and then of b.
 template <int first, class V, int... index>
-WEFT_INLINE V every_second(V a, V b, Indices<index...>) {
+WEFT_INLINE V every_second(V a, V b, LaneIndices<index...>) {
   return __builtin_shufflevector(a, b, (2 * index + first)...);
 }
 
@@ -145,7 +145,7 @@ template <class Float>
 WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
                                              Lanes<Float>* fourth = nullptr) {
   using V = Lanes<Float>;
-  constexpr IndicesUpTo<lane_count<Float>> all;
+  constexpr LaneIndicesUpTo<lane_count<Float>> all;
   const V* part = reinterpret_cast<const V*>(from);
   const V xz0 = every_second<0>(part[0], part[1], all);
   const V xz1 = every_second<0>(part[2], part[3], all);

@@ -12,8 +12,9 @@
 
 namespace weft::bsi {
 
-// A triangle surface that stands for an atlas. It has the borders, the orientation and the topology
-// of the original: no edge is left unmatched that is matched there.
+// A triangle surface that stands for an atlas, made as docs/theory.md, section 8, says. It has the
+// borders, the orientation and the topology of the original: no edge is left unmatched that is
+// matched there.
 struct DetailSurface {
   std::vector<Vec3> positions;  // m
   std::vector<std::array<int, 3>> triangles;

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <limits>
 
+#include "bsi/level_build.h"
+
 namespace weft::bsi {
 
 double bounding_sphere_gap(const Sphere& first, const Sphere& second) {
@@ -16,7 +18,7 @@ double bounding_sphere_gap(const Sphere& first, const Sphere& second) {
 }
 
 Pyramid::Pyramid(const Atlas& atlas, RadiusPolicy policy, Leaf leaf)
-    : atlas_(atlas), numbers_(atlas), build_(atlas, numbers_, policy) {
+    : atlas_(atlas), policy_(policy), numbers_(atlas), build_(atlas, numbers_, policy) {
   std::size_t count = numbers_.block_count() + group_count();
   for (int patch = 0; leaf == Leaf::triangle && patch < patch_count(); ++patch) {
     const BlockLevel& quads = numbers_.at(patch, numbers_.levels(patch) - 1);
@@ -77,6 +79,22 @@ int Pyramid::children(const Block& block, std::array<Block, 4>& child) const {
   return count;
 }
 
+std::uint64_t Pyramid::flat_index(const Block& block) const {
+  assert(block.patch != Block::group && block.level < numbers_.levels(block.patch));
+  const BlockLevel& here = place(block.patch, block.level);
+  return bsi::flat_index({block.level,
+                          static_cast<std::uint32_t>(block.u) << (block.level - here.log_u),
+                          static_cast<std::uint32_t>(block.v) << (block.level - here.log_v)});
+}
+
+Block Pyramid::block_of_flat_index(int patch, std::uint64_t index) const {
+  const QuadtreePlace node = quadtree_place(index);
+  assert(node.level < numbers_.levels(patch));
+  const BlockLevel& here = place(patch, node.level);
+  return {patch, node.level, static_cast<int>(node.u >> (node.level - here.log_u)),
+          static_cast<int>(node.v >> (node.level - here.log_v))};
+}
+
 std::size_t Pyramid::bytes() const { return spheres_.size() * sizeof(Sphere) + build_.bytes(); }
 
 std::optional<TexelAddress> Pyramid::rebuild(std::span<const Vec3> positions) {
@@ -98,6 +116,7 @@ std::optional<TexelAddress> Pyramid::rebuild_from(std::span<const std::span<cons
   const SphereTree tree{&atlas_, &numbers_, spheres, groups,
                         has_triangles() ? groups + group_count() : nullptr};
   const auto unbounded = build_.run(tree, ends, coordinate_limit);
+  if (!unbounded && policy_ == RadiusPolicy::tight) tighten(tree, ends);
   built_ = !unbounded;
   return unbounded;
 }

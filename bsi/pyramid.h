@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "bsi/block_levels.h"
 #include "bsi/geometry_image.h"
 #include "bsi/leaf_pair.h"
+#include "bsi/quadtree_index.h"
 #include "bsi/sphere.h"
 #include "bsi/sphere_build.h"
 
@@ -95,6 +97,12 @@ class Pyramid {
   // The 1 to 4 children that are not empty, u before v; returns their number. Not for leaves.
   int children(const Block& block, std::array<Block, 4>& child) const;
 
+  // The number of a block of quads in the quadtree of its patch (quadtree_index.h): child i of n is
+  // 4 n + i. Where an axis is split no more there is one child instead of two, the first. O(level).
+  std::uint64_t flat_index(const Block& block) const;
+  // Precondition: the index of a block.
+  Block block_of_flat_index(int patch, std::uint64_t index) const;
+
   // Memory held.
   std::size_t bytes() const;
   // True for a body so large that several threads share its rebuild.
@@ -115,6 +123,7 @@ class Pyramid {
   std::optional<TexelAddress> rebuild_from(std::span<const std::span<const Vec3>> ends);
 
   Atlas atlas_;
+  RadiusPolicy policy_ = RadiusPolicy::fast;
   BlockLevels numbers_;
   std::vector<BlockLevel> triangles_;  // by patch
   // Of the blocks, then of the groups, then of the triangles.

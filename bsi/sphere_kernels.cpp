@@ -8,7 +8,7 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// Not negative and not a number count as large.
+// Whether numbers stay below a limit; one that is none does not.
 struct LimitCheck {
   WideBits largest{};
   void add(Wide value) {
@@ -16,12 +16,11 @@ struct LimitCheck {
     largest = bits > largest ? bits : largest;
   }
   bool stays_below(float limit) const {
-    bool below = true;
-    for (int i = 0; i < width; ++i) {
-      // As a number again: the bits of magnitudes are in the order of the magnitudes.
-      below = below && __builtin_bit_cast(float, static_cast<std::int32_t>(largest[i])) < limit;
-    }
-    return below;
+    // The bits of magnitudes are in the order of the magnitudes.
+    const WideBits beyond = largest >= __builtin_bit_cast(std::int32_t, limit);
+    std::int32_t any = 0;
+    for (int i = 0; i < width; ++i) any |= beyond[i];
+    return any == 0;
   }
 };
 
@@ -29,19 +28,21 @@ bool load_vertices(const double* positions, const std::int32_t* particle, int co
                    float* const component[3]) {
   if (particle == nullptr && count >= width) {
     LimitCheck check;
-    // The last vector overlaps the one before, rather than what follows the row.
-    for (int i = 0; i < count;
-         i = i + width < count && i + 2 * width > count ? count - width : i + width) {
+    float *const x = component[0], *const y = component[1], *const z = component[2];
+    const auto load_at = [&](int i) __attribute__((always_inline)) {
       const Wide a = load_rounded(positions + 3 * i);
       const Wide b = load_rounded(positions + 3 * i + width);
       const Wide c = load_rounded(positions + 3 * i + 2 * width);
       check.add(a);
       check.add(b);
       check.add(c);
-      store_wide(component[0] + i, every_third<0>(a, b, c));
-      store_wide(component[1] + i, every_third<1>(a, b, c));
-      store_wide(component[2] + i, every_third<2>(a, b, c));
-    }
+      store_wide(x + i, every_third<0>(a, b, c));
+      store_wide(y + i, every_third<1>(a, b, c));
+      store_wide(z + i, every_third<2>(a, b, c));
+    };
+    for (int i = 0; i + width <= count; i += width) load_at(i);
+    // The last vector overlaps the one before, rather than what follows the row.
+    if (count % width != 0) load_at(count - width);
     return check.stays_below(limit);
   }
   bool below = true;
@@ -61,15 +62,23 @@ void copy_runs(const float* row, const std::int32_t* from, const std::int32_t* l
   for (int run = 0; run < runs; ++run) {
     const float* source = row + from[run];
     // What is written beyond the run is written again by the next.
-    for (int i = 0; i < length[run]; i += 4) {
-      *reinterpret_cast<UnalignedQuad*>(out + i) = load_quad(source + i);
+    if (length[run] >= width) {
+      for (int i = 0; i < length[run]; i += width) store_wide(out + i, load_wide(source + i));
+    } else {
+      for (int i = 0; i < length[run]; i += 4) {
+        *reinterpret_cast<UnalignedQuad*>(out + i) = load_quad(source + i);
+      }
     }
     out += length[run];
   }
 }
 
+// Named fields and no loops over them: g++ 12 keeps arrays of vectors in memory.
 struct Vertices {
-  Wide component[3];
+  Wide x, y, z;
+};
+struct Boxes {
+  Vertices low, high;
 };
 
 WEFT_INLINE Vertices vertices(const SphereVertexRow& row, int i) {
@@ -77,35 +86,33 @@ WEFT_INLINE Vertices vertices(const SphereVertexRow& row, int i) {
           load_wide(row.component[2] + i)};
 }
 
-struct Boxes {
-  Wide low[3], high[3];
-};
-
 WEFT_INLINE Boxes join(const Boxes& a, const Boxes& b) {
-  return {smaller(a.low[0], b.low[0]),  smaller(a.low[1], b.low[1]),  smaller(a.low[2], b.low[2]),
-          larger(a.high[0], b.high[0]), larger(a.high[1], b.high[1]), larger(a.high[2], b.high[2])};
+  return {{smaller(a.low.x, b.low.x), smaller(a.low.y, b.low.y), smaller(a.low.z, b.low.z)},
+          {larger(a.high.x, b.high.x), larger(a.high.y, b.high.y), larger(a.high.z, b.high.z)}};
 }
 
 WEFT_INLINE Boxes box_of(const Vertices& a, const Vertices& b) {
-  return join(Boxes{a.component[0], a.component[1], a.component[2], a.component[0], a.component[1],
-                    a.component[2]},
-              Boxes{b.component[0], b.component[1], b.component[2], b.component[0], b.component[1],
-                    b.component[2]});
+  return join(Boxes{a, a}, Boxes{b, b});
 }
 
 WEFT_INLINE Vertices middle(const Boxes& box) {
-  return {0.5F * (box.low[0] + box.high[0]), 0.5F * (box.low[1] + box.high[1]),
-          0.5F * (box.low[2] + box.high[2])};
+  return {0.5F * (box.low.x + box.high.x), 0.5F * (box.low.y + box.high.y),
+          0.5F * (box.low.z + box.high.z)};
 }
 
 WEFT_INLINE Wide squared_distance(const Vertices& a, const Vertices& b) {
-  return square(a.component[0] - b.component[0], a.component[1] - b.component[1],
-                a.component[2] - b.component[2]);
+  return square(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+// Of vertices i and i + 1 of a row.
+WEFT_INLINE Wide squared_reach(const SphereVertexRow& row, int i, const Vertices& centre) {
+  return larger(squared_distance(vertices(row, i), centre),
+                squared_distance(vertices(row, i + 1), centre));
 }
 
 // |x| + |y| + |z|.
 WEFT_INLINE Wide sum_of_magnitudes(const Vertices& a) {
-  return magnitude(a.component[0]) + magnitude(a.component[1]) + magnitude(a.component[2]);
+  return magnitude(a.x) + magnitude(a.y) + magnitude(a.z);
 }
 
 // Radii that cover float64 vertices whose float32 roundings reach so far.
@@ -114,123 +121,127 @@ WEFT_INLINE Wide covering(Wide reach, const Vertices& centre) {
 }
 
 WEFT_INLINE Boxes load_boxes(const SphereRow& row, int i) {
-  return {load_wide(row.low[0] + i),  load_wide(row.low[1] + i),  load_wide(row.low[2] + i),
-          load_wide(row.high[0] + i), load_wide(row.high[1] + i), load_wide(row.high[2] + i)};
+  return {{load_wide(row.low[0] + i), load_wide(row.low[1] + i), load_wide(row.low[2] + i)},
+          {load_wide(row.high[0] + i), load_wide(row.high[1] + i), load_wide(row.high[2] + i)}};
 }
 
 WEFT_INLINE void store(const SphereRow& row, int i, const Boxes& box) {
-  store_wide(row.low[0] + i, box.low[0]);
-  store_wide(row.low[1] + i, box.low[1]);
-  store_wide(row.low[2] + i, box.low[2]);
-  store_wide(row.high[0] + i, box.high[0]);
-  store_wide(row.high[1] + i, box.high[1]);
-  store_wide(row.high[2] + i, box.high[2]);
+  store_wide(row.low[0] + i, box.low.x);
+  store_wide(row.low[1] + i, box.low.y);
+  store_wide(row.low[2] + i, box.low.z);
+  store_wide(row.high[0] + i, box.high.x);
+  store_wide(row.high[1] + i, box.high.y);
+  store_wide(row.high[2] + i, box.high.z);
 }
 
 // Spheres i and following of a row of `blocks`.
 WEFT_INLINE void store_spheres(float* spheres, int i, int blocks, const Vertices& centre,
                                Wide radius) {
-  const auto& [x, y, z] = centre.component;
   if (i + width <= blocks) {
-    store_alternately(spheres + 4 * i, x, y, z, radius);
+    store_alternately(spheres + 4 * i, centre.x, centre.y, centre.z, radius);
     return;
   }
   float all[4 * width];
-  store_alternately(all, x, y, z, radius);
+  store_alternately(all, centre.x, centre.y, centre.z, radius);
   for (int k = 0; k < 4 * (blocks - i); ++k) spheres[4 * i + k] = all[k];
 }
 
-// Vertices i and i + 1 of a row at all ends, with their box.
+// Two rows of vertices at all ends of their paths. These and rows of blocks are passed by value:
+// what is stored might otherwise change them, for all that the compiler knows, and they would be
+// read again for every vector.
 template <int ends>
-struct Pairs {
-  Vertices left[ends], right[ends];
-  Boxes box;
+struct QuadRow {
+  SphereVertexRow upper[ends], lower[ends];
 };
 
 template <int ends>
-WEFT_INLINE Pairs<ends> load_pairs(const SphereVertexRows& rows, int row, int i) {
-  Pairs<ends> pairs;
+QuadRow<ends> quad_row(const SphereVertexRows& rows, int row) {
+  QuadRow<ends> result;
   for (int end = 0; end < ends; ++end) {
-    pairs.left[end] = vertices(rows.row[end][row], i);
-    pairs.right[end] = vertices(rows.row[end][row], i + 1);
-    const Boxes box = box_of(pairs.left[end], pairs.right[end]);
-    pairs.box = end == 0 ? box : join(pairs.box, box);
+    result.upper[end] = rows.row[end][row];
+    result.lower[end] = rows.row[end][row + 1];
   }
-  return pairs;
+  return result;
+}
+
+// The corners of quads i and following.
+struct Corners {
+  Vertices upper_left, upper_right, lower_left, lower_right;
+};
+
+WEFT_INLINE Corners corners(const SphereVertexRow& upper, const SphereVertexRow& lower, int i) {
+  return {vertices(upper, i), vertices(upper, i + 1), vertices(lower, i), vertices(lower, i + 1)};
+}
+
+WEFT_INLINE Boxes box_of(const Corners& quad) {
+  return join(box_of(quad.upper_left, quad.upper_right), box_of(quad.lower_left, quad.lower_right));
+}
+
+WEFT_INLINE Wide squared_reach(const Corners& quad, const Vertices& centre) {
+  return larger(
+      larger(squared_distance(quad.upper_left, centre), squared_distance(quad.upper_right, centre)),
+      larger(squared_distance(quad.lower_left, centre),
+             squared_distance(quad.lower_right, centre)));
 }
 
 template <int ends>
-WEFT_INLINE Wide squared_reach(const Pairs<ends>& pairs, const Vertices& centre) {
-  Wide squared =
-      larger(squared_distance(pairs.left[0], centre), squared_distance(pairs.right[0], centre));
-  if (ends == 2) {
-    squared = larger(squared, larger(squared_distance(pairs.left[ends - 1], centre),
-                                     squared_distance(pairs.right[ends - 1], centre)));
-  }
-  return squared;
-}
-
-template <int ends, int quad_rows>
-void bound_quads_of(const SphereVertexRows& rows, int blocks, const SphereRow* out,
-                    float* const* spheres) {
+void bound_quad_row(QuadRow<ends> row, int blocks, SphereRow out, float* spheres) {
   for (int i = 0; i < blocks; i += width) {
-    Pairs<ends> upper = load_pairs<ends>(rows, 0, i);
-    for (int row = 0; row < quad_rows; ++row) {
-      const Pairs<ends> lower = load_pairs<ends>(rows, row + 1, i);
-      const Boxes box = join(upper.box, lower.box);
-      const Vertices centre = middle(box);
-      const Wide squared = larger(squared_reach(upper, centre), squared_reach(lower, centre));
-      const Wide radius = covering(square_root(squared), centre);
-      store(out[row], i, box);
-      store_wide(out[row].diameter + i, radius + radius);
-      store_spheres(spheres[row], i, blocks, centre, radius);
-      upper = lower;
-    }
+    const Corners start = corners(row.upper[0], row.lower[0], i);
+    const Corners end = corners(row.upper[ends - 1], row.lower[ends - 1], i);
+    const Boxes box = ends == 1 ? box_of(start) : join(box_of(start), box_of(end));
+    // Before the corners are used again: g++ 12 would load them once more.
+    store(out, i, box);
+    const Vertices centre = middle(box);
+    Wide squared = squared_reach(start, centre);
+    if (ends == 2) squared = larger(squared, squared_reach(end, centre));
+    const Wide radius = covering(square_root(squared), centre);
+    store_wide(out.diameter + i, radius + radius);
+    store_spheres(spheres, i, blocks, centre, radius);
   }
 }
 
 void bound_quads(const SphereVertexRows& rows, int blocks, const SphereRow* out,
                  float* const* spheres) {
-  if (rows.ends == 1) {
-    rows.row_count == 3 ? bound_quads_of<1, 2>(rows, blocks, out, spheres)
-                        : bound_quads_of<1, 1>(rows, blocks, out, spheres);
-  } else {
-    rows.row_count == 3 ? bound_quads_of<2, 2>(rows, blocks, out, spheres)
-                        : bound_quads_of<2, 1>(rows, blocks, out, spheres);
+  for (int row = 0; row < rows.row_count - 1; ++row) {
+    if (rows.ends == 1) {
+      bound_quad_row(quad_row<1>(rows, row), blocks, out[row], spheres[row]);
+    } else {
+      bound_quad_row(quad_row<2>(rows, row), blocks, out[row], spheres[row]);
+    }
   }
 }
 
 // The spheres of one triangle of every quad, the second (right upper, right lower, left lower) or
 // the first (left upper, right upper, left lower), as quad_triangles says.
-template <bool second>
-WEFT_INLINE void bound_triangle(const SphereVertexRows& rows, int i, float* spheres) {
-  Boxes box{};
-  for (int end = 0; end < rows.ends; ++end) {
-    const Vertices right = vertices(rows.row[end][0], i + 1), left = vertices(rows.row[end][1], i);
-    const Vertices third =
-        second ? vertices(rows.row[end][1], i + 1) : vertices(rows.row[end][0], i);
-    const Boxes of_end = join(box_of(left, right), box_of(third, third));
-    box = end == 0 ? of_end : join(box, of_end);
-  }
+template <int ends, bool second>
+WEFT_INLINE void bound_triangle(const QuadRow<ends>& row, int i, float* spheres) {
+  const auto third = [&](int end) {
+    return second ? vertices(row.lower[end], i + 1) : vertices(row.upper[end], i);
+  };
+  const auto box_at = [&](int end) {
+    return join(box_of(vertices(row.upper[end], i + 1), vertices(row.lower[end], i)),
+                Boxes{third(end), third(end)});
+  };
+  const auto reach_at = [&](int end, const Vertices& centre) {
+    return larger(larger(squared_distance(vertices(row.upper[end], i + 1), centre),
+                         squared_distance(vertices(row.lower[end], i), centre)),
+                  squared_distance(third(end), centre));
+  };
+  Boxes box = box_at(0);
+  if constexpr (ends == 2) box = join(box, box_at(1));
   const Vertices centre = middle(box);
-  Wide squared{};
-  for (int end = 0; end < rows.ends; ++end) {
-    const Vertices right = vertices(rows.row[end][0], i + 1), left = vertices(rows.row[end][1], i);
-    const Vertices third =
-        second ? vertices(rows.row[end][1], i + 1) : vertices(rows.row[end][0], i);
-    squared = larger(squared, squared_distance(right, centre));
-    squared = larger(squared, squared_distance(left, centre));
-    squared = larger(squared, squared_distance(third, centre));
-  }
-  const auto& [x, y, z] = centre.component;
-  store_alternately(spheres, x, y, z, covering(square_root(squared), centre));
+  Wide squared = reach_at(0, centre);
+  if constexpr (ends == 2) squared = larger(squared, reach_at(1, centre));
+  store_alternately(spheres, centre.x, centre.y, centre.z, covering(square_root(squared), centre));
 }
 
-void bound_triangles(const SphereVertexRows& rows, int blocks, float* spheres) {
+template <int ends>
+void bound_triangle_row(QuadRow<ends> row, int blocks, float* spheres) {
   float first[4 * width], second[4 * width];
   for (int i = 0; i < blocks; i += width) {
-    bound_triangle<false>(rows, i, first);
-    bound_triangle<true>(rows, i, second);
+    bound_triangle<ends, false>(row, i, first);
+    bound_triangle<ends, true>(row, i, second);
     for (int k = 0; k < width && i + k < blocks; ++k) {
       for (int part = 0; part < 4; ++part) {
         spheres[8 * (i + k) + part] = first[4 * k + part];
@@ -240,93 +251,102 @@ void bound_triangles(const SphereVertexRows& rows, int blocks, float* spheres) {
   }
 }
 
-// Twice the distance of the middles of children from those of their parents, of which `sum` is
-// twice the middle, and twice the children's radii.
-WEFT_INLINE Wide double_reach(const Boxes& child, const Wide* sum, const float* diameter) {
-  return square_root(square(child.low[0] + child.high[0] - sum[0],
-                            child.low[1] + child.high[1] - sum[1],
-                            child.low[2] + child.high[2] - sum[2])) +
+void bound_triangles(const SphereVertexRows& rows, int blocks, float* spheres) {
+  if (rows.ends == 1) {
+    bound_triangle_row(quad_row<1>(rows, 0), blocks, spheres);
+  } else {
+    bound_triangle_row(quad_row<2>(rows, 0), blocks, spheres);
+  }
+}
+
+// Twice what children reach: the distance of their middles from those of their parents, of which
+// `sum` is twice the middle, and their radii.
+WEFT_INLINE Wide double_reach(const Boxes& child, const Vertices& sum, const float* diameter) {
+  return square_root(square(child.low.x + child.high.x - sum.x, child.low.y + child.high.y - sum.y,
+                            child.low.z + child.high.z - sum.z)) +
          load_wide(diameter);
 }
 
-// Boxes of neighbours 2 k and 2 k + 1 joined.
+WEFT_INLINE Vertices sum_of_bounds(const Boxes& box) {
+  return {box.low.x + box.high.x, box.low.y + box.high.y, box.low.z + box.high.z};
+}
+
+// Of neighbours 2 k and 2 k + 1 in a and b, one after the other.
+WEFT_INLINE Wide smaller_of_neighbours(Wide a, Wide b) { return smaller(even(a, b), odd(a, b)); }
+WEFT_INLINE Wide larger_of_neighbours(Wide a, Wide b) { return larger(even(a, b), odd(a, b)); }
 WEFT_INLINE Boxes join_neighbours(const Boxes& a, const Boxes& b) {
-  Boxes joined;
-  for (int axis = 0; axis < 3; ++axis) {
-    joined.low[axis] = smaller(even(a.low[axis], b.low[axis]), odd(a.low[axis], b.low[axis]));
-    joined.high[axis] = larger(even(a.high[axis], b.high[axis]), odd(a.high[axis], b.high[axis]));
+  return {{smaller_of_neighbours(a.low.x, b.low.x), smaller_of_neighbours(a.low.y, b.low.y),
+           smaller_of_neighbours(a.low.z, b.low.z)},
+          {larger_of_neighbours(a.high.x, b.high.x), larger_of_neighbours(a.high.y, b.high.y),
+           larger_of_neighbours(a.high.z, b.high.z)}};
+}
+
+// Boxes of two rows of children, joined by neighbours along u where that axis is split.
+template <bool split_u>
+WEFT_INLINE Boxes boxes_of_parents(const SphereRow& upper, const SphereRow& lower, int i) {
+  if constexpr (split_u) {
+    const int left = 2 * i, right = 2 * i + width;
+    return join_neighbours(join(load_boxes(upper, left), load_boxes(lower, left)),
+                           join(load_boxes(upper, right), load_boxes(lower, right)));
+  } else {
+    return join(load_boxes(upper, i), load_boxes(lower, i));
   }
-  return joined;
 }
 
-// Stores parents, given how far their children reach, twice.
-WEFT_INLINE void store_parents(const Boxes& box, Wide reach, int i, int blocks,
-                               const SphereRow& out, float* spheres) {
-  const Vertices centre = middle(box);
-  const Wide diagonal = square_root(
-      square(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]));
-  const Wide of_children = reach * (0.5F * round_up) + radius_floor;
-  const Wide of_box =
-      diagonal * (0.5F * round_up) + (sum_of_magnitudes(centre) * box_rounding + radius_floor);
-  const Wide radius = smaller(of_children, of_box);
-  store(out, i, box);
-  store_wide(out.diameter + i, radius + radius);
-  store_spheres(spheres, i, blocks, centre, radius);
-}
-
-// Children are taken in the order in which they lie: two vectors of each row are a vector of
-// parents.
-WEFT_INLINE void merge_two(const SphereRow& upper, const SphereRow& lower, int i, int blocks,
-                           const SphereRow& out, float* spheres) {
-  const int left = 2 * i, right = 2 * i + width;
-  const Boxes up_left = load_boxes(upper, left), up_right = load_boxes(upper, right);
-  const Boxes down_left = load_boxes(lower, left), down_right = load_boxes(lower, right);
-  const Boxes box = join_neighbours(join(up_left, down_left), join(up_right, down_right));
-  Wide left_sum[3], right_sum[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const Wide sum = box.low[axis] + box.high[axis];
-    left_sum[axis] = alternate_first(sum, sum);
-    right_sum[axis] = alternate_second(sum, sum);
+// Children are taken in the order in which they lie; two vectors of each row make one of parents.
+template <bool split_u>
+WEFT_INLINE Wide reach_of_children(const SphereRow& upper, const SphereRow& lower, int i,
+                                   const Vertices& sum) {
+  const auto reach = [&](int first, const Vertices& of_parent) {
+    return larger(double_reach(load_boxes(upper, first), of_parent, upper.diameter + first),
+                  double_reach(load_boxes(lower, first), of_parent, lower.diameter + first));
+  };
+  if constexpr (split_u) {
+    const Vertices left{alternate_first(sum.x, sum.x), alternate_first(sum.y, sum.y),
+                        alternate_first(sum.z, sum.z)};
+    const Vertices right{alternate_second(sum.x, sum.x), alternate_second(sum.y, sum.y),
+                         alternate_second(sum.z, sum.z)};
+    return larger_of_neighbours(reach(2 * i, left), reach(2 * i + width, right));
+  } else {
+    return reach(i, sum);
   }
-  const Wide left_reach = larger(double_reach(up_left, left_sum, upper.diameter + left),
-                                 double_reach(down_left, left_sum, lower.diameter + left));
-  const Wide right_reach = larger(double_reach(up_right, right_sum, upper.diameter + right),
-                                  double_reach(down_right, right_sum, lower.diameter + right));
-  const Wide reach = larger(even(left_reach, right_reach), odd(left_reach, right_reach));
-  store_parents(box, reach, i, blocks, out, spheres);
 }
 
-WEFT_INLINE void merge_one(const SphereRow& upper, const SphereRow& lower, int i, int blocks,
-                           const SphereRow& out, float* spheres) {
-  const Boxes up = load_boxes(upper, i), down = load_boxes(lower, i);
-  const Boxes box = join(up, down);
-  const Wide sum[3] = {box.low[0] + box.high[0], box.low[1] + box.high[1],
-                       box.low[2] + box.high[2]};
-  const Wide reach = larger(double_reach(up, sum, upper.diameter + i),
-                            double_reach(down, sum, lower.diameter + i));
-  store_parents(box, reach, i, blocks, out, spheres);
+template <bool split_u>
+void merge_by(SphereRow upper, SphereRow lower, int blocks, SphereRow out, float* spheres) {
+  for (int i = 0; i < blocks; i += width) {
+    const Boxes box = boxes_of_parents<split_u>(upper, lower, i);
+    const Wide reach = reach_of_children<split_u>(upper, lower, i, sum_of_bounds(box));
+    const Vertices centre = middle(box);
+    const Wide diagonal =
+        square_root(square(box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z));
+    const Wide of_children = reach * (0.5F * round_up) + radius_floor;
+    const Wide of_box =
+        diagonal * (0.5F * round_up) + (sum_of_magnitudes(centre) * box_rounding + radius_floor);
+    const Wide radius = smaller(of_children, of_box);
+    store(out, i, box);
+    store_wide(out.diameter + i, radius + radius);
+    store_spheres(spheres, i, blocks, centre, radius);
+  }
 }
 
 void merge(const SphereRow& upper, const SphereRow& lower, bool split_u, int blocks,
            const SphereRow& out, float* spheres) {
+  split_u ? merge_by<true>(upper, lower, blocks, out, spheres)
+          : merge_by<false>(upper, lower, blocks, out, spheres);
+}
+
+template <bool split_u>
+void merge_boxes_by(SphereRow upper, SphereRow lower, int blocks, SphereRow out) {
   for (int i = 0; i < blocks; i += width) {
-    split_u ? merge_two(upper, lower, i, blocks, out, spheres)
-            : merge_one(upper, lower, i, blocks, out, spheres);
+    store(out, i, boxes_of_parents<split_u>(upper, lower, i));
   }
 }
 
 void merge_boxes(const SphereRow& upper, const SphereRow& lower, bool split_u, int blocks,
                  const SphereRow& out) {
-  for (int i = 0; i < blocks; i += width) {
-    if (split_u) {
-      const int left = 2 * i, right = 2 * i + width;
-      store(out, i,
-            join_neighbours(join(load_boxes(upper, left), load_boxes(lower, left)),
-                            join(load_boxes(upper, right), load_boxes(lower, right))));
-    } else {
-      store(out, i, join(load_boxes(upper, i), load_boxes(lower, i)));
-    }
-  }
+  split_u ? merge_boxes_by<true>(upper, lower, blocks, out)
+          : merge_boxes_by<false>(upper, lower, blocks, out);
 }
 
 void spread_centres(const SphereRow& row, int log, int columns, float* const centre[3]) {
@@ -351,12 +371,11 @@ void spread_centres(const SphereRow& row, int log, int columns, float* const cen
   }
 }
 
-void reach(const SphereVertexRow& row, const float* const centre[3], int columns, float* squared) {
-  const SphereVertexRow centres{{centre[0], centre[1], centre[2]}};
+void reach(const SphereVertexRow& vertex_row, const float* const centre[3], int columns,
+           float* squared) {
+  const SphereVertexRow row = vertex_row, centres{{centre[0], centre[1], centre[2]}};
   for (int i = 0; i < columns; i += width) {
-    const Vertices from = vertices(centres, i);
-    const Wide of_row = larger(squared_distance(vertices(row, i), from),
-                               squared_distance(vertices(row, i + 1), from));
+    const Wide of_row = squared_reach(row, i, vertices(centres, i));
     store_wide(squared + i, larger(load_wide(squared + i), of_row));
   }
 }
@@ -370,7 +389,8 @@ void fold(int log, int blocks, float* squared) {
   }
 }
 
-void cover(const float* squared, int blocks, const SphereRow& row, float* spheres) {
+void cover(const float* squared, int blocks, const SphereRow& block_row, float* spheres) {
+  const SphereRow row = block_row;
   for (int i = 0; i < blocks; i += width) {
     const Vertices centre = middle(load_boxes(row, i));
     const Wide radius = covering(square_root(load_wide(squared + i)), centre);

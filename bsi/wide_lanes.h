@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "bsi/lanes.h"
+#include "bsi/box_lanes.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 

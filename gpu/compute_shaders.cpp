@@ -131,7 +131,7 @@ Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
-// For spheres: operation by operation what bsi/sphere_bounds.h and bsi/block_row.cpp do.
+// For spheres: the bounds of bsi/sphere_bounds.h.
 const char* const sphere_bounds = R"(
 layout(std430, binding = 5) buffer Spheres { vec4 sphere[]; };
 #define Bound vec4
@@ -142,10 +142,9 @@ float squared(vec3 d) {
   precise float sum = d.x * d.x + d.y * d.y + d.z * d.z;
   return sum;
 }
-float cover(float reach, Box box) {
-  vec3 m = max(abs(box.low), abs(box.high));
+float cover(float reach, vec3 centre, float rounding) {
   precise float sum =
-      reach * round_up + (max(m.x, max(m.y, m.z)) * vertex_rounding + radius_floor);
+      reach * round_up + ((abs(centre.x) + abs(centre.y) + abs(centre.z)) * rounding + radius_floor);
   return sum;
 }
 vec4 start(uint block) { return vec4(middle_of(load_box(block)), -1.0); }
@@ -157,7 +156,7 @@ vec4 finish(vec4 joined, uint block) {
   Box box = load_box(block);
   precise float carried = joined.w * round_up + radius_floor;
   vec3 half_side = max(box.high - joined.xyz, joined.xyz - box.low);
-  return vec4(joined.xyz, min(cover(sqrt(squared(half_side)), box), carried));
+  return vec4(joined.xyz, min(cover(sqrt(squared(half_side)), joined.xyz, box_rounding), carried));
 }
 vec4 load(uint block) { return sphere[block]; }
 void store(uint block, vec4 bound) { sphere[block] = bound; }
@@ -173,7 +172,7 @@ vec4 bound_leaf(Level level, uint block, uvec4 range, bool swept) {
       if (swept) reach = max(reach, squared(end_of(vertex) - centre));
     }
   }
-  return vec4(centre, cover(sqrt(reach), box));
+  return vec4(centre, cover(sqrt(reach), centre, centre_rounding));
 }
 )";
 
@@ -557,10 +556,13 @@ std::string bound_boxes() {
          box_bounds + bounds_main;
 }
 
-std::string bound_spheres() {
+std::string bound_spheres(bool rounds_like_the_cpu) {
+  // GLSL's roots are good to 2^-20 (4.5 units in the last place), the CPU's to 2^-24.
+  const float round_up = rounds_like_the_cpu ? bsi::round_up : 1 + 0x1p-19F;
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
-         "const float round_up = " + exactly(bsi::round_up) +
-         ";\nconst float vertex_rounding = " + exactly(bsi::vertex_rounding) +
+         "const float round_up = " + exactly(round_up) +
+         ";\nconst float centre_rounding = " + exactly(bsi::centre_rounding) +
+         ";\nconst float box_rounding = " + exactly(bsi::box_rounding) +
          ";\nconst float radius_floor = " + exactly(bsi::radius_floor) + ";\n" + sphere_bounds +
          bounds_main;
 }
@@ -571,9 +573,9 @@ std::string bound_tangents() {
 }
 
 std::string expand_pairs(bool rounds_like_the_cpu) {
-  // GLSL asks no more of float64 than of float32: a product is good to 2^-24, a root to 2^-22.
-  const double rounding = rounds_like_the_cpu ? 0x1p-48 : 0x1p-18;
-  const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-18;
+  // GLSL asks no more of float64 than of float32: products good to 2^-24, roots to 2^-20.
+  const double rounding = rounds_like_the_cpu ? 0x1p-48 : 0x1p-16;
+  const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-16;
   return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
          "const double certificate_rounding = " + exactly(rounding) +
          ";\nconst double certificate_factor = " + exactly(factor) + ";\n" + expand_main;

@@ -13,7 +13,7 @@ struct Counters {
   std::int64_t pair_traversals = 0;     // pyramids traversed against another
   std::int64_t bound_tests = 0;         // bounding volumes compared with another
   std::int64_t candidate_pairs = 0;     // feature pairs put on lists, all builds together
-  std::int64_t narrow_phase_calls = 0;  // feature distances computed
+  std::int64_t narrow_phase_calls = 0;  // pairs of features whose distance was looked at
   std::int64_t ccd_calls = 0;           // feature paths checked by continuous collision
   std::int64_t friction_terms = 0;      // pairs in reach whose friction was evaluated
   std::int64_t force_evaluations = 0;   // right-hand sides

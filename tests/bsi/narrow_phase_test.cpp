@@ -190,6 +190,36 @@ TEST(NarrowPhase, DecidesAtTheMarginItself) {
   }
 }
 
+// Margins closer to the distance than float32 can tell, on both sides: no verdict may be given that
+// is not sure. Triangles of all shapes, from compact to needles.
+TEST(NarrowPhase, NoVerdictBeyondTheRounding) {
+  Random random(8);
+  std::int64_t settled_in_float = 0, pairs = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    Soup a, b;
+    for (Soup* soup : {&a, &b}) {
+      const Vec3 stretch(1, std::pow(10.0, -3 * std::abs(random.uniform())),
+                         std::pow(10.0, -5 * std::abs(random.uniform())));
+      const Vec3 origin = soup == &b ? Vec3(0.5 * random.point()) : Vec3(0, 0, 0);
+      const auto corner = [&] { return Vec3(origin + stretch.cwiseProduct(random.point())); };
+      const Vec3 p = corner(), q = corner(), r = corner();
+      soup->add(p, q, r);
+    }
+    const double distance = std::sqrt(squared_triangle_distance(a.corners(0), b.corners(0)));
+    if (distance == 0) continue;
+    for (double relative :
+         {-1e-3, -1e-5, -1e-6, -3e-7, -1e-7, -1e-9, 1e-9, 1e-7, 3e-7, 1e-6, 1e-3}) {
+      NarrowPhaseCounters cost;
+      const TriangleHits hits = hits_of(a, b, distance * (1 + relative), 1, &cost);
+      ASSERT_EQ(hits.pairs.size(), relative > 0 ? 1u : 0u) << trial << " " << relative;
+      settled_in_float += relative < 0 && cost.measured == 0;
+      pairs += relative < 0;
+    }
+  }
+  EXPECT_GT(pairs, 10000);
+  EXPECT_GT(settled_in_float, pairs / 4);
+}
+
 TEST(NarrowPhase, SameBitsFromEveryInstructionSetAndNumberOfThreads) {
   Random random(5);
   const Soup a = random_soup(random, 101, 0.7, Vec3(0, 0, 0), 1);

@@ -13,112 +13,10 @@
 #include <utility>
 
 #include "bsi/shapes.h"
+#include "tests/bsi/pyramid_checks.h"
 
 namespace weft::bsi {
 namespace {
-
-using Positions = std::vector<Vec3>;
-
-// Every block of the hierarchy, from the root down.
-std::vector<Block> all_blocks(const Pyramid& pyramid) {
-  std::vector<Block> blocks{pyramid.root()};
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (pyramid.is_leaf(blocks[i])) continue;
-    std::array<Block, 4> child;
-    const int count = pyramid.children(blocks[i], child);
-    blocks.insert(blocks.end(), child.begin(), child.begin() + count);
-  }
-  return blocks;
-}
-
-// The quads below a block, found by walking down to the leaves.
-std::vector<int> quads_below(const Pyramid& pyramid, const Block& block) {
-  std::vector<int> quads;
-  std::vector<Block> stack{block};
-  while (!stack.empty()) {
-    const Block next = stack.back();
-    stack.pop_back();
-    if (pyramid.is_leaf(next)) {
-      quads.push_back(pyramid.quad_of_leaf(next));
-      continue;
-    }
-    std::array<Block, 4> child;
-    const int count = pyramid.children(next, child);
-    stack.insert(stack.end(), child.begin(), child.begin() + count);
-  }
-  std::ranges::sort(quads);
-  return quads;
-}
-
-// Largest distance from the centre of a block's sphere to the vertices of its quads, in float64
-// (long double where float64 would round).
-long double reach(const Pyramid& pyramid, const Block& block, const Positions& positions) {
-  const Sphere& sphere = pyramid.sphere(block);
-  long double squared = 0;
-  for (const int quad : quads_below(pyramid, block)) {
-    for (const int particle : pyramid.atlas().quad_particles(quad)) {
-      const auto x = static_cast<long double>(positions[particle].x()) - sphere.x;
-      const auto y = static_cast<long double>(positions[particle].y()) - sphere.y;
-      const auto z = static_cast<long double>(positions[particle].z()) - sphere.z;
-      squared = std::max(squared, x * x + y * y + z * z);
-    }
-  }
-  return std::sqrt(squared);
-}
-
-double largest_coordinate(const Positions& positions) {
-  double largest = 0;
-  for (const Vec3& position : positions) {
-    largest = std::max(largest, position.cwiseAbs().maxCoeff());
-  }
-  return largest;
-}
-
-void expect_conservative(const Pyramid& pyramid, const Positions& positions) {
-  for (const Block& block : all_blocks(pyramid)) {
-    EXPECT_LE(reach(pyramid, block, positions), pyramid.sphere(block).radius)
-        << "patch " << block.patch << " level " << block.level << " u " << block.u << " v "
-        << block.v;
-  }
-}
-
-// Radii beyond the reach of the vertices, allowing for what rounding to float32 costs.
-void expect_tight(const Pyramid& pyramid, const Positions& positions, double factor) {
-  const double rounding = largest_coordinate(positions) * 0x1p-22 + 2e-18;
-  for (const Block& block : all_blocks(pyramid)) {
-    EXPECT_LE(pyramid.sphere(block).radius, factor * reach(pyramid, block, positions) + rounding)
-        << "patch " << block.patch << " level " << block.level;
-  }
-}
-
-Surface crumple(Surface surface, double amplitude, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise(0, amplitude);
-  for (Vec3& position : surface.positions) {
-    position += Vec3(noise(random), noise(random), noise(random));
-  }
-  return surface;
-}
-
-// Surfaces of every kind: odd and even sizes, long and thin, wrapped, of several patches.
-std::vector<Surface> surfaces() {
-  std::vector<Surface> list;
-  for (const auto& [rows, cols] :
-       {std::pair{2, 2}, {3, 2}, {2, 7}, {17, 17}, {18, 16}, {6, 41}, {53, 4}, {33, 20}}) {
-    list.push_back(crumple(make_rectangle(1.0, 1.5, rows, cols), 0.05, 1));
-  }
-  list.push_back(crumple(make_cylinder(0.5, 1.0, 9, 15), 0.02, 2));
-  list.push_back(crumple(make_torus(1.0, 0.3, 3, 3), 0.02, 3));
-  list.push_back(make_torus(1.0, 0.3, 37, 22));
-  for (const int n : {2, 3, 6}) list.push_back(crumple(make_sphere(1.0, n), 0.02, 4));
-  list.push_back(make_from_texels(1, 5, 3, make_rectangle(1, 1, 5, 3).positions, false, true));
-  // Patches of different sizes, in a number that is no power of two.
-  Surface mixed;
-  mixed.atlas = Atlas({{2, 9}, {5, 5, true, false}, {3, 3}, {12, 2}, {4, 6, true, true}});
-  mixed.positions.resize(mixed.atlas.particle_count(), Vec3::Zero());
-  list.push_back(crumple(std::move(mixed), 1.0, 5));
-  return list;
-}
 
 TEST(Pyramid, LevelsSplitTheQuadsOfAPatchIntoNestedBlocks) {
   const Surface surface = make_rectangle(1, 1, 6, 12);  // 5 x 11 quads
@@ -160,7 +58,7 @@ TEST(Pyramid, ChildrenShareOutTheQuadsOfTheirParent) {
 
 TEST(Pyramid, BlocksWithoutQuadsHaveANegativeRadius) {
   for (const Surface& surface : surfaces()) {
-    for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
+    for (const RadiusPolicy policy : all_policies) {
       Pyramid pyramid(surface.atlas, policy);
       ASSERT_FALSE(pyramid.rebuild(surface.positions));
       for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
@@ -239,7 +137,7 @@ TEST(Pyramid, SweptSpheresBoundStraightPaths) {
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const Surface& surface : surfaces()) {
     const Positions end = crumple(surface, 0.3, 9).positions;
-    for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
+    for (const RadiusPolicy policy : all_policies) {
       Pyramid pyramid(surface.atlas, policy);
       ASSERT_FALSE(pyramid.rebuild_swept(surface.positions, end));
       expect_conservative(pyramid, surface.positions);
@@ -288,7 +186,7 @@ TEST(Pyramid, StaysConservativeAtEveryScale) {
       for (const Vec3& point : shape.positions) {
         positions.emplace_back(size * point + Vec3(offset, -offset / 3, offset * 0.7));
       }
-      for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
+      for (const RadiusPolicy policy : all_policies) {
         SCOPED_TRACE("size " + std::to_string(size) + ", offset " + std::to_string(offset));
         Pyramid pyramid(shape.atlas, policy);
         ASSERT_FALSE(pyramid.rebuild(positions));
@@ -301,7 +199,7 @@ TEST(Pyramid, StaysConservativeAtEveryScale) {
 
 TEST(Pyramid, BoundsCoincidentVertices) {
   const Vec3 point(0.1, -12345.678, 1e-3);
-  for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
+  for (const RadiusPolicy policy : all_policies) {
     Pyramid pyramid(make_sphere(1.0, 6).atlas, policy);
     const Positions positions(pyramid.atlas().particle_count(), point);
     ASSERT_FALSE(pyramid.rebuild(positions));

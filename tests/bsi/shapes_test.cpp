@@ -101,6 +101,25 @@ TEST(Shapes, SphereIsSewnAndFacesOutwards) {
   }
 }
 
+TEST(Shapes, BlobIsSewnFrom48PatchesAndFacesOutwards) {
+  for (const int n : {2, 3, 6}) {
+    const Surface surface = make_blob(0.7, n);
+    EXPECT_EQ(surface.atlas.patches().size(), 48U);
+    for (const Patch& patch : surface.atlas.patches()) {
+      EXPECT_EQ(patch.rows, 2 * n - 1);
+      EXPECT_EQ(patch.cols, n);
+    }
+    EXPECT_EQ(euler_characteristic(surface), 2);
+    EXPECT_EQ(border_edges(surface), 0);
+    // Star-shaped: every triangle faces away from the centre.
+    expect_facing(surface, [](const Vec3& p) -> Vec3 { return p; });
+    for (const Vec3& position : surface.positions) {
+      EXPECT_GE(position.norm(), 0.7 * 0.7);
+      EXPECT_LE(position.norm(), 1.3 * 0.7);
+    }
+  }
+}
+
 TEST(Shapes, SphereConvergesToItsAreaAndVolume) {
   // Errors fall with the square of the spacing, pi / (2 (n - 1)).
   for (const int n : {17, 33}) {
