@@ -29,6 +29,7 @@ TEST(SmallestBall, IsThatOfSimpleShapes) {
   const double r = 1 / std::sqrt(3.0);
   expect({{0, 0, 0}, {1, 0, 0}, {0.5, std::sqrt(0.75), 0}}, {0.5, std::sqrt(0.75) / 3, 0}, r);
   std::vector<Vec3> cube;
+  cube.reserve(8);
   for (int i = 0; i < 8; ++i) cube.emplace_back(i & 1, i >> 1 & 1, i >> 2);
   expect(cube, {0.5, 0.5, 0.5}, std::sqrt(0.75));
 }
