@@ -294,6 +294,7 @@ Scene scene_of_sheets() {
     scene.start.push_back(body.positions);
     scene.end.push_back(moved(body, {0.02, 0.01, 0.1}, 0.002, random).positions);
   }
+  scene.images.reserve(scene.bodies.size());
   for (int b = 0; b < scene.size(); ++b) {
     scene.images.push_back({.body = b, .start = scene.start[b], .tangents = true});
     if (b % 3 == 0) scene.images.back().end = scene.end[b];
