@@ -76,7 +76,7 @@ class Scale {
     return minor;
   }
   std::string label(double tick) const {
-    if (!logarithmic_ || (tick > 9e-4 && tick < 2e4)) return text_of(tick);
+    if (!logarithmic_ || (tick > 9e-4 && tick < 9e3)) return text_of(tick);
     return "10<tspan dy=\"-5\" font-size=\"9\">" + text_of(std::round(std::log10(tick))) +
            "</tspan>";
   }

@@ -14,7 +14,7 @@ namespace weft::bsi {
 
 namespace {
 
-// A patch of fewer quads is bounded by one thread.
+// A patch of fewer quads is not split into strips, a body of fewer bounded by one thread.
 constexpr int quads_worth_a_thread = 1 << 13;
 constexpr int strip_log_limit = 4;
 constexpr int planes = 7;  // of a row of blocks
@@ -41,7 +41,8 @@ float reach_of(const Sphere& outer, const Sphere& inner) {
 }  // namespace
 
 SphereBuild::SphereBuild(const Atlas& atlas, const BlockLevels& numbers, RadiusPolicy policy)
-    : keeps_vertices_(policy != RadiusPolicy::fast) {
+    : is_parallel_(atlas.quad_count() >= quads_worth_a_thread),
+      keeps_vertices_(policy != RadiusPolicy::fast) {
   patches_.resize(numbers.patch_count());
   for (int patch = 0; patch < numbers.patch_count(); ++patch) plan_patch(atlas, numbers, patch);
   int levels = 0, depth_u = 0;
@@ -121,7 +122,8 @@ std::optional<TexelAddress> SphereBuild::run(const SphereTree& tree,
   std::copy(ends.begin(), ends.end(), ends_.begin());
   if (keeps_vertices_ && end_count_ == 2) vertices_[1].resize(vertices_[0].size());
   const int strips = static_cast<int>(strips_.size());
-  const int threads = omp_in_parallel() != 0 ? 1 : std::min(strips, omp_get_max_threads());
+  const int threads =
+      is_parallel_ && omp_in_parallel() == 0 ? std::min(strips, omp_get_max_threads()) : 1;
   make_scratch(threads);
   bool bounded = true;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : bounded) if (threads > 1)
@@ -394,6 +396,7 @@ void SphereBuild::join_strips(int patch) {
 void SphereBuild::tighten_top_levels(int patch) {
   constexpr int down = 3;
   constexpr int top_levels = 4;
+  const SphereKernels& kernels = sphere_kernels();
   for (int level = std::min(top_levels, tree_.numbers->levels(patch) - down) - 1; level >= 0;
        --level) {
     const BlockLevel& here = tree_.numbers->at(patch, level);
@@ -403,13 +406,9 @@ void SphereBuild::tighten_top_levels(int patch) {
     for (int v = 0; v < 1 << here.log_v; ++v) {
       for (int u = 0; u < 1 << here.log_u; ++u) {
         Sphere& parent = tree_.spheres[here.block(u, v)];
-        float reach = -1;
-        for (int row = v << shift_v; row < (v + 1) << shift_v; ++row) {
-          const Sphere* child = &tree_.spheres[below.block(u << shift_u, row)];
-          for (int k = 0; k < 1 << shift_u; ++k) {
-            if (child[k].radius >= 0) reach = std::max(reach, reach_of(parent, child[k]));
-          }
-        }
+        const Sphere& first = tree_.spheres[below.block(u << shift_u, v << shift_v)];
+        const float reach = kernels.reach_of_spheres(&first.x, std::size_t{4} << below.log_u,
+                                                     1 << shift_v, 1 << shift_u, &parent.x);
         parent.radius = std::min(parent.radius, reach * round_up + radius_floor);
       }
     }

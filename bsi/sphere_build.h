@@ -60,7 +60,7 @@ class SphereBuild {
   std::optional<TexelAddress> run(const SphereTree& tree,
                                   std::span<const std::span<const Vec3>> ends, float limit);
   // True where several threads share a rebuild.
-  bool is_parallel() const { return strips_.size() > 1; }
+  bool is_parallel() const { return is_parallel_; }
   std::size_t bytes() const;
 
  private:
@@ -109,6 +109,7 @@ class SphereBuild {
   float* spheres_of_row(int patch, int level, int v) const;
   int boundary_row(int patch, int v) const;
 
+  bool is_parallel_ = false;
   bool keeps_vertices_ = false;
   std::vector<PatchPlan> patches_;
   std::vector<Strip> strips_;

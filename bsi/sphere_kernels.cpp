@@ -431,11 +431,54 @@ float reach_of_block(const SphereVertexRow* rows, int row_count, int begin, int 
   return squared;
 }
 
+// Of eight spheres in any order: their x, y, z and radii, from the four vectors they lie in.
+WEFT_INLINE Lanes reach_of_eight(const float* spheres, const float* centre) {
+  const Lanes a = load(spheres), b = load(spheres + 8);
+  const Lanes c = load(spheres + 16), d = load(spheres + 24);
+  const Lanes xy_first = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Lanes zr_first = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Lanes xy_second = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Lanes zr_second = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Lanes x = __builtin_shufflevector(xy_first, xy_second, 0, 1, 8, 9, 4, 5, 12, 13);
+  const Lanes y = __builtin_shufflevector(xy_first, xy_second, 2, 3, 10, 11, 6, 7, 14, 15);
+  const Lanes z = __builtin_shufflevector(zr_first, zr_second, 0, 1, 8, 9, 4, 5, 12, 13);
+  const Lanes radius = __builtin_shufflevector(zr_first, zr_second, 2, 3, 10, 11, 6, 7, 14, 15);
+  const Lanes dx = x - broadcast(centre[0]), dy = y - broadcast(centre[1]);
+  const Lanes dz = z - broadcast(centre[2]);
+  const Lanes squared = dx * dx + dy * dy + dz * dz;
+  Lanes distance;
+  for (int i = 0; i < 8; ++i) distance[i] = __builtin_sqrtf(squared[i]);
+  return radius < 0 ? radius : distance + radius;
+}
+
+float reach_of_spheres(const float* spheres, std::size_t stride, int rows, int columns,
+                       const float* centre) {
+  float reach = -1;
+  if (columns == 8) {
+    Lanes largest = broadcast(reach);
+    for (int row = 0; row < rows; ++row) {
+      const Lanes of_row = reach_of_eight(spheres + row * stride, centre);
+      largest = largest > of_row ? largest : of_row;
+    }
+    for (int i = 0; i < 8; ++i) reach = larger(reach, largest[i]);
+    return reach;
+  }
+  for (int row = 0; row < rows; ++row) {
+    for (int i = 0; i < columns; ++i) {
+      const float* sphere = spheres + row * stride + 4 * i;
+      const float x = sphere[0] - centre[0], y = sphere[1] - centre[1], z = sphere[2] - centre[2];
+      const float distance = __builtin_sqrtf(x * x + y * y + z * z);
+      reach = larger(reach, sphere[3] < 0 ? sphere[3] : distance + sphere[3]);
+    }
+  }
+  return reach;
+}
+
 }  // namespace
 
 extern const SphereKernels sphere_kernels;
 const SphereKernels sphere_kernels = {load_vertices, copy_runs,   bound_quads,    bound_triangles,
                                       merge,         merge_boxes, spread_centres, reach,
-                                      fold,          cover,       reach_of_block};
+                                      fold,          cover,       reach_of_block, reach_of_spheres};
 
 }  // namespace weft::bsi::WEFT_KERNELS

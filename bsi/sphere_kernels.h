@@ -68,6 +68,10 @@ struct SphereKernels {
   // rows, columns <= 8; never less than `squared`.
   float (*reach_of_block)(const SphereVertexRow* rows, int row_count, int begin, int columns,
                           const float* centre, float squared);
+  // How far spheres reach from a centre: `columns` of them a row, rows `stride` floats apart. Those
+  // with a negative radius count for nothing; -1 where there is no other.
+  float (*reach_of_spheres)(const float* spheres, std::size_t stride, int rows, int columns,
+                            const float* centre);
 };
 
 // Of instruction_set().

@@ -230,8 +230,10 @@ TEST(PyramidRebuild, RebuildsManyBodiesAtOnce) {
   list[3].positions[5].x() = std::numeric_limits<double>::infinity();
   std::vector<Pyramid> pyramids;
   std::vector<PyramidRebuild> bodies;
+  pyramids.reserve(list.size());
   for (const Surface& surface : list) pyramids.emplace_back(surface.atlas);
   std::vector<Positions> ends;
+  ends.reserve(list.size());
   for (const Surface& surface : list) ends.push_back(crumple(surface, 0.1, 28).positions);
   for (std::size_t i = 0; i < list.size(); ++i) {
     bodies.push_back({&pyramids[i], list[i].positions, {}, {}});

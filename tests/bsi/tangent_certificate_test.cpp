@@ -58,7 +58,7 @@ Atlas random_atlas(Random& random) {
   if (kind == 3) patch.wrap_v = true;
   if (kind == 4) patch.wrap_u = patch.wrap_v = true;
   if (kind > 10) {  // long, for several blocks and windows beside each other
-    patch = {3 + chance(random, 2), 9 + chance(random, 12), chance(random, 2) == 0, kind == 13};
+    patch = {3 + chance(random, 2), 9 + 4 * chance(random, 4), chance(random, 2) == 0, kind == 13};
     if (chance(random, 2) == 0) {
       std::swap(patch.rows, patch.cols);
       std::swap(patch.wrap_u, patch.wrap_v);
@@ -81,28 +81,38 @@ Atlas random_atlas(Random& random) {
 }
 
 // A plane with the grid's directions a and b, which may be nearly parallel or of very different
-// lengths, bent, folded or crumpled.
+// lengths, bent, pleated, folded or crumpled.
 struct Sheet {
   Vec3 a, b;
   double curvature = 0;  // 1 / radius of a roll, in steps
+  int pleat = 0;         // every so many columns, back over itself
   double fold_angle = 0;
   double fold_column = 0;
   double noise = 0;
 
-  explicit Sheet(Random& random) {
+  Sheet(int quad_cols, Random& random) {
     a = Vec3(1, 0, 0);
     b = Vec3(0, 1, 0);
     const int shear = chance(random, 4);
     if (shear == 1) b = Vec3(uniform(random, -2, 2), uniform(random, 0.05, 1.5), 0);
     if (shear == 2) b = Vec3(uniform(random, -1, 1), 0.01, 0) * uniform(random, 0.1, 3);
     if (chance(random, 3) == 0) curvature = uniform(random, 0, 2);
+    // Of any width, or of a quarter of the sheet, like blocks of quads.
+    if (chance(random, 3) == 0)
+      pleat = std::max(2, chance(random, 2) == 0 ? quad_cols / 4 : chance(random, 6));
     if (chance(random, 4) == 0) fold_angle = uniform(random, 0, std::numbers::pi);
     fold_column = uniform(random, 1, 6);
     if (chance(random, 3) > 0) noise = std::pow(10.0, uniform(random, -6, 0));
   }
 
   Vec3 at(int row, int col, Random& random) const {
-    Vec3 x = col * a + row * b;
+    Vec3 x = row * b;
+    if (pleat > 0) {
+      const int beyond = col % pleat;
+      x += (col / pleat % 2 == 0 ? beyond : pleat - beyond) * a + 0.02 * col * Vec3::UnitZ();
+    } else {
+      x += col * a;
+    }
     if (curvature > 0) {
       const double angle = x.x() * curvature;
       x = Vec3(std::sin(angle) / curvature, x.y(), (1 - std::cos(angle)) / curvature);
@@ -164,12 +174,13 @@ Image random_image(unsigned seed, bool swept) {
   Random random(seed);
   std::srand(seed);  // of Eigen's random turns
   Image image{random_atlas(random), {}, {}};
-  Sheet sheet(random);
+  const int quad_cols = image.atlas.patches()[0].quad_cols();
+  Sheet sheet(quad_cols, random);
   image.start = sheet_positions(image.atlas, sheet, random);
   spoil(image.start, random);
   if (swept) {
     // To a sheet of another kind, or of the same one bent otherwise, or turned.
-    Sheet other = chance(random, 4) == 0 ? Sheet(random) : sheet;
+    Sheet other = chance(random, 4) == 0 ? Sheet(quad_cols, random) : sheet;
     if (chance(random, 2) == 0) other.curvature = uniform(random, 0, 0.2);
     image.end = sheet_positions(image.atlas, other, random);
     if (chance(random, 3) == 0) {
