@@ -271,6 +271,7 @@ std::vector<Candidate> found_by_cpu(const Scene& scene, const PairQuery& query, 
     bsi::dual_traversal(pyramids[0], pyramids[1], options, pairs, counters);
   }
   std::vector<Candidate> found;
+  found.reserve(pairs.size());
   for (const auto& [a, b] : pairs) {
     found.push_back({0, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
   }
