@@ -100,13 +100,33 @@ WEFT_INLINE unsigned overlap_of_box(const WideBox& box, const BoxGroup& group, f
 // --- The tangent certificate
 // -------------------------------------------------------------------------
 
-WEFT_INLINE double squared(const double v[3]) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
+WEFT_INLINE double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// One side of the hexagon, from p to q, which stray by so much along each axis: true only if all
+// that it can be lies beyond the margin, seen along about the perpendicular from the origin. `size`
+// is no smaller than any component of what was computed on the way to p and q.
+WEFT_INLINE bool is_beyond(const double p[3], const double stray_p[3], const double q[3],
+                           const double stray_q[3], const double size[3], double margin) {
+  const double side[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+  const double along = dot(side, side), back = dot(p, side);
+  double normal[3], magnitude[3];
+  for (int i = 0; i < 3; ++i) {
+    normal[i] = p[i] * along - side[i] * back;
+    magnitude[i] = __builtin_fabs(normal[i]);
+  }
+  const double reach_p = dot(normal, p) - dot(magnitude, stray_p);
+  const double reach_q = dot(normal, q) - dot(magnitude, stray_q);
+  const double reach = reach_p < reach_q ? reach_p : reach_q;
+  // Rounding takes less than 2^-46 of the last product.
+  return reach > __builtin_sqrt(dot(normal, normal)) * margin + 0x1p-46 * dot(magnitude, size);
+}
 
 // True only if no two points of a rectangle of quads whose steps have these bounds come within the
 // margin of each other, unless they lie on triangles with a common vertex (docs/theory.md, "The
-// tangent certificate"): the smallest height of the triangle of the mean steps exceeds the margin
-// and how far steps stray from their means. In float64: a fourth power of a coordinate is out of
-// the range of float32.
+// tangent certificate"): the hexagon of the steps along u, along v and along the diagonals keeps
+// clear of the margin. In float64: a fourth power of a coordinate is out of the range of float32.
 WEFT_INLINE bool certified(const float bound[16], double margin) {
   double mean[2][3], stray[2][3];
   for (int i = 0; i < 6; ++i) {
@@ -114,16 +134,16 @@ WEFT_INLINE bool certified(const float bound[16], double margin) {
     mean[i / 3][i % 3] = 0.5 * (high + low);
     stray[i / 3][i % 3] = 0.5 * (high - low);
   }
-  const double* a = mean[0];
-  const double* b = mean[1];
-  const double third[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-  const double cross[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                           a[0] * b[1] - a[1] * b[0]};
-  const double longest = larger(larger(squared(a), squared(b)), squared(third));
-  const double needed =
-      margin + __builtin_sqrt(squared(stray[0])) + __builtin_sqrt(squared(stray[1]));
-  // Rounding is less than 2^-48 of the square of the longest side.
-  return __builtin_sqrt(squared(cross)) > __builtin_sqrt(longest) * needed + 0x1p-48 * longest;
+  double diagonal[3], stray_diagonal[3], back[3], size[3];
+  for (int i = 0; i < 3; ++i) {
+    diagonal[i] = mean[1][i] - mean[0][i];
+    stray_diagonal[i] = stray[0][i] + stray[1][i];
+    back[i] = -mean[0][i];
+    size[i] = __builtin_fabs(mean[0][i]) + __builtin_fabs(mean[1][i]) + stray_diagonal[i];
+  }
+  return is_beyond(mean[0], stray[0], mean[1], stray[1], size, margin) &&
+         is_beyond(mean[1], stray[1], diagonal, stray_diagonal, size, margin) &&
+         is_beyond(diagonal, stray_diagonal, back, stray[0], size, margin);
 }
 
 // Where two blocks of one level are neighbours (or one and the same): true, and their distance in
@@ -335,10 +355,13 @@ bool share_particle(const BoxTree& tree, const Leaves& a, int lane_a, const Leav
 // --- Triangles that share a vertex
 // ------------------------------------------------------------------
 
-// Bit j of shared[R + 2][C + 2][i]: in a grid, triangle i of a leaf block and triangle j of the
-// leaf block that begins R rows and C columns after it share a vertex.
+// Pairs of lanes of two leaf blocks: bit 8 i + j for lane i of the first and lane j of the second.
+typedef std::uint64_t LanePairs;
+
+// Lane pairs of shared[R + 2][C + 2]: in a grid, these triangles of a leaf block and of the one
+// that begins R rows and C columns after it share a vertex.
 struct SharedVertices {
-  unsigned char shared[5][5][8];
+  LanePairs shared[5][5];
 };
 
 constexpr SharedVertices find_shared_vertices() {
@@ -352,7 +375,7 @@ constexpr SharedVertices find_shared_vertices() {
       const int* a = corner[i / 4][corners / 3];
       const int* b = corner[j / 4][corners % 3];
       if (a[0] + i / 2 % 2 == b[0] + j / 2 % 2 + rows && a[1] + i % 2 == b[1] + j % 2 + cols) {
-        table.shared[rows + 2][cols + 2][i] |= static_cast<unsigned char>(1U << j);
+        table.shared[rows + 2][cols + 2] |= LanePairs{1} << (8 * i + j);
       }
     }
   }
@@ -360,12 +383,11 @@ constexpr SharedVertices find_shared_vertices() {
 }
 
 constexpr SharedVertices shared_vertices = find_shared_vertices();
-constexpr unsigned char none_shared[8] = {};
 
 // How the triangles of two leaf blocks that share a particle are told.
 struct SharedParticles {
-  const unsigned char* by_lane;  // bits of the lanes of the second block, by the lane of the first
-  bool look;                     // compare the particles themselves instead
+  LanePairs lanes;
+  bool look;  // compare the particles themselves instead
 };
 
 // From a to b along an axis, the short way round a wrapped one.
@@ -378,55 +400,96 @@ WEFT_INLINE int offset(int a, int b, int quads, bool wraps) {
 
 WEFT_INLINE SharedParticles shared_particles(const DescentQuery& query, const Leaves& a,
                                              const Leaves& b) {
-  if (!query.self || !query.triangles) return {none_shared, false};
+  if (!query.self || !query.triangles) return {0, false};
   const BoxTree& tree = *query.a;
-  if (tree.texel_to_particle != nullptr) return {none_shared, true};
-  if (a.node.level != b.node.level) return {none_shared, false};  // patches that are not sewn
+  if (tree.texel_to_particle != nullptr) return {0, true};
+  if (a.node.level != b.node.level) return {0, false};  // patches that are not sewn
   const BoxPatch& patch = tree.patches[level_of(tree, a.node).patch];
   // Round a ring as short as this, blocks are neighbours on both sides.
   constexpr int short_ring = 8;
   if ((patch.wrap_u != 0 && patch.quad_cols < short_ring) ||
       (patch.wrap_v != 0 && patch.quad_rows < short_ring)) {
-    return {none_shared, true};
+    return {0, true};
   }
   const int rows = offset(a.row, b.row, patch.quad_rows, patch.wrap_v != 0);
   const int cols = offset(a.col, b.col, patch.quad_cols, patch.wrap_u != 0);
-  if (rows < -2 || rows > 2 || cols < -2 || cols > 2) return {none_shared, false};
+  if (rows < -2 || rows > 2 || cols < -2 || cols > 2) return {0, false};
   return {shared_vertices.shared[rows + 2][cols + 2], false};
 }
 
-WEFT_INLINE unsigned without_shared_particles(const BoxTree& tree, const Leaves& a, int i,
-                                              const Leaves& b, unsigned near) {
-  unsigned kept = near;
+LanePairs without_shared_particles(const BoxTree& tree, const Leaves& a, const Leaves& b,
+                                   LanePairs near) {
+  LanePairs kept = near;
   for (; near != 0; near &= near - 1) {
-    const int j = __builtin_ctz(near);
-    if (share_particle(tree, a, i, b, j)) kept &= ~(1U << j);
+    const int pair = __builtin_ctzll(near);
+    if (share_particle(tree, a, pair / 8, b, pair % 8)) kept &= ~(LanePairs{1} << pair);
   }
   return kept;
 }
 
-void pair_leaves(const DescentQuery& query, const NodePair& pair, LeafCache& cache_a,
-                 LeafCache& cache_b, PairSink& sink, DescentCounters& counters) {
-  const bool itself = query.self && same(pair.a, pair.b);
-  const Leaves& a = leaves_of(query, *query.a, pair.a, cache_a);
-  const Leaves& b = leaves_of(query, *query.b, pair.b, cache_b);
+// The lane pairs whose boxes overlap; `near_a` has all lanes of the first that can have one.
+WEFT_INLINE LanePairs overlap_of_leaves(const Leaves& a, const Leaves& b, unsigned near_a) {
+  LanePairs near = 0;
+#if defined(__AVX512DQ__)
+  static_cast<void>(near_a);
+  __m512 low_a[3], high_a[3], low_b[3], high_b[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    low_a[axis] = _mm512_castps256_ps512(_mm256_load_ps(a.low[axis]));
+    high_a[axis] = _mm512_castps256_ps512(_mm256_load_ps(a.high[axis]));
+    low_b[axis] = _mm512_broadcast_f32x8(_mm256_load_ps(b.low[axis]));
+    high_b[axis] = _mm512_broadcast_f32x8(_mm256_load_ps(b.high[axis]));
+  }
+  // Two lanes of the first against all of the second at a time.
+  __m512i lanes = _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1);
+  for (int i = 0; i < 8; i += 2) {
+    __mmask16 mask = 0xffff;
+    for (int axis = 0; axis < 3; ++axis) {
+      mask = _mm512_mask_cmp_ps_mask(mask, _mm512_permutexvar_ps(lanes, low_a[axis]), high_b[axis],
+                                     _CMP_LE_OQ);
+      mask = _mm512_mask_cmp_ps_mask(mask, low_b[axis], _mm512_permutexvar_ps(lanes, high_a[axis]),
+                                     _CMP_LE_OQ);
+    }
+    near |= static_cast<LanePairs>(mask) << (8 * i);
+    lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
+  }
+#else
   const LaneBoxes boxes_b = boxes_of(b);
-  unsigned near_a = overlap(boxes_of(a), in_all_lanes(b.whole_low, b.whole_high));
-  counters.box_tests += 8;
-  if (near_a == 0) return;
-  const SharedParticles shared = shared_particles(query, a, b);
-  if (sink.count + pairs_a_flush > sink.capacity) sink.flush(sink);
   for (; near_a != 0; near_a &= near_a - 1) {
     const int i = __builtin_ctz(near_a);
     const float low[3] = {a.low[0][i], a.low[1][i], a.low[2][i]};
     const float high[3] = {a.high[0][i], a.high[1][i], a.high[2][i]};
-    counters.box_tests += 8;
-    unsigned near =
-        overlap(in_all_lanes(low, high), boxes_b) & ~static_cast<unsigned>(shared.by_lane[i]);
-    // Every pair of a block with itself once; a quad is paired with itself too.
-    if (itself) near &= query.triangles ? 0xfeU << i : 0xffU << i;
-    if (shared.look) near = without_shared_particles(*query.a, a, i, b, near);
-    sink.count += store_pairs(sink.pairs + sink.count, near, a.number[i], b.number, query.self);
+    near |= static_cast<LanePairs>(overlap(in_all_lanes(low, high), boxes_b)) << (8 * i);
+  }
+#endif
+  return near;
+}
+
+// Each pair of lanes of one block once.
+constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
+constexpr LanePairs diagonal = 0x8040201008040201;
+
+void pair_leaves(const DescentQuery& query, const NodePair& pair, LeafCache& cache_a,
+                 LeafCache& cache_b, PairSink& sink, DescentCounters& counters) {
+  const Leaves& a = leaves_of(query, *query.a, pair.a, cache_a);
+  const Leaves& b = leaves_of(query, *query.b, pair.b, cache_b);
+  const unsigned near_a = overlap(boxes_of(a), in_all_lanes(b.whole_low, b.whole_high));
+  counters.box_tests += 8 + 8 * __builtin_popcount(near_a);
+  if (near_a == 0) return;
+  const SharedParticles shared = shared_particles(query, a, b);
+  LanePairs near = overlap_of_leaves(a, b, near_a) & ~shared.lanes;
+  // A quad is paired with itself too: it can fold.
+  if (query.self && same(pair.a, pair.b)) {
+    near &= query.triangles ? upper_triangle & ~diagonal : upper_triangle;
+  }
+  if (shared.look) near = without_shared_particles(*query.a, a, b, near);
+  if (near == 0) return;
+  if (sink.count + pairs_a_flush > sink.capacity) sink.flush(sink);
+  for (int count = sink.count; near != 0;) {
+    const int i = __builtin_ctzll(near) / 8;
+    const auto of_lane = static_cast<unsigned>(near >> (8 * i) & 0xff);
+    count += store_pairs(sink.pairs + count, of_lane, a.number[i], b.number, query.self);
+    near &= ~(LanePairs{0xff} << (8 * i));
+    sink.count = count;
   }
 }
 
