@@ -96,9 +96,11 @@ class MovingTori {
 // Where `touches` first holds, coming from `far` in steps, then by bisection; negative if nowhere.
 template <class Test>
 double first_touch(const Test& touches, double far, double step, double accuracy) {
-  for (double s = far; s > 0; s -= step) {
+  double s = far;
+  while (s > 0) {
     const double next = std::max(0.0, s - step);
     if (touches(next)) return last_touch(touches, next, s, accuracy);
+    s = next;
   }
   return -1;
 }

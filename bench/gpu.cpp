@@ -96,10 +96,11 @@ Row measure(gpu::GlContext& context, const std::string& scene_name, int n, int r
     take(times.query, [&] {
       row.candidates = traversal.find_pairs(std::span(&query, 1), bsi::Leaf::triangle).size();
     });
-    take(times.cpu_rebuild, [&] { static_cast<void>(boxes.rebuild(sheet.start)); });
+    take(times.cpu_rebuild, [&] { static_cast<void>(boxes.rebuild(sheet.start, 1)); });
     pairs.clear();
-    take(times.cpu_query,
-         [&] { bsi::self_traversal(boxes, {.margin = scene.margin}, pairs, counters); });
+    take(times.cpu_query, [&] {
+      bsi::self_traversal(boxes, {.margin = scene.margin, .threads = 1}, pairs, counters);
+    });
   }
   row.copy_ms = median(times.copy);
   row.rebuild_ms = median(times.rebuild);
@@ -137,8 +138,8 @@ void print(const Row& row) {
 // Those sizes that the device can hold.
 std::vector<Row> run_scene(gpu::GlContext& context, const std::string& scene,
                            const GpuOptions& options) {
-  std::printf("%s: self query of n x n vertices; milliseconds, medians of %d\n", scene.c_str(),
-              options.repeats);
+  std::printf("%s: self query of n x n vertices; milliseconds, medians of %d; CPU: one thread\n",
+              scene.c_str(), options.repeats);
   std::printf("%6s %9s %9s %7s %9s %9s %9s %9s %10s\n", "n", "floor", "rebuild", "/floor",
               "+upload", "query", "cpu reb.", "cpu query", "candidates");
   std::vector<Row> rows;

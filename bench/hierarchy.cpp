@@ -1,4 +1,5 @@
 // Weft's hierarchy and traversals beside those of its peers, and how their cost grows.
+#include <omp.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -47,9 +48,11 @@ Row growth_row(int n, const char* method, MethodKind kind, int threads,
   return row;
 }
 
-// Rebuilds of all kinds, in turn, on the drape.
+// Rebuilds of all kinds, in turn, on the drape. The margin goes with the size of a quad, an eighth
+// of it: a fixed one would soon hold every vertex's neighbours.
 void measure_growth(int n, int repeats, Results& results) {
-  const CollisionScene scene = make_scene("drape", n);
+  CollisionScene scene = make_scene("drape", n);
+  scene.margin = 0.25 / n;
   const Body& sheet = scene.bodies.front();
   WeftMethod boxes(scene, true, 1);
   bsi::Pyramid fast(sheet.atlas, bsi::RadiusPolicy::fast);
@@ -124,6 +127,7 @@ void say_what_is_running(const std::string& scene, int n) {
 
 int run_hierarchy(const HierarchyOptions& options) {
   Results results;
+  omp_set_num_threads(1);  // of the spheres
   bool right = true;
   const SceneMeasurement measurement{options.repeats, options.threads, options.methods};
   const std::vector<std::string> scenes = options.scenes.empty() ? scene_names() : options.scenes;

@@ -1,9 +1,8 @@
 // Medians and times for the benchmarks.
 #pragma once
 
-#include <time.h>
-
 #include <algorithm>
+#include <ctime>
 #include <vector>
 
 namespace weft::bench {

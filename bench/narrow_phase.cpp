@@ -135,7 +135,7 @@ bool compare_features(FeatureKind kind, const CollisionScene& swept,
 }
 
 std::vector<bsi::LeafPair> candidates_of(const CollisionScene& scene) {
-  WeftMethod method(scene, true);
+  WeftMethod method(scene, true, 1);
   std::vector<bsi::LeafPair> candidates;
   method.rebuild();
   method.query(candidates);

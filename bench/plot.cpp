@@ -50,13 +50,16 @@ class Scale {
       low_ = std::floor(std::log10(low) + 1e-9);
       high_ = std::ceil(std::log10(high) - 1e-9);
       if (high_ <= low_) high_ = low_ + 1;
-      for (double decade = low_; decade <= high_; ++decade) ticks_.push_back(std::pow(10, decade));
+      const int decades = static_cast<int>(high_ - low_);
+      for (int i = 0; i <= decades; ++i) ticks_.push_back(std::pow(10, low_ + i));
       return;
     }
     const double step = round_step((high > low ? high - low : 1) / 6);
     low_ = step * std::floor(low / step);
     high_ = step * std::max(std::ceil(high / step), std::floor(low / step) + 1);
-    for (double tick = low_; tick < high_ + 0.5 * step; tick += step) {
+    const int steps = static_cast<int>(std::lround((high_ - low_) / step));
+    for (int i = 0; i <= steps; ++i) {
+      const double tick = low_ + i * step;
       ticks_.push_back(std::abs(tick) < 1e-9 * step ? 0 : tick);
     }
   }
@@ -76,7 +79,7 @@ class Scale {
     return minor;
   }
   std::string label(double tick) const {
-    if (!logarithmic_ || (tick > 9e-4 && tick < 2e4)) return text_of(tick);
+    if (!logarithmic_ || (tick > 9e-4 && tick < 9e3)) return text_of(tick);
     return "10<tspan dy=\"-5\" font-size=\"9\">" + text_of(std::round(std::log10(tick))) +
            "</tspan>";
   }

@@ -30,6 +30,15 @@ bool apart(const Heights& heights, double distance, double normal_length) {
   return heights.low > reach || heights.high < -reach;
 }
 
+// Whether `b` is beyond the plane through an edge of `a` across it: neighbours in one plane.
+bool apart_across_edges(const Triangle& a, const Vec3& normal, const Triangle& b, double distance) {
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 outward = (a[(k + 1) % 3] - a[k]).cross(normal);
+    if (heights_above(outward, a[k], b).low > distance * outward.norm() * (1 + 1e-9)) return true;
+  }
+  return false;
+}
+
 // Whether an edge of `a` passes through `b`.
 bool pierces(const Triangle& a, const Triangle& b) {
   for (int edge = 0; edge < 3; ++edge) {
@@ -70,6 +79,8 @@ bool triangles_within(const Triangle& a, const Triangle& b, double distance) {
   if (apart(b_above_a, distance, normal_a.norm())) return false;
   const Heights a_above_b = heights_above(normal_b, b[0], a);
   if (apart(a_above_b, distance, normal_b.norm())) return false;
+  if (apart_across_edges(a, normal_a, b, distance) || apart_across_edges(b, normal_b, a, distance))
+    return false;
   const double squared = distance * distance;
   if (vertices_within(a, b, squared) || vertices_within(b, a, squared)) return true;
   if (edges_within(a, b, squared)) return true;

@@ -13,8 +13,9 @@ namespace weft::bench {
 using Triangle = std::array<bsi::Vec3, 3>;
 
 // Whether the triangles come within `distance` (metres, > 0) of each other, intersecting or not.
-// Planes of either that the other keeps away from settle most pairs; the first of the distances of
-// vertices and triangles, of edges and edges that is small enough settles the others.
+// Planes of either, or through its edges across it, that the other keeps away from settle most
+// pairs; the first of the distances of vertices and triangles, of edges and edges that is small
+// enough settles the others.
 bool triangles_within(const Triangle& a, const Triangle& b, double distance);
 
 // Positions and triangles of a body; particles have no triangles.

@@ -295,7 +295,7 @@ void judge(const TrianglePairs& pairs, float margin_low, float margin_high, Verd
   for (int first = 0; first < pairs.count; first += chunk) {
     const int count = pairs.count - first < chunk ? pairs.count - first : chunk;
     staged.fill(pairs, first, count);
-    int left[chunk];
+    int left[chunk] = {};
     int left_count = 0;
     for (int k = 0; k < count; k += lanes) {
       const auto result = sifted(staged, k, margin_low, margin_high);

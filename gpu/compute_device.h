@@ -27,6 +27,8 @@ struct ComputePyramid::Device {
 
   GlContext& context;
   const GlFunctions& gl = context.functions();
+  // Mesa's software does; GLSL promises less.
+  bool rounds_like_the_cpu = context.backend() != GlBackend::hardware;
   std::vector<Body> bodies;
   std::size_t blocks = 0, tangent_blocks = 0, vertices = 0;
   GlBuffer levels{gl}, map{gl}, tasks{gl};
@@ -35,7 +37,7 @@ struct ComputePyramid::Device {
   GlBuffer boxes{gl}, tangents{gl}, spheres{gl}, unbounded{gl};
   ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
   ComputeProgram bound_tangents{gl, shaders::bound_tangents()};
-  ComputeProgram bound_spheres{gl, shaders::bound_spheres()};
+  ComputeProgram bound_spheres{gl, shaders::bound_spheres(rounds_like_the_cpu)};
   // Of the last rebuild: for boxes and spheres; for the bodies with tangents.
   std::vector<Stage> stages, tangent_stages;
   std::vector<float> staging;  // a body's positions on their way

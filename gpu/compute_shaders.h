@@ -46,8 +46,9 @@ struct Tangent {
 // included. `from_image`: the lowest level, of leaf blocks, is made from the vertices; otherwise it
 // is there.
 std::string bound_boxes();
-// The same for spheres, where the boxes are there.
-std::string bound_spheres();
+// The same for spheres, where the boxes are there. `rounds_like_the_cpu`: its arithmetic can be
+// trusted to; otherwise radii are a little larger.
+std::string bound_spheres(bool rounds_like_the_cpu);
 // The same for the steps between vertices (bsi::TangentBounds), on all but the last levels.
 std::string bound_tangents();
 
@@ -79,8 +80,8 @@ struct List {
 };
 
 // Appends the pairs of children that are within the margin of each other, to the list of pairs of
-// leaf blocks if both are. `rounds_like_the_cpu`: its arithmetic can be trusted to, so that the
-// tangent certificate decides to the bit as on the CPU; otherwise it leaves out a little less.
+// leaf blocks if both are. `rounds_like_the_cpu`: the tangent certificate then decides to the bit
+// as on the CPU; otherwise it leaves out a little less.
 std::string expand_pairs(bool rounds_like_the_cpu);
 // From pairs of leaf blocks to pairs of leaves: query, a, b.
 std::string find_leaves();

@@ -33,8 +33,7 @@ struct ComputeTraversal::Implementation {
   GLint group_limit = 0;
   GlBuffer queries{gl}, lists{gl}, leaf_pairs{gl}, results{gl};
   std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};  // read and written in turns
-  ComputeProgram expand_pairs{
-      gl, shaders::expand_pairs(device.context.backend() != GlBackend::hardware)};
+  ComputeProgram expand_pairs{gl, shaders::expand_pairs(device.rounds_like_the_cpu)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
   // Items that the lists have room for.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;

@@ -11,34 +11,24 @@ namespace weft::sim {
 // chunk and then added in order, so that one thread and many give the same bits.
 inline constexpr int chunk_size = 2048;
 
-// Calls body(first, last) for every chunk of [0, count).
+// Calls body(first, last) for every chunk of [0, count). One thread runs the same loop as many:
+// written twice, the body would be compiled twice, and a product and a sum that are fused in one of
+// them alone differ in the last bit.
 template <class Body>
 void parallel_chunks(int count, int threads, const Body& body) {
   const int chunks = (count + chunk_size - 1) / chunk_size;
-  if (threads <= 1 || chunks <= 1) {
-    for (int c = 0; c < chunks; ++c) body(c * chunk_size, std::min(count, (c + 1) * chunk_size));
-    return;
-  }
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunks > 1)
   for (int c = 0; c < chunks; ++c) body(c * chunk_size, std::min(count, (c + 1) * chunk_size));
 }
 
 // Sum of partial(first, last) over the chunks of [0, count).
 template <class Partial>
 double parallel_sum(int count, int threads, const Partial& partial) {
-  const int chunks = (count + chunk_size - 1) / chunk_size;
+  std::vector<double> part((count + chunk_size - 1) / chunk_size);
+  parallel_chunks(count, threads, [&](int first, int last) {
+    part[first / chunk_size] = partial(first, last);
+  });
   double sum = 0;
-  if (threads <= 1 || chunks <= 1) {
-    for (int c = 0; c < chunks; ++c) {
-      sum += partial(c * chunk_size, std::min(count, (c + 1) * chunk_size));
-    }
-    return sum;
-  }
-  std::vector<double> part(static_cast<std::size_t>(chunks));
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (int c = 0; c < chunks; ++c) {
-    part[c] = partial(c * chunk_size, std::min(count, (c + 1) * chunk_size));
-  }
   for (double p : part) sum += p;
   return sum;
 }

@@ -107,7 +107,7 @@ class DynamicTree final : public Peer {
     for (int body = 0; body < boxes_.body_count(); ++body) {
       btDbvt& tree = trees_[body];
       if (tree.empty()) insert_leaves(body);
-      for (btDbvtNode* leaf : leaves_[body]) leaf->volume = volume(body, leaf);
+      for (btDbvtNode* leaf : leaves_[body]) leaf->volume = volume(body, leaf->dataAsInt);
       tree.optimizeTopDown();
     }
   }
@@ -136,19 +136,19 @@ class DynamicTree final : public Peer {
   };
 
   void insert_leaves(int body) {
-    for (std::size_t i = 0; i < boxes_.body(body).size(); ++i) {
-      btDbvtNode* leaf = trees_[body].insert(btDbvtVolume(), nullptr);
-      leaf->dataAsInt = static_cast<int>(i);
+    for (int i = 0; i < static_cast<int>(boxes_.body(body).size()); ++i) {
+      btDbvtNode* leaf = trees_[body].insert(volume(body, i), nullptr);
+      leaf->dataAsInt = i;
       leaves_[body].push_back(leaf);
     }
   }
-  btDbvtVolume volume(int body, const btDbvtNode* leaf) const {
-    const Box box = boxes_.widened(boxes_.body(body), static_cast<std::size_t>(leaf->dataAsInt));
+  btDbvtVolume volume(int body, int primitive) const {
+    const Box box = boxes_.widened(boxes_.body(body), static_cast<std::size_t>(primitive));
     return btDbvtVolume::FromMM(point(box.low), point(box.high));
   }
   void refit(int body, btDbvtNode* node) const {
     if (node->isleaf()) {
-      node->volume = volume(body, node);
+      node->volume = volume(body, node->dataAsInt);
       return;
     }
     refit(body, node->childs[0]);

@@ -192,7 +192,6 @@ void expect_bounds(const BoxPyramid& pyramid, const Ends& ends) {
 }
 
 void expect_group_bounds(const BoxPyramid& pyramid) {
-  const int patches = pyramid.patch_count();
   for (int level = 0; level < pyramid.group_levels(); ++level) {
     int next = 0;
     for (int u = 0; u < 1 << level; ++u) {
@@ -207,9 +206,9 @@ void expect_group_bounds(const BoxPyramid& pyramid) {
       }
       EXPECT_EQ(pyramid.group_box(level, u), whole);
     }
-    EXPECT_EQ(next, patches);
+    EXPECT_EQ(next, pyramid.patch_count());
   }
-  EXPECT_EQ(pyramid.group_levels() == 0, patches == 1);
+  EXPECT_EQ(pyramid.group_levels() == 0, pyramid.patch_count() == 1);
 }
 
 // --- The blocks

@@ -33,6 +33,7 @@ inline std::vector<Feature> features_of(const Atlas& atlas) {
     }
   }
   std::vector<Feature> features;
+  features.reserve(holders.size());
   for (auto& [vertices, triangles] : holders) features.push_back({vertices, triangles});
   return features;
 }

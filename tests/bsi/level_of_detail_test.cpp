@@ -328,7 +328,8 @@ TEST(LevelOfDetail, FoldsNoTriangleOverAndKeepsTheTolerance) {
       const double measured = deviation_at_levels(pyramid, surface.positions, std::array{level});
       EXPECT_LE(height_error(surface, detail), measured + 1e-6);  // centres are float32
     }
-    for (double tolerance = 1e-3; tolerance < 1; tolerance *= 1.25) {
+    for (int step = 0; step < 24; ++step) {
+      const double tolerance = 1e-3 * std::pow(1.33, step);
       const DetailSurface detail = detail_within(pyramid, surface.positions, {tolerance});
       expect_upright(detail);
       EXPECT_LE(height_error(surface, detail), tolerance + 1e-6);

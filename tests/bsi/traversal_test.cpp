@@ -148,6 +148,7 @@ bool overlap(const Box& a, const Box& b) {
 
 std::vector<Box> widened_leaves(const Body& body, Leaf kind, float half) {
   std::vector<Box> boxes;
+  boxes.reserve(leaf_count(body.surface.atlas, kind));
   for (int leaf = 0; leaf < leaf_count(body.surface.atlas, kind); ++leaf) {
     boxes.push_back(
         widened(box_around(body, particles_of_leaf(body.surface.atlas, kind, leaf)), half));

@@ -29,6 +29,7 @@ std::vector<bsi::Surface> bodies_of_every_kind() {
 
 std::vector<const Atlas*> atlases(const std::vector<bsi::Surface>& bodies) {
   std::vector<const Atlas*> result;
+  result.reserve(bodies.size());
   for (const bsi::Surface& body : bodies) result.push_back(&body.atlas);
   return result;
 }
@@ -131,6 +132,7 @@ TEST(ComputePyramid, BoundsBodiesOfEveryKindInOneBatch) {
   ComputePyramid pyramid(context, atlases(bodies));
   std::vector<std::vector<Vec3>> starts, ends;
   std::vector<BodyImage> images;
+  images.reserve(bodies.size());
   for (const bsi::Surface& body : bodies) {
     starts.push_back(shaken(body.positions, 0.02, random));
     ends.push_back(shaken(body.positions, 0.2, random));
@@ -154,6 +156,7 @@ TEST(ComputePyramid, RebuildsSomeBodiesAndLeavesTheOthers) {
   const std::vector<bsi::Surface> bodies = bodies_of_every_kind();
   ComputePyramid pyramid(context, atlases(bodies));
   std::vector<BodyImage> images;
+  images.reserve(bodies.size());
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {
     images.push_back({b, bodies[b].positions});
   }

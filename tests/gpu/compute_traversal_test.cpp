@@ -271,6 +271,7 @@ std::vector<Candidate> found_by_cpu(const Scene& scene, const PairQuery& query, 
     bsi::dual_traversal(pyramids[0], pyramids[1], options, pairs, counters);
   }
   std::vector<Candidate> found;
+  found.reserve(pairs.size());
   for (const auto& [a, b] : pairs) {
     found.push_back({0, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
   }
@@ -294,6 +295,7 @@ Scene scene_of_sheets() {
     scene.start.push_back(body.positions);
     scene.end.push_back(moved(body, {0.02, 0.01, 0.1}, 0.002, random).positions);
   }
+  scene.images.reserve(scene.bodies.size());
   for (int b = 0; b < scene.size(); ++b) {
     scene.images.push_back({.body = b, .start = scene.start[b], .tangents = true});
     if (b % 3 == 0) scene.images.back().end = scene.end[b];
