@@ -22,7 +22,7 @@ enum class RadiusPolicy {
   // box; exact for a leaf.
   fast,
   // The smallest ball of the contained vertices (bsi/smallest_ball.h), rounded up; never larger
-  // than `exact`. Some hundred times the cost: for bodies at rest, built once.
+  // than `exact`. A hundred times the cost of that: for bodies at rest, built once.
   tight,
 };
 
