@@ -7,6 +7,7 @@
 #include "bench/experiments.h"
 #include "bench/scene_measurement.h"
 #include "bench/scenes.h"
+#include "sim/case/case_text.h"
 
 namespace {
 
@@ -139,6 +140,16 @@ constexpr std::array experiments{
                [](CLI::App&, Arguments&) {}, [](const Arguments&) { return run_far_obstacles(); }},
 };
 
+// What is wrong with the arguments: of an unknown experiment the nearest name.
+std::string reason(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty() || !app.get_subcommands().empty()) return error.what();
+  std::vector<std::string> names;
+  for (const Experiment& experiment : experiments) names.emplace_back(experiment.name);
+  return weft::sim::in_quotes(unknown[0]) + " is unknown; " +
+         weft::sim::name_hint(unknown[0], names);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -157,7 +168,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "weft bench: %s\n", error.what());
+    std::fprintf(stderr, "weft bench: %s\n", reason(app, error).c_str());
     return 2;
   }
   try {
