@@ -568,40 +568,121 @@ void descend(const DescentQuery& query, const NodePair& start, PairSink& sink,
   }
 }
 
-void descend_point(const DescentQuery& query, int patch_number, const float point[3],
-                   int point_number, PairSink& sink, DescentCounters& counters) {
-  const BoxTree& tree = *query.a;
-  WideBox box;
-  for (int axis = 0; axis < 3; ++axis) {
-    box.low[axis] = point[axis] - query.half_margin;
-    box.high[axis] = point[axis] + query.half_margin;
+// --- Points
+// ------------------------------------------------------------------------------------------
+
+// The widened boxes of eight points of a list, and by how much each is widened.
+struct PointLanes {
+  LaneBoxes boxes;
+  Lanes half;
+};
+
+WEFT_INLINE PointLanes point_lanes(const PointSet& points, const std::int32_t* list) {
+  alignas(32) float x[8], y[8], z[8], half[8];
+  for (int i = 0; i < 8; ++i) {
+    x[i] = points.x[list[i]];
+    y[i] = points.y[list[i]];
+    z[i] = points.z[list[i]];
+    half[i] = points.half[list[i]];
   }
-  const LaneBoxes lanes = in_all_lanes(box.low, box.high);
-  BoxNode stack[4 * 18];
+  const Lanes h = load(half);
+  return {{{load(x) - h, load(y) - h, load(z) - h}, {load(x) + h, load(y) + h, load(z) + h}}, h};
+}
+
+WEFT_INLINE int store_marked(std::int32_t* to, unsigned mask, const std::int32_t* list) {
+#if defined(__AVX512VL__)
+  const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(list));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      _mm256_maskz_compress_epi32(static_cast<__mmask8>(mask), all));
+  return __builtin_popcount(mask);
+#else
   int count = 0;
-  stack[count++] = {tree.patches[patch_number].first_level, 0, 0};
-  while (count > 0) {
-    const BoxNode node = stack[--count];
-    const BoxLevel& level = level_of(tree, node);
-    if (!is_leaf(level)) {
-      counters.box_tests += 4;
-      unsigned near = overlap_of_box(box, level.groups[block_of(level, node)], query.half_margin);
-      for (; near != 0; near &= near - 1)
-        stack[count++] = child_of(level, node, __builtin_ctz(near));
-      continue;
+  for (; mask != 0; mask &= mask - 1) to[count++] = list[__builtin_ctz(mask)];
+  return count;
+#endif
+}
+
+// Some points of the set, by their numbers, that come near a block.
+struct PointList {
+  BoxNode node;
+  std::int32_t first, count;  // in the workspace
+};
+
+// The lists of the children of a block, one after the other from `end` on; the workspace may be
+// written and read eight numbers past the end of a list.
+int share_points(const BoxGroup& group, const BoxLevel& level, const PointSet& points,
+                 const PointList& list, std::int32_t* workspace, PointList* next) {
+  const std::int32_t end = list.first + list.count + 8;
+  std::int32_t counts[4] = {};
+  for (int i = 0; i < list.count; i += 8) {
+    const std::int32_t* from = workspace + list.first + i;
+    const PointLanes lanes = point_lanes(points, from);
+    const unsigned there = list.count - i < 8 ? (1U << (list.count - i)) - 1 : 0xffU;
+    for (int child = 0; child < 4; ++child) {
+      LaneBoxes box;
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = broadcast(group.low[axis][child]) - lanes.half;
+        box.high[axis] = broadcast(group.high[axis][child]) + lanes.half;
+      }
+      std::int32_t* to = workspace + end + child * (list.count + 8) + counts[child];
+      counts[child] += store_marked(to, overlap(box, lanes.boxes) & there, from);
     }
-    Leaves leaves;
-    make_leaves(query, tree, node, leaves);
-    counters.box_tests += 8;
+  }
+  int lists = 0;
+  for (int child = 0; child < 4; ++child) {
+    if (counts[child] == 0) continue;
+    next[lists++] = {child_of(level, list.node, child), end + child * (list.count + 8),
+                     counts[child]};
+  }
+  return lists;
+}
+
+void pair_points(const DescentQuery& query, const PointSet& points, const PointList& list,
+                 const std::int32_t* workspace, int first_number, PairSink& sink) {
+  Leaves leaves;
+  make_leaves(query, *query.a, list.node, leaves);
+  for (int i = list.first; i < list.first + list.count; ++i) {
+    const int point = workspace[i];
+    const float half = points.half[point];
+    const float at[3] = {points.x[point], points.y[point], points.z[point]};
+    LaneBoxes boxes = boxes_of(leaves), box;
+    for (int axis = 0; axis < 3; ++axis) {
+      boxes.low[axis] -= half;
+      boxes.high[axis] += half;
+      box.low[axis] = broadcast(at[axis] - half);
+      box.high[axis] = broadcast(at[axis] + half);
+    }
     if (sink.count + pairs_a_flush > sink.capacity) sink.flush(sink);
-    sink.count += store_pairs(sink.pairs + sink.count, overlap(lanes, boxes_of(leaves)),
-                              point_number, leaves.number, false);
+    sink.count += store_pairs(sink.pairs + sink.count, overlap(boxes, box), first_number + point,
+                              leaves.number, false);
+  }
+}
+
+void descend_points(const DescentQuery& query, int patch, const PointSet& points, int first_number,
+                    std::int32_t* workspace, PairSink& sink, DescentCounters& counters) {
+  const BoxTree& tree = *query.a;
+  PointList stack[4 * 18];
+  for (int i = 0; i < points.count + 8; ++i) workspace[i] = i < points.count ? i : 0;
+  stack[0] = {{tree.patches[patch].first_level, 0, 0}, 0, points.count};
+  for (int count = 1; count > 0;) {
+    const PointList list = stack[--count];
+    const BoxLevel& level = level_of(tree, list.node);
+    // Numbers read past the end of a list need only be those of points.
+    for (int i = 0; i < 8; ++i) workspace[list.first + list.count + i] = 0;
+    if (is_leaf(level)) {
+      counters.box_tests += 8 * list.count;
+      pair_points(query, points, list, workspace, first_number, sink);
+    } else {
+      counters.box_tests += 4 * list.count;
+      const BoxGroup& group = level.groups[block_of(level, list.node)];
+      count += share_points(group, level, points, list, workspace, stack + count);
+    }
   }
 }
 
 }  // namespace
 
 extern const DescentKernels descent_kernels;
-const DescentKernels descent_kernels = {expand_pair, descend, descend_point};
+const DescentKernels descent_kernels = {expand_pair, descend, descend_points};
 
 }  // namespace weft::bsi::WEFT_KERNELS

@@ -44,6 +44,14 @@ struct PairSink {
 
 inline constexpr int largest_expansion = 16;
 
+// Points in float32, and by how much their boxes and those of the leaves are to be widened.
+struct PointSet {
+  const float *x, *y, *z, *half;
+  std::int32_t count;
+};
+// A list of all of them, and those of four children on each of at most 18 levels.
+constexpr std::size_t point_workspace(std::size_t count) { return (4 * 18 + 1) * (count + 8); }
+
 struct DescentKernels {
   // The pairs that follow a pair of blocks whose widened boxes overlap, into next[0 .. 15]; their
   // number, or -1 for two leaf blocks.
@@ -52,10 +60,13 @@ struct DescentKernels {
   // All pairs of leaves below such a pair.
   void (*descend)(const DescentQuery& query, const NodePair& pair, PairSink& sink,
                   DescentCounters& counters);
-  // The leaves below the root of `patch` whose widened box holds a point given in float32; appended
-  // as pairs (point_number, leaf).
-  void (*descend_point)(const DescentQuery& query, int patch, const float point[3],
-                        int point_number, PairSink& sink, DescentCounters& counters);
+  // The leaves below the root of `patch` whose boxes, widened by what belongs to the point, overlap
+  // the box of a point widened by the same; appended as pairs (first_number + point, leaf), leaf
+  // block by leaf block. query.half_margin must be 0. `workspace` holds point_workspace(count)
+  // numbers.
+  void (*descend_points)(const DescentQuery& query, int patch, const PointSet& points,
+                         int first_number, std::int32_t* workspace, PairSink& sink,
+                         DescentCounters& counters);
 };
 
 // Of instruction_set().

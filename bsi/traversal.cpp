@@ -224,6 +224,30 @@ void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQu
   add(counters, tests);
 }
 
+// Points rounded to float32, one array a component.
+class PointBatch {
+ public:
+  PointBatch(std::span<const Vec3> points, double reach, float magnitude)
+      : count_(points.size()), values_(4 * points.size()) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double largest = points[i].cwiseAbs().maxCoeff();
+      assert(largest < static_cast<double>(BoxPyramid::coordinate_limit));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        values_[axis * count_ + i] = static_cast<float>(points[i][static_cast<int>(axis)]);
+      }
+      values_[3 * count_ + i] = half_margin(reach, magnitude, rounded_up(largest));
+    }
+  }
+  PointSet view() const {
+    const float* x = values_.data();
+    return {x, x + count_, x + 2 * count_, x + 3 * count_, static_cast<std::int32_t>(count_)};
+  }
+
+ private:
+  std::size_t count_;
+  std::vector<float> values_;
+};
+
 PatchBlock block_of(const BoxPyramid& pyramid, BoxNode node) {
   const int patch = pyramid.tree().levels[node.level].patch;
   return {patch, node.level - pyramid.tree().patches[patch].first_level, node.u, node.v};
@@ -273,22 +297,21 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
                       TraversalCounters& counters) {
   assert(radius >= 0 && std::isfinite(radius));
   DescentQuery query = query_of(pyramid, pyramid, false, options);
+  query.half_margin = 0;
   DescentCounters tests{};
-  const DescentKernels& kernels = descent_kernels();
-  constexpr int points_a_chunk = 256;
-  collect(static_cast<int>(points.size()), points_a_chunk, options.threads, pairs, tests,
+  constexpr int batch = 1024;
+  const int batches = (static_cast<int>(points.size()) + batch - 1) / batch;
+  const double reach = options.margin + radius;
+  collect(batches, 1, options.threads, pairs, tests,
           [&](int i, PairSink& sink, DescentCounters& own) {
-            const Vec3& point = points[i];
-            const double largest = point.cwiseAbs().maxCoeff();
-            assert(largest < static_cast<double>(BoxPyramid::coordinate_limit));
-            DescentQuery of_point = query;
-            of_point.half_margin =
-                half_margin(options.margin + radius, pyramid.magnitude(), rounded_up(largest));
-            const std::array<float, 3> rounded{static_cast<float>(point.x()),
-                                               static_cast<float>(point.y()),
-                                               static_cast<float>(point.z())};
+            const auto first = static_cast<std::size_t>(i) * batch;
+            const PointBatch rounded(
+                points.subspan(first, std::min<std::size_t>(batch, points.size() - first)), reach,
+                pyramid.magnitude());
+            std::vector<std::int32_t> workspace(point_workspace(batch));
             for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
-              kernels.descend_point(of_point, patch, rounded.data(), i, sink, own);
+              descent_kernels().descend_points(query, patch, rounded.view(), i * batch,
+                                               workspace.data(), sink, own);
             }
           });
   add(counters, tests);
