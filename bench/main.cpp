@@ -145,6 +145,7 @@ std::string reason(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty() || !app.get_subcommands().empty()) return error.what();
   std::vector<std::string> names;
+  names.reserve(experiments.size());
   for (const Experiment& experiment : experiments) names.emplace_back(experiment.name);
   return weft::sim::in_quotes(unknown[0]) + " is unknown; " +
          weft::sim::name_hint(unknown[0], names);
