@@ -49,8 +49,8 @@ double certificate_margin(double margin, float magnitude);
 void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
                       const TraversalOptions& options, std::vector<int>& leaves,
                       TraversalCounters& counters);
-// The same for many points: pairs (number of the point, leaf). On several threads, like what
-// follows.
+// The same for many points: pairs (number of the point, leaf), not in the order of the points. On
+// several threads, like what follows.
 void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, double radius,
                       const TraversalOptions& options, std::vector<LeafPair>& pairs,
                       TraversalCounters& counters);
