@@ -59,7 +59,7 @@ WeftMethod::WeftMethod(const CollisionScene& scene, bool certificate, int thread
       threads_(threads),
       pyramids_(std::make_unique<Pyramids>()) {
   for (const Body& body : scene.bodies) {
-    if (!body.is_particles()) pyramids_->of_body.emplace_back(body.atlas);
+    if (!body.is_particles()) pyramids_->of_body.emplace_back(body.atlas, scene_.is_self());
   }
 }
 

@@ -308,7 +308,8 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
             const PointBatch rounded(
                 points.subspan(first, std::min<std::size_t>(batch, points.size() - first)), reach,
                 pyramid.magnitude());
-            std::vector<std::int32_t> workspace(point_workspace(batch));
+            // Kept by the thread: it would cost more to make than to use.
+            thread_local std::vector<std::int32_t> workspace(point_workspace(batch));
             for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
               descent_kernels().descend_points(query, patch, rounded.view(), i * batch,
                                                workspace.data(), sink, own);
