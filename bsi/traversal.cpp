@@ -172,33 +172,38 @@ PairConsumer appender(std::vector<LeafPair>& pairs) {
 template <class Work>
 void collect(int count, int chunk, int threads, std::vector<LeafPair>& pairs,
              DescentCounters& counters, const Work& work) {
-  const auto run = [&](int begin, int end, std::vector<LeafPair>& found, DescentCounters& tests) {
-    const PairConsumer append = appender(found);
-    Handover handover(append);
+  const auto run = [&](int begin, int end, const PairConsumer& consume, DescentCounters& tests) {
+    Handover handover(consume);
     for (int i = begin; i < end; ++i) work(i, handover.sink(), tests);
     handover.finish();
   };
   const int team = threads > 0 ? threads : omp_get_max_threads();
   if (team == 1 || count <= chunk) {
-    run(0, count, pairs, counters);
+    run(0, count, appender(pairs), counters);
     return;
   }
   const int chunks = (count + chunk - 1) / chunk;
-  std::vector<std::vector<LeafPair>> found(chunks);
+  // In the small parts that they come in: growing vectors would get fresh pages again and again.
+  std::vector<std::vector<std::vector<LeafPair>>> found(chunks);
   std::vector<DescentCounters> tests(chunks);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(team)
   for (int c = 0; c < chunks; ++c) {
-    run(c * chunk, std::min(count, (c + 1) * chunk), found[c], tests[c]);
+    const PairConsumer keep = [&](std::span<const LeafPair> part) {
+      found[c].emplace_back(part.begin(), part.end());
+    };
+    run(c * chunk, std::min(count, (c + 1) * chunk), keep, tests[c]);
   }
   std::size_t size = pairs.size();
   for (int c = 0; c < chunks; ++c) {
-    size += found[c].size();
+    for (const auto& part : found[c]) size += part.size();
     counters.box_tests += tests[c].box_tests;
     counters.certificate_tests += tests[c].certificate_tests;
     counters.certified += tests[c].certified;
   }
   pairs.reserve(size);
-  for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+  for (const auto& of_chunk : found) {
+    for (const auto& part : of_chunk) pairs.insert(pairs.end(), part.begin(), part.end());
+  }
 }
 
 void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
