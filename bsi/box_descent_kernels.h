@@ -2,12 +2,14 @@
 // bsi/.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "bsi/box_layout.h"
 
 namespace weft::bsi {
 
+struct LeafBlockPair;
 struct LeafPair;
 
 // Two blocks that may come near each other. In a self traversal, a == b stands for the block with
@@ -22,7 +24,8 @@ struct DescentQuery {
   double certificate_margin;  // negative: the certificate is not to be used
   float half_margin;          // every box is widened by it
   bool self;
-  bool triangles;  // leaves are triangles, not quads
+  bool triangles;        // leaves are triangles, not quads
+  std::uint64_t serial;  // of the query, not 0: tells its leaves from those of others
 };
 
 struct DescentCounters {
@@ -31,26 +34,20 @@ struct DescentCounters {
   std::int64_t certified;
 };
 
-// Where leaf pairs go: `flush` is called when there may be no room for two leaf blocks' more, and
-// empties it.
-inline constexpr int pairs_a_flush = 8 * 8 + 8;
-struct PairSink {
-  LeafPair* pairs;
+// Where pairs of leaf blocks go: `flush` is called when it is full, and empties it.
+struct BlockSink {
+  LeafBlockPair* blocks;
   int count;
   int capacity;
-  void (*flush)(PairSink& sink);
+  void (*flush)(BlockSink& sink);
   void* owner;
 };
 
 inline constexpr int largest_expansion = 16;
 
-// Points in float32, and by how much their boxes and those of the leaves are to be widened.
-struct PointSet {
-  const float *x, *y, *z, *half;
-  std::int32_t count;
-};
-// A list of all of them, and those of four children on each of at most 18 levels.
-constexpr std::size_t point_workspace(std::size_t count) { return (4 * 18 + 1) * (count + 8); }
+// Bytes of the workspace of a thread's descents, which keeps the boxes of leaves made last; aligned
+// to 64, and zero when it is new.
+inline constexpr std::size_t descent_workspace = std::size_t{2} * 64 * 896;
 
 struct DescentKernels {
   // The pairs that follow a pair of blocks whose widened boxes overlap, into next[0 .. 15]; their
@@ -58,15 +55,11 @@ struct DescentKernels {
   int (*expand)(const DescentQuery& query, const NodePair& pair, NodePair* next,
                 DescentCounters& counters);
   // All pairs of leaves below such a pair.
-  void (*descend)(const DescentQuery& query, const NodePair& pair, PairSink& sink,
+  void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
-  // The leaves below the root of `patch` whose boxes, widened by what belongs to the point, overlap
-  // the box of a point widened by the same; appended as pairs (first_number + point, leaf), leaf
-  // block by leaf block. query.half_margin must be 0. `workspace` holds point_workspace(count)
-  // numbers.
-  void (*descend_points)(const DescentQuery& query, int patch, const PointSet& points,
-                         int first_number, std::int32_t* workspace, PairSink& sink,
-                         DescentCounters& counters);
+  // The leaf pairs of `count` pairs of blocks, in their order; their number. May write eight more.
+  std::size_t (*number)(const DescentQuery& query, const LeafBlockPair* blocks, std::size_t count,
+                        LeafPair* pairs);
 };
 
 // Of instruction_set().

@@ -1,19 +1,23 @@
 // The tables of kernels that go with the instruction set in use.
+#include "bsi/block_judge_kernels.h"
 #include "bsi/box_build_kernels.h"
 #include "bsi/box_descent_kernels.h"
 #include "bsi/feature_kernels.h"
 #include "bsi/instruction_set.h"
 #include "bsi/narrow_phase_kernels.h"
+#include "bsi/point_descent_kernels.h"
 #include "bsi/sphere_kernels.h"
 
 // One of each per instruction set that this build contains.
-#define WEFT_DECLARE_KERNELS(set)                       \
-  namespace weft::bsi::set {                            \
-  extern const BoxBuildKernels box_build_kernels;       \
-  extern const DescentKernels descent_kernels;          \
-  extern const FeatureKernels feature_kernels;          \
-  extern const NarrowPhaseKernels narrow_phase_kernels; \
-  extern const SphereKernels sphere_kernels;            \
+#define WEFT_DECLARE_KERNELS(set)                         \
+  namespace weft::bsi::set {                              \
+  extern const BlockJudgeKernels block_judge_kernels;     \
+  extern const BoxBuildKernels box_build_kernels;         \
+  extern const DescentKernels descent_kernels;            \
+  extern const FeatureKernels feature_kernels;            \
+  extern const NarrowPhaseKernels narrow_phase_kernels;   \
+  extern const PointDescentKernels point_descent_kernels; \
+  extern const SphereKernels sphere_kernels;              \
   }
 WEFT_DECLARE_KERNELS(portable)
 #if defined(WEFT_X86_KERNELS)
@@ -29,10 +33,12 @@ WEFT_DECLARE_KERNELS(avx512)
 
 namespace weft::bsi {
 
+const BlockJudgeKernels& block_judge_kernels() { return WEFT_CHOOSE(block_judge_kernels); }
 const BoxBuildKernels& box_build_kernels() { return WEFT_CHOOSE(box_build_kernels); }
 const DescentKernels& descent_kernels() { return WEFT_CHOOSE(descent_kernels); }
 const FeatureKernels& feature_kernels() { return WEFT_CHOOSE(feature_kernels); }
 const NarrowPhaseKernels& narrow_phase_kernels() { return WEFT_CHOOSE(narrow_phase_kernels); }
+const PointDescentKernels& point_descent_kernels() { return WEFT_CHOOSE(point_descent_kernels); }
 const SphereKernels& sphere_kernels() { return WEFT_CHOOSE(sphere_kernels); }
 
 }  // namespace weft::bsi

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <compare>
+#include <cstdint>
+
+#include "bsi/box_layout.h"
 
 namespace weft::bsi {
 
@@ -19,6 +22,15 @@ struct LeafPair {
   bool operator==(const LeafPair&) const = default;
   // clang-tidy 14 takes the compiler's own comparison with 0 for one with a null pointer.
   auto operator<=>(const LeafPair&) const = default;  // NOLINT(modernize-use-nullptr)
+};
+
+// Pairs of leaves of two leaf blocks, which hold up to 2 x 2 quads: bit 8 i + j of `leaves` for
+// leaf i of the one and leaf j of the other. Leaf 2 r + c is the first triangle (or the whole) of
+// the quad in row r and column c of the block, leaf 4 + 2 r + c its second triangle. Some ten times
+// as short as a list of pairs, where bodies touch.
+struct LeafBlockPair {
+  BoxNode a, b;
+  std::uint64_t leaves;
 };
 
 }  // namespace weft::bsi

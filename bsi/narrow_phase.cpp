@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "bsi/narrow_phase_kernels.h"
+#include "bsi/block_judge_kernels.h"
 #include "bsi/proximity.h"
 
 namespace weft::bsi {
@@ -15,7 +15,8 @@ namespace {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));
 
-constexpr int chunk_size = 2048;  // candidates
+constexpr int chunk_blocks = 32;               // pairs of leaf blocks
+constexpr int chunk_size = 64 * chunk_blocks;  // candidates
 
 std::array<Vec3, 3> corners(const TriangleSet& set, int triangle) {
   const auto& [i, j, k] = set.triangles[triangle];
@@ -40,20 +41,27 @@ class Sieve {
 
   void sift(std::span<const LeafPair> candidates, TriangleHits& hits,
             NarrowPhaseCounters& counters) {
-    const NarrowPhaseKernels& kernels = narrow_phase_kernels();
-    kernels.judge(pairs(candidates), margin_low_, margin_high_, verdict_.data());
-    counters.judged += static_cast<std::int64_t>(candidates.size());
-    // Here and in append(), every candidate is written and the place moves on where it counts: that
-    // is as good as random, so a branch would be mispredicted as often as not.
-    open_.resize(candidates.size());
-    std::size_t open = 0;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-      open_[open] = candidates[k];
-      open += needs_measuring(verdict_[k]) ? 1 : 0;
-    }
-    open_.resize(open);
-    measure(counters);
-    append(candidates, hits);
+    narrow_phase_kernels().judge(pairs(candidates), margin_low_, margin_high_, verdict_.data());
+    settle(candidates, hits, counters);
+  }
+
+  // The same for all candidates of at most chunk_blocks pairs of blocks.
+  void sift(const BoxPyramid& first, const BoxPyramid& second,
+            std::span<const LeafBlockPair> blocks, TriangleHits& hits,
+            NarrowPhaseCounters& counters) {
+    listed_.resize(chunk_size + 16);
+    const JudgedBlocks judged{&first.tree(), &second.tree(), blocks.data(),
+                              static_cast<int>(blocks.size()), &first == &second};
+    // How far rounding to float32 moves two vertices, as in half_margin().
+    const double rounding = 0x1p-23 * (static_cast<double>(first.magnitude()) +
+                                       static_cast<double>(second.magnitude())) +
+                            0x1p-124;
+    const auto low = static_cast<float>(options_.margin - rounding);
+    const auto high = static_cast<float>(options_.margin + rounding);
+    const int count = block_judge_kernels().judge(
+        judged, std::max(0.0F, std::nextafter(low, -INFINITY)), std::nextafter(high, INFINITY),
+        listed_.data(), verdict_.data());
+    settle({listed_.data(), static_cast<std::size_t>(count)}, hits, counters);
   }
 
  private:
@@ -68,6 +76,32 @@ class Sieve {
             second_.triangles.data()->data(),
             list.data(),
             static_cast<int>(list.size())};
+  }
+
+  std::size_t select(std::span<const LeafPair> candidates, Verdict wanted,
+                     std::vector<LeafPair>& to) const {
+    return static_cast<std::size_t>(
+        block_judge_kernels().select(candidates.data(), verdict_.data(),
+                                     static_cast<int>(candidates.size()), wanted, to.data()));
+  }
+
+  // Once all candidates have their verdicts.
+  void settle(std::span<const LeafPair> candidates, TriangleHits& hits,
+              NarrowPhaseCounters& counters) {
+    counters.judged += static_cast<std::int64_t>(candidates.size());
+    open_.resize(candidates.size() + 8);
+    std::size_t open = 0;
+    if (options_.distances) {
+      for (std::size_t k = 0; k < candidates.size(); ++k) {
+        open_[open] = candidates[k];
+        open += needs_measuring(verdict_[k]) ? 1 : 0;
+      }
+    } else {
+      open = select(candidates, Verdict::undecided, open_);
+    }
+    open_.resize(open);
+    measure(counters);
+    append(candidates, hits);
   }
 
   // Settles what is open: verdicts and, where they are wanted, squared distances.
@@ -95,13 +129,10 @@ class Sieve {
       for (std::size_t k = 0; k < candidates.size(); ++k)
         if (needs_measuring(verdict_[k])) verdict_[k] = open_verdict_[measured++];
     }
-    std::size_t place = hits.pairs.size();
-    hits.pairs.resize(place + candidates.size());
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-      hits.pairs[place] = candidates[k];
-      place += verdict_[k] == Verdict::near ? 1 : 0;
-    }
-    hits.pairs.resize(place);
+    near_.resize(candidates.size() + 8);
+    const std::size_t near = select(candidates, Verdict::near, near_);
+    hits.pairs.insert(hits.pairs.end(), near_.begin(),
+                      near_.begin() + static_cast<std::ptrdiff_t>(near));
     if (!options_.distances) return;
     // All that are near were measured.
     for (std::size_t k = 0; k < measured; ++k)
@@ -112,28 +143,31 @@ class Sieve {
   const TriangleSet& second_;
   const NarrowPhaseOptions& options_;
   float margin_low_ = 0, margin_high_ = 0;
-  std::array<Verdict, chunk_size> verdict_{}, open_verdict_{};
+  // With room for what the kernel writes past the end.
+  std::array<Verdict, chunk_size + 16> verdict_{};
+  std::array<Verdict, chunk_size> open_verdict_{};
   std::array<double, chunk_size> squared_{};
   std::array<bool, chunk_size> certain_{};
-  std::vector<LeafPair> open_;
+  std::vector<LeafPair> open_, listed_, near_;
 };
 
-}  // namespace
-
-void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
-                        std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
-                        TriangleHits& hits, NarrowPhaseCounters& counters) {
+// Sifts the candidates in chunks, shared among threads, and appends what it finds in their order.
+template <class Candidate, class Sift>
+void sift_chunks(const TriangleSet& first, const TriangleSet& second,
+                 std::span<const Candidate> candidates, std::size_t size,
+                 const NarrowPhaseOptions& options, TriangleHits& hits,
+                 NarrowPhaseCounters& counters, const Sift& sift) {
   assert(options.margin >= 0);
-  const int chunks = static_cast<int>((candidates.size() + chunk_size - 1) / chunk_size);
+  const int chunks = static_cast<int>((candidates.size() + size - 1) / size);
   const auto chunk = [&](int c) {
-    const std::size_t start = static_cast<std::size_t>(c) * chunk_size;
-    return candidates.subspan(start, std::min<std::size_t>(chunk_size, candidates.size() - start));
+    const std::size_t start = static_cast<std::size_t>(c) * size;
+    return candidates.subspan(start, std::min(size, candidates.size() - start));
   };
   const int threads =
       std::min(options.threads > 0 ? options.threads : omp_get_max_threads(), chunks);
   if (threads <= 1) {
     Sieve sieve(first, second, options);
-    for (int c = 0; c < chunks; ++c) sieve.sift(chunk(c), hits, counters);
+    for (int c = 0; c < chunks; ++c) sift(sieve, chunk(c), hits, counters);
     return;
   }
   std::vector<TriangleHits> found(chunks);
@@ -142,7 +176,7 @@ void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
   {
     Sieve sieve(first, second, options);
 #pragma omp for schedule(dynamic)
-    for (int c = 0; c < chunks; ++c) sieve.sift(chunk(c), found[c], cost[c]);
+    for (int c = 0; c < chunks; ++c) sift(sieve, chunk(c), found[c], cost[c]);
   }
   for (int c = 0; c < chunks; ++c) {
     hits.pairs.insert(hits.pairs.end(), found[c].pairs.begin(), found[c].pairs.end());
@@ -152,6 +186,28 @@ void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
     counters.measured += cost[c].measured;
     counters.scalar += cost[c].scalar;
   }
+}
+
+}  // namespace
+
+void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
+                        std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
+                        TriangleHits& hits, NarrowPhaseCounters& counters) {
+  sift_chunks(first, second, candidates, chunk_size, options, hits, counters,
+              [](Sieve& sieve, std::span<const LeafPair> chunk, TriangleHits& found,
+                 NarrowPhaseCounters& cost) { sieve.sift(chunk, found, cost); });
+}
+
+void find_triangle_hits(const PyramidTriangles& first, const PyramidTriangles& second,
+                        std::span<const LeafBlockPair> candidates,
+                        const NarrowPhaseOptions& options, TriangleHits& hits,
+                        NarrowPhaseCounters& counters) {
+  assert(first.pyramid.tree().swept == 0 && second.pyramid.tree().swept == 0);
+  sift_chunks(first.triangles, second.triangles, candidates, chunk_blocks, options, hits, counters,
+              [&](Sieve& sieve, std::span<const LeafBlockPair> chunk, TriangleHits& found,
+                  NarrowPhaseCounters& cost) {
+                sieve.sift(first.pyramid, second.pyramid, chunk, found, cost);
+              });
 }
 
 void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "bsi/box_pyramid.h"
 #include "bsi/geometry_image.h"
 #include "bsi/leaf_pair.h"
 #include "bsi/triangle_intersection.h"
@@ -48,6 +49,21 @@ struct NarrowPhaseCounters {
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
                         std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
                         TriangleHits& hits, NarrowPhaseCounters& counters);
+
+// A body's triangles with the pyramid that was built of these positions, not swept.
+struct PyramidTriangles {
+  const BoxPyramid& pyramid;
+  TriangleSet triangles;
+};
+
+// The same for what a traversal of the two pyramids (of one with itself: the same object twice)
+// found between leaf blocks. Vertices are read a block at a time, and from float32: a third faster;
+// but where rounding to float32 is not far below the margin (2^-23 of the coordinates' size
+// against it), more is left to float64.
+void find_triangle_hits(const PyramidTriangles& first, const PyramidTriangles& second,
+                        std::span<const LeafBlockPair> candidates,
+                        const NarrowPhaseOptions& options, TriangleHits& hits,
+                        NarrowPhaseCounters& counters);
 
 struct TriangleMeeting {
   LeafPair pair;

@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <memory>
 
-#include "bsi/box_descent_kernels.h"
+#include "bsi/aligned_vector.h"
+#include "bsi/point_descent_kernels.h"
 
 namespace weft::bsi {
 
@@ -21,6 +25,11 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
+std::uint64_t next_serial() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
 DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool self,
                       const TraversalOptions& options) {
   assert(first.is_built() && second.is_built());
@@ -30,6 +39,7 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.b = &second.tree();
   query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
   query.self = self;
+  query.serial = next_serial();
   query.triangles = options.leaf == Leaf::triangle;
   query.certificate_margin =
       self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0;
@@ -140,94 +150,90 @@ std::vector<NodePair> frontier(const BoxPyramid& first, const BoxPyramid& second
   return pairs;
 }
 
-// A sink that hands its pairs on in spans.
-class Handover {
+// Collects what a descent finds. Sink: BlockSink or PairSink; Found: what it holds.
+template <class Sink, class Found>
+class Collector {
  public:
-  explicit Handover(const PairConsumer& consume) : consume_(consume), buffer_(capacity) {
-    sink_ = {buffer_.data(), 0, capacity, &Handover::flush, this};
+  explicit Collector(std::vector<Found>& found) : found_(found), buffer_(capacity) {
+    sink_ = {buffer_.data(), 0, capacity, &Collector::flush, this};
   }
-  PairSink& sink() { return sink_; }
+  Sink& sink() { return sink_; }
   void finish() { flush(sink_); }
 
  private:
-  static constexpr int capacity = 4096;
-  static void flush(PairSink& sink) {
-    const auto* self = static_cast<const Handover*>(sink.owner);
-    if (sink.count > 0) self->consume_({sink.pairs, static_cast<std::size_t>(sink.count)});
+  static constexpr int capacity = 1024;
+  static void flush(Sink& sink) {
+    auto* self = static_cast<Collector*>(sink.owner);
+    self->found_.insert(self->found_.end(), self->buffer_.begin(),
+                        self->buffer_.begin() + sink.count);
     sink.count = 0;
   }
-  const PairConsumer& consume_;
-  std::vector<LeafPair> buffer_;
-  PairSink sink_{};
+  std::vector<Found>& found_;
+  std::vector<Found> buffer_;
+  Sink sink_{};
 };
 
-PairConsumer appender(std::vector<LeafPair>& pairs) {
-  return [&pairs](std::span<const LeafPair> found) {
-    pairs.insert(pairs.end(), found.begin(), found.end());
-  };
-}
+int team_of(int threads) { return threads > 0 ? threads : omp_get_max_threads(); }
 
 // Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
 // what it finds in the order of i.
-template <class Work>
-void collect(int count, int chunk, int threads, std::vector<LeafPair>& pairs,
+template <class Sink, class Found, class Work>
+void collect(int count, int chunk, int threads, std::vector<Found>& found,
              DescentCounters& counters, const Work& work) {
-  const auto run = [&](int begin, int end, const PairConsumer& consume, DescentCounters& tests) {
-    Handover handover(consume);
-    for (int i = begin; i < end; ++i) work(i, handover.sink(), tests);
-    handover.finish();
+  const auto run = [&](int begin, int end, std::vector<Found>& into, DescentCounters& tests) {
+    Collector<Sink, Found> collector(into);
+    for (int i = begin; i < end; ++i) work(i, collector.sink(), tests);
+    collector.finish();
   };
-  const int team = threads > 0 ? threads : omp_get_max_threads();
+  const int team = team_of(threads);
   if (team == 1 || count <= chunk) {
-    run(0, count, appender(pairs), counters);
+    run(0, count, found, counters);
     return;
   }
   const int chunks = (count + chunk - 1) / chunk;
-  // In the small parts that they come in: growing vectors would get fresh pages again and again.
-  std::vector<std::vector<std::vector<LeafPair>>> found(chunks);
+  std::vector<std::vector<Found>> parts(chunks);
   std::vector<DescentCounters> tests(chunks);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(team)
+  for (int c = 0; c < chunks; ++c)
+    run(c * chunk, std::min(count, (c + 1) * chunk), parts[c], tests[c]);
   for (int c = 0; c < chunks; ++c) {
-    const PairConsumer keep = [&](std::span<const LeafPair> part) {
-      found[c].emplace_back(part.begin(), part.end());
-    };
-    run(c * chunk, std::min(count, (c + 1) * chunk), keep, tests[c]);
-  }
-  std::size_t size = pairs.size();
-  for (int c = 0; c < chunks; ++c) {
-    for (const auto& part : found[c]) size += part.size();
+    found.insert(found.end(), parts[c].begin(), parts[c].end());
     counters.box_tests += tests[c].box_tests;
     counters.certificate_tests += tests[c].certificate_tests;
     counters.certified += tests[c].certified;
   }
-  pairs.reserve(size);
-  for (const auto& of_chunk : found) {
-    for (const auto& part : of_chunk) pairs.insert(pairs.end(), part.begin(), part.end());
-  }
 }
 
 void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
-              int threads, std::vector<LeafPair>& pairs, TraversalCounters& counters) {
+              int threads, std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
+  // So little that a team would cost more than it does.
+  constexpr std::size_t few = 64;
+  if (starts.size() < few) threads = 1;
   const DescentKernels& kernels = descent_kernels();
-  collect(static_cast<int>(starts.size()), 4, threads, pairs, tests,
-          [&](int i, PairSink& sink, DescentCounters& own) {
-            kernels.descend(query, starts[i], sink, own);
-          });
+  collect<BlockSink>(static_cast<int>(starts.size()), 4, threads, blocks, tests,
+                     [&](int i, BlockSink& sink, DescentCounters& own) {
+                       // Kept by the thread: it would cost more to make than to use.
+                       thread_local AlignedVector<std::byte> workspace(descent_workspace);
+                       kernels.descend(query, starts[i], workspace.data(), sink, own);
+                     });
   add(counters, tests);
 }
 
 void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
-              const PairConsumer& consume, TraversalCounters& counters) {
-  DescentCounters tests{};
-  Handover handover(consume);
-  for (const NodePair& start : frontier(first, second, query, tests)) {
-    descent_kernels().descend(query, start, handover.sink(), tests);
-  }
-  handover.finish();
-  add(counters, tests);
+              const TraversalOptions& options, std::vector<LeafPair>& pairs,
+              TraversalCounters& counters) {
+  std::vector<LeafBlockPair> blocks;
+  traverse(first, second, query, options.threads, blocks, counters);
+  append_pairs(first, second, options.leaf, blocks, options.threads, pairs);
 }
+
+struct FreeAligned {
+  void operator()(std::byte* memory) const {
+    CacheLineAllocator<std::byte>().deallocate(memory, 0);
+  }
+};
 
 // Points rounded to float32, one array a component.
 class PointBatch {
@@ -304,47 +310,93 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
   DescentQuery query = query_of(pyramid, pyramid, false, options);
   query.half_margin = 0;
   DescentCounters tests{};
-  constexpr int batch = 1024;
+  constexpr int batch = 16384;
   const int batches = (static_cast<int>(points.size()) + batch - 1) / batch;
   const double reach = options.margin + radius;
-  collect(batches, 1, options.threads, pairs, tests,
-          [&](int i, PairSink& sink, DescentCounters& own) {
-            const auto first = static_cast<std::size_t>(i) * batch;
-            const PointBatch rounded(
-                points.subspan(first, std::min<std::size_t>(batch, points.size() - first)), reach,
-                pyramid.magnitude());
-            // Kept by the thread: it would cost more to make than to use.
-            thread_local std::vector<std::int32_t> workspace(point_workspace(batch));
-            for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
-              descent_kernels().descend_points(query, patch, rounded.view(), i * batch,
-                                               workspace.data(), sink, own);
-            }
-          });
+  collect<PairSink>(
+      batches, 1, options.threads, pairs, tests, [&](int i, PairSink& sink, DescentCounters& own) {
+        const auto first = static_cast<std::size_t>(i) * batch;
+        const PointBatch rounded(
+            points.subspan(first, std::min<std::size_t>(batch, points.size() - first)), reach,
+            pyramid.magnitude());
+        // Kept by the thread: it would cost more to make than to use.
+        thread_local AlignedVector<std::byte> workspace(point_workspace(batch));
+        for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
+          point_descent_kernels().descend_points(query, patch, rounded.view(), i * batch,
+                                                 workspace.data(), sink, own);
+        }
+      });
   add(counters, tests);
 }
 
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
                     const TraversalOptions& options, std::vector<LeafPair>& pairs,
                     TraversalCounters& counters) {
-  traverse(first, second, query_of(first, second, false, options), options.threads, pairs,
-           counters);
+  traverse(first, second, query_of(first, second, false, options), options, pairs, counters);
 }
 
 void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters) {
-  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options.threads, pairs,
-           counters);
+  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options, pairs, counters);
 }
 
 void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
-                    const TraversalOptions& options, const PairConsumer& consume,
+                    const TraversalOptions& options, std::vector<LeafBlockPair>& blocks,
                     TraversalCounters& counters) {
-  traverse(first, second, query_of(first, second, false, options), consume, counters);
+  traverse(first, second, query_of(first, second, false, options), options.threads, blocks,
+           counters);
 }
 
 void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
-                    const PairConsumer& consume, TraversalCounters& counters) {
-  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), consume, counters);
+                    std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
+  traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options.threads, blocks,
+           counters);
+}
+
+std::size_t count_pairs(std::span<const LeafBlockPair> blocks) {
+  std::size_t count = 0;
+  for (const LeafBlockPair& pair : blocks) count += std::popcount(pair.leaves);
+  return count;
+}
+
+void append_pairs(const BoxPyramid& first, const BoxPyramid& second, Leaf leaf,
+                  std::span<const LeafBlockPair> blocks, int threads,
+                  std::vector<LeafPair>& pairs) {
+  DescentQuery query{};
+  query.a = &first.tree();
+  query.b = &second.tree();
+  query.self = &first == &second;
+  query.triangles = leaf == Leaf::triangle;
+  constexpr std::size_t chunk_size = 512;
+  const int chunks = static_cast<int>((blocks.size() + chunk_size - 1) / chunk_size);
+  const auto chunk = [&](int c) {
+    return blocks.subspan(c * chunk_size, std::min(chunk_size, blocks.size() - c * chunk_size));
+  };
+  const auto number = [&](int c) {
+    thread_local std::vector<LeafPair> buffer(64 * chunk_size + 8);
+    const std::size_t count =
+        descent_kernels().number(query, chunk(c).data(), chunk(c).size(), buffer.data());
+    return std::span<const LeafPair>(buffer.data(), count);
+  };
+  const int team = std::min(team_of(threads), chunks);
+  if (team <= 1) {
+    pairs.reserve(pairs.size() + count_pairs(blocks));
+    for (int c = 0; c < chunks; ++c) {
+      const std::span<const LeafPair> numbered = number(c);
+      pairs.insert(pairs.end(), numbered.begin(), numbered.end());
+    }
+    return;
+  }
+  // Where the pairs of every chunk belong.
+  std::vector<std::size_t> place(chunks + 1, pairs.size());
+  for (int c = 0; c < chunks; ++c) place[c + 1] = place[c] + count_pairs(chunk(c));
+  pairs.resize(place[chunks]);
+#pragma omp parallel for schedule(dynamic, 4) num_threads(team)
+  for (int c = 0; c < chunks; ++c) {
+    const std::span<const LeafPair> numbered = number(c);
+    std::copy(numbered.begin(), numbered.end(),
+              pairs.begin() + static_cast<std::ptrdiff_t>(place[c]));
+  }
 }
 
 void dual_traversal_of_blocks(const BoxPyramid& first, const BoxPyramid& second, int level,
