@@ -5,6 +5,7 @@
 #include "bsi/instruction_set.h"
 #include "bsi/narrow_phase_kernels.h"
 #include "bsi/sphere_kernels.h"
+#include "bsi/vertex_kernels.h"
 
 // One of each per instruction set that this build contains.
 #define WEFT_DECLARE_KERNELS(set)                       \
@@ -14,6 +15,7 @@
   extern const FeatureKernels feature_kernels;          \
   extern const NarrowPhaseKernels narrow_phase_kernels; \
   extern const SphereKernels sphere_kernels;            \
+  extern const VertexKernels vertex_kernels;            \
   }
 WEFT_DECLARE_KERNELS(portable)
 #if defined(WEFT_X86_KERNELS)
@@ -34,5 +36,6 @@ const DescentKernels& descent_kernels() { return WEFT_CHOOSE(descent_kernels); }
 const FeatureKernels& feature_kernels() { return WEFT_CHOOSE(feature_kernels); }
 const NarrowPhaseKernels& narrow_phase_kernels() { return WEFT_CHOOSE(narrow_phase_kernels); }
 const SphereKernels& sphere_kernels() { return WEFT_CHOOSE(sphere_kernels); }
+const VertexKernels& vertex_kernels() { return WEFT_CHOOSE(vertex_kernels); }
 
 }  // namespace weft::bsi

@@ -9,6 +9,7 @@
 
 #include "bsi/exact_radius.h"
 #include "bsi/sphere_bounds.h"
+#include "bsi/vertex_kernels.h"
 
 namespace weft::bsi {
 
@@ -225,7 +226,7 @@ bool SphereBuild::load_row(int patch, int row, const SphereVertices& vertices, S
     std::array<float*, 3> component;
     for (int axis = 0; axis < 3; ++axis) component[axis] = image_row + axis * plan.stride;
     bounded =
-        kernels.load_vertices(positions, particle, image.cols, limit_, component.data()) && bounded;
+        vertex_kernels().load(positions, particle, image.cols, limit_, component.data()) && bounded;
     for (int axis = 0; axis < 3; ++axis) {
       if (image.wrap_u) component[axis][image.cols] = component[axis][0];
       if (plan.run_from.empty()) continue;
