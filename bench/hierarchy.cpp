@@ -69,8 +69,8 @@ void measure_growth(int n, int repeats, Results& results) {
     take(boxes_ms, [&] { boxes.rebuild(); });
     pairs.clear();
     take(query_ms, [&] { boxes.query(pairs); });
-    take(fast_ms, [&] { static_cast<void>(fast.rebuild(sheet.start)); });
-    take(exact_ms, [&] { static_cast<void>(exact.rebuild(sheet.start)); });
+    take(fast_ms, [&] { static_cast<void>(fast.rebuild(sheet.start, 1)); });
+    take(exact_ms, [&] { static_cast<void>(exact.rebuild(sheet.start, 1)); });
   }
   results.rows.push_back(growth_row(n, "copy", MethodKind::variant, 1, copy_ms));
   Row weft = growth_row(n, "weft", MethodKind::weft, 1, boxes_ms);

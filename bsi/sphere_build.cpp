@@ -116,20 +116,19 @@ std::size_t SphereBuild::bytes() const {
 
 std::optional<TexelAddress> SphereBuild::run(const SphereTree& tree,
                                              std::span<const std::span<const Vec3>> ends,
-                                             float limit) {
+                                             float limit, int threads) {
   tree_ = tree;
   limit_ = limit;
   end_count_ = static_cast<int>(ends.size());
   std::copy(ends.begin(), ends.end(), ends_.begin());
   if (keeps_vertices_ && end_count_ == 2) vertices_[1].resize(vertices_[0].size());
   const int strips = static_cast<int>(strips_.size());
-  const int threads =
-      is_parallel_ && omp_in_parallel() == 0 ? std::min(strips, omp_get_max_threads()) : 1;
-  make_scratch(threads);
+  const int team = is_parallel_ && omp_in_parallel() == 0 ? std::min(strips, threads) : 1;
+  make_scratch(team);
   bool bounded = true;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : bounded) if (threads > 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(team) reduction(&& : bounded) if (team > 1)
   for (int i = 0; i < strips; ++i) {
-    bounded = bound_strip(strips_[i], scratch_[threads > 1 ? omp_get_thread_num() : 0]) && bounded;
+    bounded = bound_strip(strips_[i], scratch_[team > 1 ? omp_get_thread_num() : 0]) && bounded;
   }
   if (!bounded) return first_unbounded();
   for (int patch = 0; patch < static_cast<int>(patches_.size()); ++patch) {

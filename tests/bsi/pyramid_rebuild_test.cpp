@@ -68,17 +68,30 @@ TEST(PyramidRebuild, HasTheSameBitsForAnyNumberOfThreads) {
     for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
       Pyramid pyramid(surface.atlas, policy, Leaf::triangle);
       std::vector<Sphere> still, swept;
-      for (const int count : {1, 2, 3}) {
-        const Threads threads(count);
-        ASSERT_FALSE(pyramid.rebuild_swept(surface.positions, end));
+      for (const int count : {1, 2, 3, 0}) {
+        ASSERT_FALSE(pyramid.rebuild_swept(surface.positions, end, count));
         if (count == 1) swept = all_spheres(pyramid);
         EXPECT_TRUE(all_spheres(pyramid) == swept) << count << " threads, swept";
-        ASSERT_FALSE(pyramid.rebuild(surface.positions));
+        ASSERT_FALSE(pyramid.rebuild(surface.positions, count));
         if (count == 1) still = all_spheres(pyramid);
         EXPECT_TRUE(all_spheres(pyramid) == still) << count << " threads";
       }
     }
   }
+}
+
+// Every thread has a workspace, which counts as memory.
+TEST(PyramidRebuild, UsesTheThreadsAskedFor) {
+  const Surface surface = make_rectangle(1, 1, 150, 150);
+  const auto bytes = [&](int of_openmp, int asked_for) {
+    const Threads threads(of_openmp);
+    Pyramid pyramid(surface.atlas);
+    EXPECT_FALSE(pyramid.rebuild(surface.positions, asked_for));
+    return pyramid.bytes();
+  };
+  EXPECT_EQ(bytes(3, 1), bytes(1, 1));
+  EXPECT_EQ(bytes(1, 3), bytes(3, 0));
+  EXPECT_GT(bytes(1, 3), bytes(1, 2));
 }
 
 TEST(PyramidRebuild, HasTheSameBitsWithEveryInstructionSet) {
@@ -239,8 +252,7 @@ TEST(PyramidRebuild, RebuildsManyBodiesAtOnce) {
     bodies.push_back({&pyramids[i], list[i].positions, {}, {}});
     if (i % 2 == 0) bodies.back().end = ends[i];
   }
-  const Threads threads(2);
-  rebuild(bodies);
+  rebuild(bodies, 2);
   for (std::size_t i = 0; i < list.size(); ++i) {
     EXPECT_EQ(bodies[i].unbounded.has_value(), i == 3);
     EXPECT_EQ(pyramids[i].is_built(), i != 3);
