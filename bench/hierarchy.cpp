@@ -1,5 +1,4 @@
 // Weft's hierarchy and traversals beside those of its peers, and how their cost grows.
-#include <omp.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -127,7 +126,6 @@ void say_what_is_running(const std::string& scene, int n) {
 
 int run_hierarchy(const HierarchyOptions& options) {
   Results results;
-  omp_set_num_threads(1);  // of the spheres
   bool right = true;
   const SceneMeasurement measurement{options.repeats, options.threads, options.methods};
   const std::vector<std::string> scenes = options.scenes.empty() ? scene_names() : options.scenes;
