@@ -91,14 +91,16 @@ void SphereBuild::plan_patch(const Atlas& atlas, const BlockLevels& numbers, int
 }
 
 void SphereBuild::make_scratch(int threads) {
-  if (static_cast<int>(scratch_.size()) >= threads) return;
-  scratch_.resize(threads);
+  if (static_cast<int>(scratch_.size()) < threads) scratch_.resize(threads);
   for (Scratch& scratch : scratch_) {
     scratch.block_rows.resize(block_row_floats_);
     scratch.image_row.resize(3 * vertex_stride_);
     if (keeps_vertices_) {
       scratch.centres.resize(3 * vertex_stride_);
       scratch.squared.resize(vertex_stride_);
+    }
+    for (int end = 0; end < end_count_; ++end) {
+      scratch.vertex_rows[end].resize(3 * vertex_stride_ * (keeps_vertices_ ? 1 : 4));
     }
   }
 }
@@ -180,11 +182,9 @@ SphereVertices SphereBuild::vertices_of_strip(int patch, int last, Scratch& scra
   SphereVertices vertices = kept_vertices(patch);
   for (int end = 0; end < end_count_; ++end) {
     AlignedVector<float>& rows = scratch.vertex_rows[end];
-    if (rows.empty()) rows.resize(3 * vertex_stride_ * (keeps_vertices_ ? 1 : 4));
     if (!keeps_vertices_) {
       vertices.first[end] = rows.data();
       vertices.last_row[end] = rows.data() + 3 * vertices.stride * (last & vertices.row_mask);
-
     } else if (last < vertices.last) {
       vertices.last_row[end] = rows.data();
     }
