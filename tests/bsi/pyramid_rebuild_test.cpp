@@ -15,6 +15,7 @@
 #include "bsi/level_build.h"
 #include "bsi/pyramid.h"
 #include "tests/bsi/pyramid_checks.h"
+#include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
 namespace {
@@ -51,17 +52,6 @@ std::vector<Surface> small_and_large_surfaces() {
   return list;
 }
 
-class Threads {
- public:
-  explicit Threads(int count) : before_(omp_get_max_threads()) { omp_set_num_threads(count); }
-  ~Threads() { omp_set_num_threads(before_); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
-
- private:
-  int before_;
-};
-
 TEST(PyramidRebuild, HasTheSameBitsForAnyNumberOfThreads) {
   for (const Surface& surface : small_and_large_surfaces()) {
     const Positions end = crumple(surface, 0.1, 26).positions;
@@ -82,9 +72,10 @@ TEST(PyramidRebuild, HasTheSameBitsForAnyNumberOfThreads) {
 
 // Every thread has a workspace, which counts as memory.
 TEST(PyramidRebuild, UsesTheThreadsAskedFor) {
+  const RestoredSettings restored;
   const Surface surface = make_rectangle(1, 1, 150, 150);
   const auto bytes = [&](int of_openmp, int asked_for) {
-    const Threads threads(of_openmp);
+    omp_set_num_threads(of_openmp);
     Pyramid pyramid(surface.atlas);
     EXPECT_FALSE(pyramid.rebuild(surface.positions, asked_for));
     return pyramid.bytes();
@@ -95,7 +86,7 @@ TEST(PyramidRebuild, UsesTheThreadsAskedFor) {
 }
 
 TEST(PyramidRebuild, HasTheSameBitsWithEveryInstructionSet) {
-  const InstructionSet before = instruction_set();
+  const RestoredSettings restored;
   for (const Surface& surface : small_and_large_surfaces()) {
     for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
       use_instruction_set(InstructionSet::portable);
@@ -106,7 +97,6 @@ TEST(PyramidRebuild, HasTheSameBitsWithEveryInstructionSet) {
       }
     }
   }
-  use_instruction_set(before);
 }
 
 // The level alone visits every vertex of every block: the oracle of the pruned exact radii.

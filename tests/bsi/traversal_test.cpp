@@ -15,6 +15,7 @@
 #include "bsi/instruction_set.h"
 #include "bsi/proximity.h"
 #include "bsi/shapes.h"
+#include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
 namespace {
@@ -314,15 +315,6 @@ TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
 // --- Order
 // -------------------------------------------------------------------------------------------
 
-struct Settings {
-  int threads = omp_get_max_threads();
-  InstructionSet set = instruction_set();
-  ~Settings() {
-    omp_set_num_threads(threads);
-    use_instruction_set(set);
-  }
-};
-
 // What a body finds with itself, with another and with points: in the order found.
 struct Findings {
   std::vector<LeafPair> self, dual, single;
@@ -348,7 +340,7 @@ Findings find_all(const Body& first, const Body& second, const TraversalOptions&
 }
 
 TEST(Traversal, OrderAndCountersDependOnThePyramidsAlone) {
-  const Settings restored;
+  const RestoredSettings restored;
   std::vector<Body> list;
   for (const bool swept : {false, true}) {
     list.push_back(make_body("large sheet", make_rectangle(1, 1, 40, 37), 0.002, {0, 0, 0}, swept));
