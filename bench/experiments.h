@@ -22,6 +22,14 @@ struct HierarchyOptions {
 };
 int run_hierarchy(const HierarchyOptions& options);
 
+// The sphere pyramid beside a copy, and on several threads.
+struct RebuildOptions {
+  std::vector<int> sizes{64, 128, 200, 256, 257, 512, 1024, 2048};
+  int threads = 1;
+  int repeats = 101;
+};
+int run_rebuild(const RebuildOptions& options);
+
 struct PaperOptions {
   std::filesystem::path directory = "out";
   std::vector<int> sizes{32, 64, 128, 256, 512, 1024};

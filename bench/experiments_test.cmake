@@ -91,6 +91,14 @@ check_files(paper_tori_approach 20 9)
 run(text paper-particles -o figures --passes 2 --torus-size 16 --particles 10,1000)
 check_files(paper_particles 2 9)
 
+# A row for each size in both tables.
+run(text rebuild --sizes 9,130 --threads 2 --repeats 2)
+string(REGEX MATCHALL "\n +(9|130)( +[0-9]+\\.[0-9]+)+" rows "${text}")
+list(LENGTH rows count)
+if(NOT count EQUAL 4)
+  message(FATAL_ERROR "rebuild: ${count} rows, not 4:\n${text}")
+endif()
+
 execute_process(COMMAND ${weft} bench hierarch RESULT_VARIABLE code ERROR_VARIABLE error)
 if(NOT code EQUAL 2 OR NOT error MATCHES "hierarchy")
   message(FATAL_ERROR "an unknown experiment: exit code ${code}, ${error}")

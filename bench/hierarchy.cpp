@@ -1,5 +1,4 @@
 // Weft's hierarchy and traversals beside those of its peers, and how their cost grows.
-#include <omp.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -54,7 +53,7 @@ void measure_growth(int n, int repeats, Results& results) {
   CollisionScene scene = make_scene("drape", n);
   scene.margin = 0.25 / n;
   const Body& sheet = scene.bodies.front();
-  WeftMethod boxes(scene, true, 1);
+  WeftMethod boxes(scene, {});
   bsi::Pyramid fast(sheet.atlas, bsi::RadiusPolicy::fast);
   bsi::Pyramid exact(sheet.atlas, bsi::RadiusPolicy::exact);
   Copy copy(sheet.start, boxes.bytes());
@@ -69,8 +68,9 @@ void measure_growth(int n, int repeats, Results& results) {
     take(boxes_ms, [&] { boxes.rebuild(); });
     pairs.clear();
     take(query_ms, [&] { boxes.query(pairs); });
-    take(fast_ms, [&] { static_cast<void>(fast.rebuild(sheet.start)); });
-    take(exact_ms, [&] { static_cast<void>(exact.rebuild(sheet.start)); });
+    boxes.list(pairs);
+    take(fast_ms, [&] { static_cast<void>(fast.rebuild(sheet.start, 1)); });
+    take(exact_ms, [&] { static_cast<void>(exact.rebuild(sheet.start, 1)); });
   }
   results.rows.push_back(growth_row(n, "copy", MethodKind::variant, 1, copy_ms));
   Row weft = growth_row(n, "weft", MethodKind::weft, 1, boxes_ms);
@@ -96,7 +96,7 @@ void measure_threads(int n, int threads, int repeats, Results& results) {
     int threads;
     std::vector<double> rebuild{}, query{};
   };
-  std::array<Crew, 2> crews{Crew{{scene, true, 1}, 1}, Crew{{scene, true, threads}, threads}};
+  std::array<Crew, 2> crews{Crew{{scene, {}}, 1}, Crew{{scene, {.threads = threads}}, threads}};
   for (int pass = -1; pass < repeats; ++pass) {  // the first warms up
     for (Crew& crew : crews) {
       const double made = 1e3 * wall_time_of([&] { crew.weft.rebuild(); });
@@ -127,7 +127,6 @@ void say_what_is_running(const std::string& scene, int n) {
 
 int run_hierarchy(const HierarchyOptions& options) {
   Results results;
-  omp_set_num_threads(1);  // of the spheres
   bool right = true;
   const SceneMeasurement measurement{options.repeats, options.threads, options.methods};
   const std::vector<std::string> scenes = options.scenes.empty() ? scene_names() : options.scenes;

@@ -12,11 +12,11 @@ namespace {
 
 constexpr const char* remark =
     "Peers take any mesh; Weft takes geometry images, and owes its speed to that. All find the "
-    "same "
-    "candidates (triangles of no common vertex whose boxes come within the margin); \"weft\" "
-    "leaves "
-    "out those that its tangent certificate proves to be no hits, \"weft-uncertified\" does not. "
-    "Refitted trees were built at another pose a few millimetres away.";
+    "same candidates (triangles of no common vertex whose boxes come within the margin); \"weft\" "
+    "leaves out those that its tangent certificate proves to be no hits, \"weft-uncertified\" does "
+    "not. Both hand their candidates to the narrow phase by pairs of leaf blocks (a mask of 64 "
+    "pairs each), \"weft-listed\" writes them out one by one. Refitted trees were built at another "
+    "pose a few millimetres away.";
 
 template <class T>
 nlohmann::ordered_json value_of(const std::optional<T>& value) {

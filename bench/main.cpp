@@ -15,6 +15,7 @@ using namespace weft::bench;
 
 struct Arguments {
   HierarchyOptions hierarchy;
+  RebuildOptions rebuild;
   PaperOptions paper;
   int narrow_phase_size = 128;
   GpuOptions gpu;
@@ -32,6 +33,12 @@ void add_sizes(CLI::App& sub, std::vector<int>& sizes, const char* description) 
   add_numbers(sub, "--sizes", sizes, 4, 8192, description);
 }
 
+void add_repeats(CLI::App& sub, int& repeats) {
+  sub.add_option("--repeats", repeats, "Passes that medians are taken of")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+
 void add_hierarchy(CLI::App& sub, Arguments& arguments) {
   HierarchyOptions& options = arguments.hierarchy;
   sub.add_flag("--json", options.json, "Print one JSON object instead of tables");
@@ -44,9 +51,16 @@ void add_hierarchy(CLI::App& sub, Arguments& arguments) {
       ->check(CLI::IsMember(method_names()));
   add_numbers(sub, "--threads", options.threads, 1, 1024, "Threads of Weft; its peers have one");
   add_numbers(sub, "--growth", options.growth, 4, 8192, "Sizes of the growth of Weft's own cost");
-  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
-      ->check(CLI::Range(1, 100'000))
+  add_repeats(sub, options.repeats);
+}
+
+void add_rebuild(CLI::App& sub, Arguments& arguments) {
+  RebuildOptions& options = arguments.rebuild;
+  add_sizes(sub, options.sizes, "Sheets of n x n vertices");
+  sub.add_option("--threads", options.threads, "Threads to compare with one")
+      ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  add_repeats(sub, options.repeats);
 }
 
 void add_paper(CLI::App& sub, Arguments& arguments) {
@@ -94,9 +108,7 @@ void add_gpu(CLI::App& sub, Arguments& arguments) {
       ->delimiter(',')
       ->check(CLI::IsMember({"rolled", "pleated", "crumpled", "drape"}))
       ->capture_default_str();
-  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
-      ->check(CLI::Range(1, 100'000))
-      ->capture_default_str();
+  add_repeats(sub, options.repeats);
 }
 
 void add_paper_lod(CLI::App& sub, Arguments& arguments) {
@@ -122,6 +134,8 @@ struct Experiment {
 constexpr std::array experiments{
     Experiment{"hierarchy", "Rebuild, query and exact test beside other libraries", add_hierarchy,
                [](const Arguments& a) { return run_hierarchy(a.hierarchy); }},
+    Experiment{"rebuild", "Rebuild of the sphere pyramid beside a copy", add_rebuild,
+               [](const Arguments& a) { return run_rebuild(a.rebuild); }},
     Experiment{"paper-tori", "Two tori, at rest and approaching each other, against brute force",
                add_paper_tori, [](const Arguments& a) { return run_paper_tori(a.paper); }},
     Experiment{"paper-particles", "Particles against a torus, against brute force",

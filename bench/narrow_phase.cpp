@@ -59,8 +59,18 @@ bool compare(const Work& work) {
   return same;
 }
 
-bool compare_triangles(const CollisionScene& scene, std::span<const bsi::LeafPair> candidates) {
+std::vector<bsi::LeafPair> candidates_of(WeftMethod& method) {
+  std::vector<bsi::LeafPair> candidates;
+  method.rebuild();
+  method.query(candidates);
+  if (candidates.empty()) method.list(candidates);
+  return candidates;
+}
+
+bool compare_triangles(const CollisionScene& scene) {
   const Body& body = scene.bodies.front();
+  WeftMethod by_blocks(scene, {});
+  const std::vector<bsi::LeafPair> candidates = candidates_of(by_blocks);
   const bsi::TriangleSet set{body.start, body.triangles};
   const auto scalar = [&] {
     return count_hits({body.start, body.triangles}, {body.start, body.triangles}, candidates,
@@ -73,8 +83,11 @@ bool compare_triangles(const CollisionScene& scene, std::span<const bsi::LeafPai
     return static_cast<long>(hits.pairs.size());
   };
   const std::string name = scene.name + ", triangles";
+  const std::string blocks = scene.name + ", by leaf blocks";
   const std::string measured = scene.name + ", with distances";
   return compare({name.c_str(), candidates.size(), scalar, [&] { return batch(false); }}) &&
+         compare({blocks.c_str(), candidates.size(), scalar,
+                  [&] { return by_blocks.hits({}, scene.margin); }}) &&
          compare({measured.c_str(), candidates.size(), scalar, [&] { return batch(true); }});
 }
 
@@ -134,14 +147,6 @@ bool compare_features(FeatureKind kind, const CollisionScene& swept,
                   batch_safe});
 }
 
-std::vector<bsi::LeafPair> candidates_of(const CollisionScene& scene) {
-  WeftMethod method(scene, true, 1);
-  std::vector<bsi::LeafPair> candidates;
-  method.rebuild();
-  method.query(candidates);
-  return candidates;
-}
-
 }  // namespace
 
 int run_narrow_phase(int size) {
@@ -156,10 +161,11 @@ int run_narrow_phase(int size) {
   bool same = true;
   for (const char* name : {"rolled", "pleated", "crumpled"}) {
     const CollisionScene scene = make_scene(name, size);
-    same = compare_triangles(scene, candidates_of(scene)) && same;
+    same = compare_triangles(scene) && same;
   }
   const CollisionScene swept = make_scene("crumpled-swept", size);
-  const std::vector<bsi::LeafPair> candidates = candidates_of(swept);
+  WeftMethod method(swept, {});
+  const std::vector<bsi::LeafPair> candidates = candidates_of(method);
   same = compare_features(FeatureKind::vertex_triangle, swept, candidates) && same;
   same = compare_features(FeatureKind::edge_edge, swept, candidates) && same;
   bsi::use_instruction_set(before);

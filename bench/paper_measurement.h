@@ -1,29 +1,39 @@
 // What the two timed experiments of the paper have in common.
 #pragma once
 
-#include <optional>
+#include <filesystem>
+#include <sstream>
+#include <string>
 
+#include "bench/plot.h"
 #include "bench/scenes.h"
 
 namespace weft::bench {
 
-// Medians over the passes, ms of one thread.
-struct PaperTimes {
-  double rebuild_ms = 0;  // of the hierarchies of all bodies but particles
-  double query_ms = 0;    // candidates
-  double narrow_ms = 0;   // hits among them
-  long candidates = 0, hits = 0;
-  // Brute force: every pair of boxes tested, then the same exact test. None where it would take too
-  // long (some seconds a pass).
-  std::optional<double> brute_ms;
-  int brute_passes = 0;
-  bool same_hits = true;  // as brute force
+// Scenes measured one after the other: rebuild of the hierarchies of all bodies but particles,
+// query (candidates) and exact test (hits among them), against brute force, which tests every pair
+// of boxes and makes the same exact test. Medians over the passes, ms of one thread. Brute force is
+// repeated as often as that goes within a second, but once, and left out where a pass of it would
+// take some seconds.
+class PaperFigure {
+ public:
+  // `scenes` says what they are, `columns` names what tells them apart in the table.
+  PaperFigure(const std::string& scenes, const std::string& columns, int passes);
 
-  double total_ms() const { return rebuild_ms + query_ms + narrow_ms; }
+  // Measures a scene. `columns` are its own, `x` its place in the chart.
+  void add(const CollisionScene& scene, const std::string& columns, double x);
+
+  // Writes NAME.csv and NAME.svg, and the table to standard output. False where brute force found
+  // other hits, which is said on standard error. Throws std::runtime_error as write_text().
+  bool write(const std::filesystem::path& directory, const std::string& name,
+             const std::string& title, const std::string& note, const std::string& x_title) const;
+
+ private:
+  int passes_;
+  std::ostringstream csv_;
+  Series bsi_{"BSI: all", {}, {}}, rebuild_{"BSI: rebuild", {}, {}}, query_{"BSI: query", {}, {}},
+      brute_{"brute force", {}, {}};
+  bool right_ = true;
 };
-
-// Rebuild, query and exact test, `passes` times over; brute force as often as that goes within a
-// second, but once.
-PaperTimes measure_passes(const CollisionScene& scene, int passes);
 
 }  // namespace weft::bench

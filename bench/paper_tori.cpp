@@ -13,44 +13,14 @@ namespace {
 
 // Growth with the number of triangles, against brute force.
 bool run_fixed_pose(const PaperOptions& options) {
-  std::ostringstream csv;
-  csv << "# two linked tori of n x n vertices each, margin " << 1e3 * scene_margin
-      << " mm; medians of " << options.passes
-      << " passes, ms of one thread; brute force where a pass takes seconds at most\n"
-      << "n,triangles,rebuild_ms,query_ms,narrow_ms,total_ms,candidates,hits,brute_ms,"
-         "brute_passes\n";
-  Series bsi{"BSI: all", {}, {}}, rebuild{"BSI: rebuild", {}, {}}, query{"BSI: query", {}, {}},
-      brute{"brute force", {}, {}};
-  bool right = true;
+  PaperFigure figure("two linked tori of n x n vertices each", "n,triangles", options.passes);
   for (const int n : options.sizes) {
-    const PaperTimes times = measure_passes(make_scene("tori", n), options.passes);
-    right = right && times.same_hits;
-    const double triangles = 4.0 * n * n;
-    csv << n << ',' << triangles << ',' << times.rebuild_ms << ',' << times.query_ms << ','
-        << times.narrow_ms << ',' << times.total_ms() << ',' << times.candidates << ','
-        << times.hits << ',';
-    if (times.brute_ms) csv << *times.brute_ms;
-    csv << ',' << times.brute_passes << '\n';
-    const auto add = [&](Series& series, double value) {
-      series.x.push_back(triangles);
-      series.y.push_back(value);
-    };
-    add(bsi, times.total_ms());
-    add(rebuild, times.rebuild_ms);
-    add(query, times.query_ms);
-    if (times.brute_ms) add(brute, *times.brute_ms);
+    const long triangles = 4L * n * n;
+    figure.add(make_scene("tori", n), std::to_string(n) + ',' + std::to_string(triangles),
+               static_cast<double>(triangles));
   }
-  Plot plot{"Two tori in contact",
-            "both rebuilt every pass; one thread",
-            {"triangles of both"},
-            {"time of a pass, ms"},
-            {bsi, rebuild, query}};
-  if (!brute.x.empty()) plot.series.push_back(brute);
-  write_text(csv.str(), options.directory / "paper_tori.csv");
-  write_svg(plot, options.directory / "paper_tori.svg");
-  std::fputs(csv.str().c_str(), stdout);
-  if (!right) std::fputs("paper-tori: brute force finds other hits\n", stderr);
-  return right;
+  return figure.write(options.directory, "paper_tori", "Two tori in contact",
+                      "both rebuilt every pass; one thread", "triangles of both");
 }
 
 // First contacts, against those of the smooth surfaces.

@@ -1,44 +1,36 @@
 // Rebuild of the sphere pyramid: times beside the memory-traffic floor, a copy that reads as many
 // bytes as the image holds and writes as many as the hierarchy. Medians of interleaved repeats.
-#include <omp.h>
-
-#include <chrono>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <vector>
 
+#include "bench/experiments.h"
 #include "bench/medians.h"
 #include "bsi/instruction_set.h"
 #include "bsi/pyramid.h"
 #include "bsi/shapes.h"
 
+namespace weft::bench {
+
 namespace {
 
-using namespace weft::bsi;
+using namespace bsi;
 
 using Works = std::vector<std::function<void()>>;
 
-double cpu_ms(const std::function<void()>& work) { return 1e3 * weft::bench::cpu_time_of(work); }
-
-double wall_ms(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
-
-std::vector<double> interleaved_medians(const Works& works, int repeats,
-                                        double (*ms)(const std::function<void()>&)) {
+// ms, by a clock of clock_gettime().
+std::vector<double> interleaved_medians(const Works& works, int repeats, clockid_t clock) {
   std::vector<std::vector<double>> times(works.size());
   for (int i = 0; i < repeats; ++i) {
-    for (std::size_t k = 0; k < works.size(); ++k) times[k].push_back(ms(works[k]));
+    for (std::size_t k = 0; k < works.size(); ++k)
+      times[k].push_back(1e3 * time_of(clock, works[k]));
   }
   std::vector<double> medians;
   medians.reserve(times.size());
-  for (const auto& of_work : times) medians.push_back(weft::bench::median(of_work));
+  for (const auto& of_work : times) medians.push_back(median(of_work));
   return medians;
 }
 
@@ -59,10 +51,7 @@ std::size_t sphere_bytes(const Pyramid& pyramid) {
 
 Works rebuilds(const Surface& sheet, Pyramid& fast, Pyramid& exact, int threads) {
   const auto of = [&, threads](Pyramid& pyramid) {
-    return [&, threads] {
-      omp_set_num_threads(threads);
-      static_cast<void>(pyramid.rebuild(sheet.positions));
-    };
+    return [&, threads] { static_cast<void>(pyramid.rebuild(sheet.positions, threads)); };
   };
   return {of(fast), of(exact)};
 }
@@ -81,42 +70,42 @@ std::function<void()> copy(const Surface& sheet, std::size_t written, std::vecto
   };
 }
 
-void measure_one_thread(int n) {
+void measure_one_thread(int n, int repeats) {
   const Surface sheet = wavy_sheet(n);
   Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
   std::vector<char> out;
   Works works = rebuilds(sheet, fast, exact, 1);
   works.push_back(copy(sheet, sphere_bytes(fast), out));
-  const auto ms = interleaved_medians(works, n < 600 ? 301 : 31, cpu_ms);
+  const auto ms = interleaved_medians(works, repeats, CLOCK_THREAD_CPUTIME_ID);
   std::printf("%6d %9.3f %9.3f %9.3f %9.2f %9.2f %9.2f %9.2f %9.2f\n", n, ms[2], ms[0], ms[1],
               ms[0] / ms[2], ms[1] / ms[0], 1e6 * ms[0] / (static_cast<double>(n) * n),
               static_cast<double>(fast.bytes()) / (1 << 20),
               static_cast<double>(exact.bytes()) / (1 << 20));
 }
 
-void measure_threads(int n, int threads) {
+void measure_threads(int n, int threads, int repeats) {
   const Surface sheet = wavy_sheet(n);
   Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
   Works works = rebuilds(sheet, fast, exact, 1);
   const Works shared = rebuilds(sheet, fast, exact, threads);
   works.insert(works.end(), shared.begin(), shared.end());
-  const auto ms = interleaved_medians(works, 31, wall_ms);
+  const auto ms = interleaved_medians(works, repeats, CLOCK_MONOTONIC);
   std::printf("%6d %9.3f %9.3f %9.2f %9.2f\n", n, ms[0], ms[1], ms[0] / ms[2], ms[1] / ms[3]);
 }
 
 }  // namespace
 
-// bench_rebuild [THREADS]
-int main(int argc, char** argv) {
-  std::printf("a wavy sheet of n x n vertices, %s, medians of interleaved repeats\n",
-              name(instruction_set()).data());
+int run_rebuild(const RebuildOptions& options) {
+  std::printf("a wavy sheet of n x n vertices, %s, medians of %d interleaved repeats\n",
+              name(instruction_set()).data(), options.repeats);
   std::printf("one thread, CPU ms\n%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "n", "copy", "fast",
               "exact", "fast/copy", "ex./fast", "ns/vertex", "MiB fast", "MiB exact");
-  for (int n : {64, 128, 200, 256, 257, 512, 1024, 2048}) measure_one_thread(n);
-  const int threads = argc > 1 ? std::atoi(argv[1]) : 1;
-  if (threads == 1) return 0;
+  for (const int n : options.sizes) measure_one_thread(n, options.repeats);
+  if (options.threads == 1) return 0;
   std::printf("wall ms of one thread, and how many times faster %d are\n%6s %9s %9s %9s %9s\n",
-              threads, "n", "fast", "exact", "fast", "exact");
-  for (int n : {256, 512, 1024, 2048}) measure_threads(n, threads);
+              options.threads, "n", "fast", "exact", "fast", "exact");
+  for (const int n : options.sizes) measure_threads(n, options.threads, options.repeats);
   return 0;
 }
+
+}  // namespace weft::bench

@@ -55,17 +55,21 @@ std::vector<Method> make_methods(const CollisionScene& scene, const PeerScene& m
     method.kind = kind;
     method.threads = threads;
     method.peer = std::move(peer);
-    method.all_candidates = kind != MethodKind::weft || !scene.is_self();
+    method.all_candidates = !scene.is_self() || (name != "weft" && name != "weft-listed");
   };
   for (const PeerMaker& maker : available_peers()) {
     const bool oracle = maker.name == "brute-force";
     add(maker.name, oracle ? MethodKind::oracle : MethodKind::peer, 1, maker.make(meshes));
   }
   for (const int threads : measurement.threads) {
-    add("weft", MethodKind::weft, threads, std::make_unique<WeftMethod>(scene, true, threads));
+    const auto variant = [&](bool certificate, bool listed) {
+      return std::make_unique<WeftMethod>(scene, WeftVariant{certificate, listed, threads});
+    };
+    add("weft", MethodKind::weft, threads, variant(true, false));
+    if (scene.bodies.front().is_particles()) continue;
+    add("weft-listed", MethodKind::variant, threads, variant(true, true));
     if (!scene.is_self()) continue;
-    add("weft-uncertified", MethodKind::variant, threads,
-        std::make_unique<WeftMethod>(scene, false, threads));
+    add("weft-uncertified", MethodKind::variant, threads, variant(false, false));
   }
   return methods;
 }
@@ -109,8 +113,9 @@ void find_hits(const CollisionScene& scene, Method& method, int pass,
                const std::vector<LeafPair>& pairs) {
   const bool ours = method.kind == MethodKind::weft || method.kind == MethodKind::variant;
   if (!ours && pass > 0) return;
-  const double weft_ms =
-      milliseconds(method.threads, [&] { method.hits = weft_hits(scene, pairs, method.threads); });
+  const double weft_ms = milliseconds(method.threads, [&] {
+    method.hits = ours ? method.peer->hits(pairs, scene.margin) : weft_hits(scene, pairs, 1);
+  });
   method.weft_narrow.push_back(weft_ms);
   if (ours) {
     method.narrow.push_back(weft_ms);
@@ -130,6 +135,7 @@ void run_pass(const CollisionScene& scene, Method& method, int pass, std::vector
     method.rebuild.push_back(milliseconds(method.threads, [&] { peer.rebuild(); }));
   pairs.clear();
   method.query.push_back(milliseconds(method.threads, [&] { peer.query(pairs); }));
+  if (pairs.empty()) peer.list(pairs);
   method.candidates = static_cast<long>(pairs.size());
   method.set = fingerprint(pairs);
   if (!scene.is_swept()) find_hits(scene, method, pass, pairs);
@@ -173,7 +179,7 @@ bool check_sets(const CollisionScene& scene, const std::vector<Method>& methods)
 }  // namespace
 
 std::vector<std::string> method_names() {
-  std::vector<std::string> names{"weft", "weft-uncertified"};
+  std::vector<std::string> names{"weft", "weft-listed", "weft-uncertified"};
   for (const PeerMaker& maker : available_peers()) names.push_back(maker.name);
   return names;
 }

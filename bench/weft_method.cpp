@@ -50,14 +50,12 @@ PeerScene mesh_view(const CollisionScene& scene) {
 }
 
 struct WeftMethod::Pyramids {
-  std::vector<bsi::BoxPyramid> of_body;  // none for particles
+  std::vector<bsi::BoxPyramid> of_body;   // none for particles
+  std::vector<bsi::LeafBlockPair> found;  // by the last query
 };
 
-WeftMethod::WeftMethod(const CollisionScene& scene, bool certificate, int threads)
-    : scene_(scene),
-      certificate_(certificate),
-      threads_(threads),
-      pyramids_(std::make_unique<Pyramids>()) {
+WeftMethod::WeftMethod(const CollisionScene& scene, const WeftVariant& variant)
+    : scene_(scene), variant_(variant), pyramids_(std::make_unique<Pyramids>()) {
   for (const Body& body : scene.bodies) {
     if (!body.is_particles()) pyramids_->of_body.emplace_back(body.atlas, scene_.is_self());
   }
@@ -70,8 +68,8 @@ void WeftMethod::rebuild() {
   for (const Body& body : scene_.bodies) {
     if (body.is_particles()) continue;
     bsi::BoxPyramid& pyramid = pyramids_->of_body[next++];
-    if (body.is_swept() ? pyramid.rebuild_swept(body.start, body.end, threads_)
-                        : pyramid.rebuild(body.start, threads_)) {
+    if (body.is_swept() ? pyramid.rebuild_swept(body.start, body.end, variant_.threads)
+                        : pyramid.rebuild(body.start, variant_.threads)) {
       std::fprintf(stderr, "%s: a position is not finite\n", scene_.name.c_str());
       std::exit(1);
     }
@@ -81,18 +79,48 @@ void WeftMethod::rebuild() {
 void WeftMethod::query(std::vector<LeafPair>& pairs) {
   const bsi::TraversalOptions options{.margin = scene_.margin,
                                       .leaf = bsi::Leaf::triangle,
-                                      .certificate = certificate_,
-                                      .threads = threads_};
+                                      .certificate = variant_.certificate,
+                                      .threads = variant_.threads};
   bsi::TraversalCounters counters;
   const std::vector<bsi::BoxPyramid>& of_body = pyramids_->of_body;
+  std::vector<bsi::LeafBlockPair>& found = pyramids_->found;
+  found.clear();
   if (scene_.is_self()) {
-    bsi::self_traversal(of_body.front(), options, pairs, counters);
+    bsi::self_traversal(of_body.front(), options, found, counters);
   } else if (scene_.bodies.front().is_particles()) {
     bsi::single_traversal(of_body.front(), scene_.bodies.front().start, 0, options, pairs,
                           counters);
   } else {
-    bsi::dual_traversal(of_body.front(), of_body.back(), options, pairs, counters);
+    bsi::dual_traversal(of_body.front(), of_body.back(), options, found, counters);
   }
+  if (variant_.listed) list(pairs);
+}
+
+void WeftMethod::list(std::vector<LeafPair>& pairs) {
+  const std::vector<bsi::BoxPyramid>& of_body = pyramids_->of_body;
+  const std::vector<bsi::LeafBlockPair>& found = pyramids_->found;
+  if (scene_.is_self()) {
+    bsi::append_pairs(of_body.front(), bsi::Leaf::triangle, found, variant_.threads, pairs);
+  } else {
+    bsi::append_pairs(of_body.front(), of_body.back(), bsi::Leaf::triangle, found, variant_.threads,
+                      pairs);
+  }
+}
+
+long WeftMethod::hits(std::span<const LeafPair> pairs, double distance) {
+  const Body &first = scene_.bodies.front(), &second = scene_.bodies.back();
+  if (first.is_particles() || variant_.listed) return weft_hits(scene_, pairs, variant_.threads);
+  bsi::TriangleHits hits;
+  bsi::NarrowPhaseCounters counters;
+  const bsi::PyramidTriangles a{pyramids_->of_body.front(), {first.start, first.triangles}};
+  const bsi::PyramidTriangles b{pyramids_->of_body.back(), {second.start, second.triangles}};
+  const bsi::NarrowPhaseOptions options{distance, false, variant_.threads};
+  if (scene_.is_self()) {
+    bsi::find_triangle_hits(a, pyramids_->found, options, hits, counters);
+  } else {
+    bsi::find_triangle_hits(a, b, pyramids_->found, options, hits, counters);
+  }
+  return static_cast<long>(hits.pairs.size());
 }
 
 std::size_t WeftMethod::bytes() const {

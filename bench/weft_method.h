@@ -12,25 +12,35 @@ namespace weft::bench {
 // `scene`, which must stay where it is.
 PeerScene mesh_view(const CollisionScene& scene);
 
-// Box pyramids and their traversals. Without the certificate it finds what its peers find; with it
-// (self queries only), less: what it leaves out cannot be a hit. Bytes of the hierarchy in `bytes`.
+struct WeftVariant {
+  // Without it Weft finds what its peers find; with it (self queries only), less: what it leaves
+  // out cannot be a hit.
+  bool certificate = true;
+  // query() lists the candidates pair by pair, as peers do, and not by pairs of leaf blocks.
+  bool listed = false;
+  int threads = 1;
+};
+
+// Box pyramids, their traversals, and the narrow phase.
 class WeftMethod final : public Peer {
  public:
-  WeftMethod(const CollisionScene& scene, bool certificate, int threads);
+  WeftMethod(const CollisionScene& scene, const WeftVariant& variant);
   ~WeftMethod() override;
   void rebuild() override;
   void query(std::vector<LeafPair>& pairs) override;
-  std::size_t bytes() const;
+  void list(std::vector<LeafPair>& pairs) override;
+  long hits(std::span<const LeafPair> pairs, double distance) override;
+  std::size_t bytes() const;  // of the hierarchy
 
  private:
   struct Pyramids;
   const CollisionScene& scene_;
-  bool certificate_;
-  int threads_;
+  WeftVariant variant_;
   std::unique_ptr<Pyramids> pyramids_;
 };
 
-// How many of the candidates come within the margin of the scene: Weft's narrow phase.
+// How many of the candidates of any method come within the margin of the scene: Weft's narrow phase
+// for lists of pairs.
 long weft_hits(const CollisionScene& scene, std::span<const LeafPair> pairs, int threads);
 
 }  // namespace weft::bench

@@ -9,57 +9,6 @@ constexpr float lowest = -3.402823466e38F;  // -FLT_MAX: neutral to maxima
 
 inline float larger(float a, float b) { return a > b ? a : b; }
 
-// So many at a time are rounded, in the order they come in, and then sorted by component.
-constexpr int chunk = 64;
-
-// The bits of a float without its sign grow with its magnitude, through infinity to NaN, which a
-// maximum of floats would swallow.
-typedef std::int32_t Bits __attribute__((may_alias));
-
-inline __attribute__((always_inline)) std::int32_t load_chunk(const double* __restrict positions,
-                                                              int count, float* __restrict x,
-                                                              float* __restrict y,
-                                                              float* __restrict z) {
-  float rounded[3 * chunk];
-  for (int i = 0; i < 3 * count; ++i) rounded[i] = static_cast<float>(positions[i]);
-  const Bits* bits = reinterpret_cast<const Bits*>(rounded);
-  std::int32_t largest = 0;
-  for (int i = 0; i < 3 * count; ++i) {
-    const std::int32_t magnitude = bits[i] & 0x7fffffff;
-    largest = largest > magnitude ? largest : magnitude;
-  }
-  for (int i = 0; i < count; ++i) {
-    x[i] = rounded[3 * i];
-    y[i] = rounded[3 * i + 1];
-    z[i] = rounded[3 * i + 2];
-  }
-  return largest;
-}
-
-bool load_vertices(const double* positions, const std::int32_t* particle, int count, float limit,
-                   float* const component[3]) {
-  std::int32_t largest = 0;
-  double gathered[3 * chunk];
-  for (int first = 0; first < count; first += chunk) {
-    const int here = count - first < chunk ? count - first : chunk;
-    const double* from = positions + 3 * static_cast<std::ptrdiff_t>(first);
-    if (particle != nullptr) {
-      for (int i = 0; i < 3 * here; ++i) {
-        gathered[i] = positions[3 * static_cast<std::ptrdiff_t>(particle[first + i / 3]) + i % 3];
-      }
-      from = gathered;
-    }
-    float* const x = component[0] + first;
-    float* const y = component[1] + first;
-    float* const z = component[2] + first;
-    // Twice, so that the loops over whole chunks are of a length known to the compiler.
-    const std::int32_t found =
-        here == chunk ? load_chunk(from, chunk, x, y, z) : load_chunk(from, here, x, y, z);
-    largest = largest > found ? largest : found;
-  }
-  return largest < *reinterpret_cast<const Bits*>(&limit);
-}
-
 // Largest of -value and value over the rows, for every column.
 template <bool join, class Value>
 inline void bound_values(int count, int rows, float* __restrict minus_low, float* __restrict high,
@@ -225,7 +174,7 @@ void store_tangents(BoundRow row, int blocks, TangentBounds* out) {
 }  // namespace
 
 extern const BoxBuildKernels box_build_kernels;
-const BoxBuildKernels box_build_kernels = {
-    load_vertices, bound_columns, bound_steps, bound_leaves, merge, store_groups, store_tangents};
+const BoxBuildKernels box_build_kernels = {bound_columns, bound_steps,  bound_leaves,
+                                           merge,         store_groups, store_tangents};
 
 }  // namespace weft::bsi::WEFT_KERNELS

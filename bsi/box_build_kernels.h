@@ -34,10 +34,6 @@ struct VertexRows {
 };
 
 struct BoxBuildKernels {
-  // Rounds `count` positions (three doubles each; picked by `particle` unless null) to float32.
-  // False if one of them reaches `limit` or is not a number.
-  bool (*load_vertices)(const double* positions, const std::int32_t* particle, int count,
-                        float limit, float* const component[3]);
   // Bounds, over two or three rows, of each column of vertices: the planes of boxes. `join`:
   // together with what `out` holds.
   void (*bound_columns)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);

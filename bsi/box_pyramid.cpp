@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "bsi/vertex_kernels.h"
+
 namespace weft::bsi {
 
 namespace {
@@ -289,14 +291,11 @@ bool BoxPyramid::load_row(Strip& strip, int row, int end) {
   for (int axis = 0; axis < 3; ++axis) component[axis] = const_cast<float*>(place.row[0][axis]);
   const std::size_t texel = static_cast<std::size_t>(image.first_texel) +
                             static_cast<std::size_t>(row < image.rows ? row : 0) * image.cols;
-  const double* positions = ends_[end].data()->data();
-  const int* particle = tree_.texel_to_particle;
+  const bool identity = tree_.texel_to_particle == nullptr;
+  const double* positions = ends_[end].data()->data() + (identity ? 3 * texel : 0);
+  const std::int32_t* particle = identity ? nullptr : tree_.texel_to_particle + texel;
   const bool finite =
-      particle == nullptr
-          ? box_build_kernels().load_vertices(positions + 3 * texel, nullptr, image.cols,
-                                              coordinate_limit, component.data())
-          : box_build_kernels().load_vertices(positions, particle + texel, image.cols,
-                                              coordinate_limit, component.data());
+      vertex_kernels().load(positions, particle, image.cols, coordinate_limit, component.data());
   if (image.wrap_u != 0) {
     for (float* values : component) values[image.cols] = values[0];
   }

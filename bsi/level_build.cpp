@@ -2,6 +2,8 @@
 // have the bits of those of the kernels.
 #include "bsi/level_build.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -76,13 +78,14 @@ void add_vertices_of_triangle(const Atlas& atlas, Ends ends, int patch, int row,
 // Calls set(block, points) for every block of a level that is not empty, counted row by row.
 template <typename Set>
 void for_each_block(const Atlas& atlas, const BlockLevels& numbers, Ends ends, int patch, int level,
-                    const Set& set) {
+                    int threads, const Set& set) {
   const bool triangles = level == numbers.levels(patch);
   const int quad_level = triangles ? level - 1 : level;
   const BlockLevel& place = numbers.at(patch, quad_level);
   const int columns = 1 << (place.log_u + (triangles ? 1 : 0));
   const int count = columns << place.log_v;
-#pragma omp parallel if (count > 1 && atlas.patches()[patch].quad_count() >= quads_worth_threads)
+#pragma omp parallel num_threads(threads) if (count > 1 && atlas.patches()[patch].quad_count() >= \
+                                                               quads_worth_threads)
   {
     std::vector<Vec3> points;
 #pragma omp for schedule(dynamic, 16)
@@ -126,7 +129,7 @@ std::optional<TexelAddress> build_level(const Atlas& atlas, std::span<const Vec3
   const bool triangles = level == numbers.levels(patch);
   spheres.resize(triangles ? 2 * numbers.at(patch, level - 1).count()
                            : numbers.at(patch, level).count());
-  for_each_block(atlas, numbers, std::array{positions}, patch, level,
+  for_each_block(atlas, numbers, std::array{positions}, patch, level, omp_get_max_threads(),
                  [&](int block, std::span<const Vec3> points) {
                    const Sphere sphere = exact_sphere(points);
                    spheres[block] =
@@ -135,20 +138,20 @@ std::optional<TexelAddress> build_level(const Atlas& atlas, std::span<const Vec3
   return std::nullopt;
 }
 
-void tighten(const SphereTree& tree, Ends ends) {
+void tighten(const SphereTree& tree, Ends ends, int threads) {
   const Atlas& atlas = *tree.atlas;
   const BlockLevels& numbers = *tree.numbers;
   Sphere* triangles = tree.triangles;
   for (int patch = 0; patch < numbers.patch_count(); ++patch) {
     for (int level = 0; level < numbers.levels(patch); ++level) {
       Sphere* spheres = tree.spheres + numbers.at(patch, level).first;
-      for_each_block(atlas, numbers, ends, patch, level,
+      for_each_block(atlas, numbers, ends, patch, level, threads,
                      [&](int block, std::span<const Vec3> points) {
                        spheres[block] = tight_sphere(points, spheres[block]);
                      });
     }
     if (triangles == nullptr) continue;
-    for_each_block(atlas, numbers, ends, patch, numbers.levels(patch),
+    for_each_block(atlas, numbers, ends, patch, numbers.levels(patch), threads,
                    [&](int block, std::span<const Vec3> points) {
                      triangles[block] = tight_sphere(points, triangles[block]);
                    });

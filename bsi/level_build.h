@@ -22,8 +22,8 @@ namespace weft::bsi {
                                                       int level, RadiusPolicy policy,
                                                       std::vector<Sphere>& spheres);
 
-// Replaces exact spheres of a whole tree by smaller ones, for RadiusPolicy::tight. On the threads
-// of OpenMP. O(quads) a level.
-void tighten(const SphereTree& tree, std::span<const std::span<const Vec3>> ends);
+// Replaces exact spheres of a whole tree by smaller ones, for RadiusPolicy::tight. On so many
+// threads. O(quads) a level.
+void tighten(const SphereTree& tree, std::span<const std::span<const Vec3>> ends, int threads);
 
 }  // namespace weft::bsi

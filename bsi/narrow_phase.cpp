@@ -46,12 +46,12 @@ class Sieve {
   }
 
   // The same for all candidates of at most chunk_blocks pairs of blocks.
-  void sift(const BoxPyramid& first, const BoxPyramid& second,
+  void sift(const BoxPyramid& first, const BoxPyramid& second, bool self,
             std::span<const LeafBlockPair> blocks, TriangleHits& hits,
             NarrowPhaseCounters& counters) {
     listed_.resize(chunk_size + 16);
     const JudgedBlocks judged{&first.tree(), &second.tree(), blocks.data(),
-                              static_cast<int>(blocks.size()), &first == &second};
+                              static_cast<int>(blocks.size()), self};
     // How far rounding to float32 moves two vertices, as in half_margin().
     const double rounding = 0x1p-23 * (static_cast<double>(first.magnitude()) +
                                        static_cast<double>(second.magnitude())) +
@@ -188,6 +188,17 @@ void sift_chunks(const TriangleSet& first, const TriangleSet& second,
   }
 }
 
+void sift_blocks(const PyramidTriangles& first, const PyramidTriangles& second, bool self,
+                 std::span<const LeafBlockPair> candidates, const NarrowPhaseOptions& options,
+                 TriangleHits& hits, NarrowPhaseCounters& counters) {
+  assert(first.pyramid.tree().swept == 0 && second.pyramid.tree().swept == 0);
+  sift_chunks(first.triangles, second.triangles, candidates, chunk_blocks, options, hits, counters,
+              [&](Sieve& sieve, std::span<const LeafBlockPair> chunk, TriangleHits& found,
+                  NarrowPhaseCounters& cost) {
+                sieve.sift(first.pyramid, second.pyramid, self, chunk, found, cost);
+              });
+}
+
 }  // namespace
 
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
@@ -202,12 +213,13 @@ void find_triangle_hits(const PyramidTriangles& first, const PyramidTriangles& s
                         std::span<const LeafBlockPair> candidates,
                         const NarrowPhaseOptions& options, TriangleHits& hits,
                         NarrowPhaseCounters& counters) {
-  assert(first.pyramid.tree().swept == 0 && second.pyramid.tree().swept == 0);
-  sift_chunks(first.triangles, second.triangles, candidates, chunk_blocks, options, hits, counters,
-              [&](Sieve& sieve, std::span<const LeafBlockPair> chunk, TriangleHits& found,
-                  NarrowPhaseCounters& cost) {
-                sieve.sift(first.pyramid, second.pyramid, chunk, found, cost);
-              });
+  sift_blocks(first, second, false, candidates, options, hits, counters);
+}
+
+void find_triangle_hits(const PyramidTriangles& body, std::span<const LeafBlockPair> candidates,
+                        const NarrowPhaseOptions& options, TriangleHits& hits,
+                        NarrowPhaseCounters& counters) {
+  sift_blocks(body, body, true, candidates, options, hits, counters);
 }
 
 void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,

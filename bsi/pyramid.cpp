@@ -1,5 +1,7 @@
 #include "bsi/pyramid.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cassert>
 #include <limits>
@@ -7,6 +9,12 @@
 #include "bsi/level_build.h"
 
 namespace weft::bsi {
+
+namespace {
+
+int team_of(int threads) { return threads > 0 ? threads : omp_get_max_threads(); }
+
+}  // namespace
 
 double bounding_sphere_gap(const Sphere& first, const Sphere& second) {
   if (first.radius < 0 || second.radius < 0) return std::numeric_limits<double>::infinity();
@@ -97,16 +105,17 @@ Block Pyramid::block_of_flat_index(int patch, std::uint64_t index) const {
 
 std::size_t Pyramid::bytes() const { return spheres_.size() * sizeof(Sphere) + build_.bytes(); }
 
-std::optional<TexelAddress> Pyramid::rebuild(std::span<const Vec3> positions) {
-  return rebuild_from(std::array{positions});
+std::optional<TexelAddress> Pyramid::rebuild(std::span<const Vec3> positions, int threads) {
+  return rebuild_from(std::array{positions}, threads);
 }
 
 std::optional<TexelAddress> Pyramid::rebuild_swept(std::span<const Vec3> start,
-                                                   std::span<const Vec3> end) {
-  return rebuild_from(std::array{start, end});
+                                                   std::span<const Vec3> end, int threads) {
+  return rebuild_from(std::array{start, end}, threads);
 }
 
-std::optional<TexelAddress> Pyramid::rebuild_from(std::span<const std::span<const Vec3>> ends) {
+std::optional<TexelAddress> Pyramid::rebuild_from(std::span<const std::span<const Vec3>> ends,
+                                                  int threads) {
   for (const auto& positions : ends) {
     assert(static_cast<int>(positions.size()) == atlas_.particle_count());
     static_cast<void>(positions);
@@ -115,21 +124,23 @@ std::optional<TexelAddress> Pyramid::rebuild_from(std::span<const std::span<cons
   Sphere* groups = spheres + numbers_.block_count();
   const SphereTree tree{&atlas_, &numbers_, spheres, groups,
                         has_triangles() ? groups + group_count() : nullptr};
-  const auto unbounded = build_.run(tree, ends, coordinate_limit);
-  if (!unbounded && policy_ == RadiusPolicy::tight) tighten(tree, ends);
+  const int team = team_of(threads);
+  const auto unbounded = build_.run(tree, ends, coordinate_limit, team);
+  if (!unbounded && policy_ == RadiusPolicy::tight) tighten(tree, ends, team);
   built_ = !unbounded;
   return unbounded;
 }
 
-void rebuild(std::span<PyramidRebuild> bodies) {
-  const auto run = [](PyramidRebuild& body) {
-    body.unbounded = body.end.empty() ? body.pyramid->rebuild(body.start)
-                                      : body.pyramid->rebuild_swept(body.start, body.end);
+void rebuild(std::span<PyramidRebuild> bodies, int threads) {
+  const int team = team_of(threads);
+  const auto run = [team](PyramidRebuild& body) {
+    body.unbounded = body.end.empty() ? body.pyramid->rebuild(body.start, team)
+                                      : body.pyramid->rebuild_swept(body.start, body.end, team);
   };
   for (PyramidRebuild& body : bodies) {
     if (body.pyramid->is_parallel()) run(body);
   }
-#pragma omp parallel for schedule(dynamic, 1) if (bodies.size() > 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(team) if (bodies.size() > 1)
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!bodies[i].pyramid->is_parallel()) run(bodies[i]);
   }

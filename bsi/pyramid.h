@@ -48,14 +48,17 @@ class Pyramid {
   explicit Pyramid(const Atlas& atlas, RadiusPolicy policy = RadiusPolicy::fast,
                    Leaf leaf = Leaf::quad);
 
-  // Rebuilds every level from the positions (metres) of the atlas' particles, on the threads of
-  // OpenMP, with the same bits for any number of them and any instruction set. O(quads). Returns
-  // the first texel whose position is not finite (the pyramid is then not usable until the next
-  // rebuild). Allocates on the first call alone, and on the first swept one.
-  [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions);
+  // Rebuilds every level from the positions (metres) of the atlas' particles, on `threads` threads
+  // (0: those of OpenMP; one within a parallel region), with the same bits for any number of them
+  // and any instruction set. O(quads). Returns the first texel whose position is not finite (the
+  // pyramid is then not usable until the next rebuild). Allocates on the first call alone, on the
+  // first swept one and on those of more threads than before.
+  [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
+                                                    int threads = 0);
   // Bounds every vertex at both ends of its path, and so all along a straight one.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
-                                                          std::span<const Vec3> end);
+                                                          std::span<const Vec3> end,
+                                                          int threads = 0);
   // True after a rebuild that found every position finite.
   bool is_built() const { return built_; }
 
@@ -120,7 +123,8 @@ class Pyramid {
   }
   const Sphere* first_sphere() const { return spheres_.data() + padding; }
   std::size_t group_count() const { return (std::size_t{1} << group_levels()) - 1; }
-  std::optional<TexelAddress> rebuild_from(std::span<const std::span<const Vec3>> ends);
+  std::optional<TexelAddress> rebuild_from(std::span<const std::span<const Vec3>> ends,
+                                           int threads);
 
   Atlas atlas_;
   RadiusPolicy policy_ = RadiusPolicy::fast;
@@ -140,8 +144,8 @@ struct PyramidRebuild {
   std::optional<TexelAddress> unbounded;  // the result, as of Pyramid::rebuild
 };
 
-// Rebuilds many bodies on the threads of OpenMP: large ones one after the other on all of them, the
-// others one a thread. The pyramids must be different ones.
-void rebuild(std::span<PyramidRebuild> bodies);
+// Rebuilds many bodies on `threads` threads (0: those of OpenMP): large ones one after the other on
+// all of them, the others one a thread. The pyramids must be different ones.
+void rebuild(std::span<PyramidRebuild> bodies, int threads = 0);
 
 }  // namespace weft::bsi

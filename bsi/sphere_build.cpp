@@ -9,6 +9,7 @@
 
 #include "bsi/exact_radius.h"
 #include "bsi/sphere_bounds.h"
+#include "bsi/vertex_kernels.h"
 
 namespace weft::bsi {
 
@@ -90,14 +91,16 @@ void SphereBuild::plan_patch(const Atlas& atlas, const BlockLevels& numbers, int
 }
 
 void SphereBuild::make_scratch(int threads) {
-  if (static_cast<int>(scratch_.size()) >= threads) return;
-  scratch_.resize(threads);
+  if (static_cast<int>(scratch_.size()) < threads) scratch_.resize(threads);
   for (Scratch& scratch : scratch_) {
     scratch.block_rows.resize(block_row_floats_);
     scratch.image_row.resize(3 * vertex_stride_);
     if (keeps_vertices_) {
       scratch.centres.resize(3 * vertex_stride_);
       scratch.squared.resize(vertex_stride_);
+    }
+    for (int end = 0; end < end_count_; ++end) {
+      scratch.vertex_rows[end].resize(3 * vertex_stride_ * (keeps_vertices_ ? 1 : 4));
     }
   }
 }
@@ -115,20 +118,19 @@ std::size_t SphereBuild::bytes() const {
 
 std::optional<TexelAddress> SphereBuild::run(const SphereTree& tree,
                                              std::span<const std::span<const Vec3>> ends,
-                                             float limit) {
+                                             float limit, int threads) {
   tree_ = tree;
   limit_ = limit;
   end_count_ = static_cast<int>(ends.size());
   std::copy(ends.begin(), ends.end(), ends_.begin());
   if (keeps_vertices_ && end_count_ == 2) vertices_[1].resize(vertices_[0].size());
   const int strips = static_cast<int>(strips_.size());
-  const int threads =
-      is_parallel_ && omp_in_parallel() == 0 ? std::min(strips, omp_get_max_threads()) : 1;
-  make_scratch(threads);
+  const int team = is_parallel_ && omp_in_parallel() == 0 ? std::min(strips, threads) : 1;
+  make_scratch(team);
   bool bounded = true;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : bounded) if (threads > 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(team) reduction(&& : bounded) if (team > 1)
   for (int i = 0; i < strips; ++i) {
-    bounded = bound_strip(strips_[i], scratch_[threads > 1 ? omp_get_thread_num() : 0]) && bounded;
+    bounded = bound_strip(strips_[i], scratch_[team > 1 ? omp_get_thread_num() : 0]) && bounded;
   }
   if (!bounded) return first_unbounded();
   for (int patch = 0; patch < static_cast<int>(patches_.size()); ++patch) {
@@ -180,11 +182,9 @@ SphereVertices SphereBuild::vertices_of_strip(int patch, int last, Scratch& scra
   SphereVertices vertices = kept_vertices(patch);
   for (int end = 0; end < end_count_; ++end) {
     AlignedVector<float>& rows = scratch.vertex_rows[end];
-    if (rows.empty()) rows.resize(3 * vertex_stride_ * (keeps_vertices_ ? 1 : 4));
     if (!keeps_vertices_) {
       vertices.first[end] = rows.data();
       vertices.last_row[end] = rows.data() + 3 * vertices.stride * (last & vertices.row_mask);
-
     } else if (last < vertices.last) {
       vertices.last_row[end] = rows.data();
     }
@@ -225,7 +225,7 @@ bool SphereBuild::load_row(int patch, int row, const SphereVertices& vertices, S
     std::array<float*, 3> component;
     for (int axis = 0; axis < 3; ++axis) component[axis] = image_row + axis * plan.stride;
     bounded =
-        kernels.load_vertices(positions, particle, image.cols, limit_, component.data()) && bounded;
+        vertex_kernels().load(positions, particle, image.cols, limit_, component.data()) && bounded;
     for (int axis = 0; axis < 3; ++axis) {
       if (image.wrap_u) component[axis][image.cols] = component[axis][0];
       if (plan.run_from.empty()) continue;

@@ -55,10 +55,11 @@ class SphereBuild {
   SphereBuild() = default;
   SphereBuild(const Atlas& atlas, const BlockLevels& numbers, RadiusPolicy policy);
 
-  // Fills every sphere of the tree from positions at one end of the paths or at both. Returns the
-  // first texel whose position reaches the limit or is not a number.
+  // Fills every sphere of the tree from positions at one end of the paths or at both, on so many
+  // threads. Returns the first texel whose position reaches the limit or is not a number.
   std::optional<TexelAddress> run(const SphereTree& tree,
-                                  std::span<const std::span<const Vec3>> ends, float limit);
+                                  std::span<const std::span<const Vec3>> ends, float limit,
+                                  int threads);
   // True where several threads share a rebuild.
   bool is_parallel() const { return is_parallel_; }
   std::size_t bytes() const;

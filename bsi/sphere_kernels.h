@@ -35,10 +35,6 @@ struct SphereVertexRows {
 
 // Spheres are written as four floats each: centre, radius.
 struct SphereKernels {
-  // Rounds `count` positions (three doubles each; picked by `particle` unless null) to float32.
-  // False if one of them reaches `limit` or is not a number.
-  bool (*load_vertices)(const double* positions, const std::int32_t* particle, int count,
-                        float limit, float* const component[3]);
   // Copies entries of a row, by runs: run k, of `length[k]` entries from `from[k]` on, follows run
   // k - 1. The rows must not overlap.
   void (*copy_runs)(const float* row, const std::int32_t* from, const std::int32_t* length,

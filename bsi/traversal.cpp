@@ -16,6 +16,12 @@
 
 namespace weft::bsi {
 
+std::size_t count_pairs(std::span<const LeafBlockPair> blocks) {
+  std::size_t count = 0;
+  for (const LeafBlockPair& pair : blocks) count += std::popcount(pair.leaves);
+  return count;
+}
+
 namespace {
 
 // The smallest float32 number that is certain not to be less.
@@ -221,12 +227,56 @@ void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQu
   add(counters, tests);
 }
 
+// What numbers of leaves depend on.
+DescentQuery numbering(const BoxPyramid& first, const BoxPyramid& second, bool self, Leaf leaf) {
+  DescentQuery query{};
+  query.a = &first.tree();
+  query.b = &second.tree();
+  query.self = self;
+  query.triangles = leaf == Leaf::triangle;
+  return query;
+}
+
+void append_numbers(const DescentQuery& query, std::span<const LeafBlockPair> blocks, int threads,
+                    std::vector<LeafPair>& pairs) {
+  constexpr std::size_t chunk_size = 512;
+  const int chunks = static_cast<int>((blocks.size() + chunk_size - 1) / chunk_size);
+  const auto chunk = [&](int c) {
+    return blocks.subspan(c * chunk_size, std::min(chunk_size, blocks.size() - c * chunk_size));
+  };
+  const auto number = [&](int c) {
+    thread_local std::vector<LeafPair> buffer(64 * chunk_size + 8);
+    const std::size_t count =
+        descent_kernels().number(query, chunk(c).data(), chunk(c).size(), buffer.data());
+    return std::span<const LeafPair>(buffer.data(), count);
+  };
+  const int team = std::min(team_of(threads), chunks);
+  if (team <= 1) {
+    pairs.reserve(pairs.size() + count_pairs(blocks));
+    for (int c = 0; c < chunks; ++c) {
+      const std::span<const LeafPair> numbered = number(c);
+      pairs.insert(pairs.end(), numbered.begin(), numbered.end());
+    }
+    return;
+  }
+  // Where the pairs of every chunk belong.
+  std::vector<std::size_t> place(chunks + 1, pairs.size());
+  for (int c = 0; c < chunks; ++c) place[c + 1] = place[c] + count_pairs(chunk(c));
+  pairs.resize(place[chunks]);
+#pragma omp parallel for schedule(dynamic, 4) num_threads(team)
+  for (int c = 0; c < chunks; ++c) {
+    const std::span<const LeafPair> numbered = number(c);
+    std::copy(numbered.begin(), numbered.end(),
+              pairs.begin() + static_cast<std::ptrdiff_t>(place[c]));
+  }
+}
+
 void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
               const TraversalOptions& options, std::vector<LeafPair>& pairs,
               TraversalCounters& counters) {
   std::vector<LeafBlockPair> blocks;
   traverse(first, second, query, options.threads, blocks, counters);
-  append_pairs(first, second, options.leaf, blocks, options.threads, pairs);
+  append_numbers(query, blocks, options.threads, pairs);
 }
 
 struct FreeAligned {
@@ -353,50 +403,15 @@ void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
            counters);
 }
 
-std::size_t count_pairs(std::span<const LeafBlockPair> blocks) {
-  std::size_t count = 0;
-  for (const LeafBlockPair& pair : blocks) count += std::popcount(pair.leaves);
-  return count;
-}
-
 void append_pairs(const BoxPyramid& first, const BoxPyramid& second, Leaf leaf,
                   std::span<const LeafBlockPair> blocks, int threads,
                   std::vector<LeafPair>& pairs) {
-  DescentQuery query{};
-  query.a = &first.tree();
-  query.b = &second.tree();
-  query.self = &first == &second;
-  query.triangles = leaf == Leaf::triangle;
-  constexpr std::size_t chunk_size = 512;
-  const int chunks = static_cast<int>((blocks.size() + chunk_size - 1) / chunk_size);
-  const auto chunk = [&](int c) {
-    return blocks.subspan(c * chunk_size, std::min(chunk_size, blocks.size() - c * chunk_size));
-  };
-  const auto number = [&](int c) {
-    thread_local std::vector<LeafPair> buffer(64 * chunk_size + 8);
-    const std::size_t count =
-        descent_kernels().number(query, chunk(c).data(), chunk(c).size(), buffer.data());
-    return std::span<const LeafPair>(buffer.data(), count);
-  };
-  const int team = std::min(team_of(threads), chunks);
-  if (team <= 1) {
-    pairs.reserve(pairs.size() + count_pairs(blocks));
-    for (int c = 0; c < chunks; ++c) {
-      const std::span<const LeafPair> numbered = number(c);
-      pairs.insert(pairs.end(), numbered.begin(), numbered.end());
-    }
-    return;
-  }
-  // Where the pairs of every chunk belong.
-  std::vector<std::size_t> place(chunks + 1, pairs.size());
-  for (int c = 0; c < chunks; ++c) place[c + 1] = place[c] + count_pairs(chunk(c));
-  pairs.resize(place[chunks]);
-#pragma omp parallel for schedule(dynamic, 4) num_threads(team)
-  for (int c = 0; c < chunks; ++c) {
-    const std::span<const LeafPair> numbered = number(c);
-    std::copy(numbered.begin(), numbered.end(),
-              pairs.begin() + static_cast<std::ptrdiff_t>(place[c]));
-  }
+  append_numbers(numbering(first, second, false, leaf), blocks, threads, pairs);
+}
+
+void append_pairs(const BoxPyramid& pyramid, Leaf leaf, std::span<const LeafBlockPair> blocks,
+                  int threads, std::vector<LeafPair>& pairs) {
+  append_numbers(numbering(pyramid, pyramid, true, leaf), blocks, threads, pairs);
 }
 
 void dual_traversal_of_blocks(const BoxPyramid& first, const BoxPyramid& second, int level,

@@ -78,9 +78,12 @@ void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafBlockPair>& blocks, TraversalCounters& counters);
 
 std::size_t count_pairs(std::span<const LeafBlockPair> blocks);
-// Appends the numbers of the leaves; of one body (`&first == &second`) the smaller one first.
+// Appends the numbers of the leaves that a dual traversal found; or a self traversal, the smaller
+// one first.
 void append_pairs(const BoxPyramid& first, const BoxPyramid& second, Leaf leaf,
                   std::span<const LeafBlockPair> blocks, int threads, std::vector<LeafPair>& pairs);
+void append_pairs(const BoxPyramid& pyramid, Leaf leaf, std::span<const LeafBlockPair> blocks,
+                  int threads, std::vector<LeafPair>& pairs);
 
 // A block of a level of a patch: see BoxPyramid.
 struct PatchBlock {

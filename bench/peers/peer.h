@@ -54,8 +54,10 @@ class Peer {
   virtual void refit() {}  // keeps the tree of the last rebuild
   // Appends the candidates, those of a self query without a common point, each once, in any order.
   virtual void query(std::vector<LeafPair>& pairs) = 0;
-  // Its own exact test: how many pairs of triangles come within `distance` (metres) of each other;
-  // negative where it has none.
+  // For those who leave the candidates of query() in a form of their own: appends them as above.
+  virtual void list(std::vector<LeafPair>&) {}
+  // Its own exact test of the candidates of the last query: how many pairs of triangles come within
+  // `distance` (metres) of each other; negative where it has none.
   virtual long hits(std::span<const LeafPair>, double distance) { return distance < 0 ? 0 : -1; }
 };
 

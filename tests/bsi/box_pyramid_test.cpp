@@ -18,6 +18,7 @@
 
 #include "bsi/instruction_set.h"
 #include "bsi/shapes.h"
+#include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
 namespace {
@@ -460,18 +461,8 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
          });
 }
 
-// Restores what a test changes.
-struct Settings {
-  int threads = omp_get_max_threads();
-  InstructionSet set = instruction_set();
-  ~Settings() {
-    omp_set_num_threads(threads);
-    use_instruction_set(set);
-  }
-};
-
 TEST(BoxPyramid, HoldsTheSameBitsForAnyThreadsAndInstructionSet) {
-  const Settings restored;
+  const RestoredSettings restored;
   for (const Surface& surface : surfaces()) {
     SCOPED_TRACE(describe(surface));
     Positions start = surface.positions;

@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
 
 #include "bsi/instruction_set.h"
+#include "bsi/shapes.h"
+#include "bsi/traversal.h"
+#include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
 namespace {
@@ -327,6 +331,107 @@ TEST(NarrowPhase, AppendsAndTakesNoCandidates) {
   find_triangle_hits(a.set(), a.set(), same, {0.1, true, 0}, hits, cost);
   EXPECT_EQ(hits.pairs.size(), 2u);
   EXPECT_EQ(hits.distances, (std::vector<double>{0, 0}));
+}
+
+// --- Pairs of leaf blocks ---
+
+struct Image {
+  std::string name;
+  Surface surface;
+};
+
+// Images of even and odd sizes, wrapped, of several patches, folded up and rough, so that all
+// verdicts are among their pairs.
+std::vector<Image> images() {
+  std::vector<Image> list;
+  list.push_back({"sheet", make_rectangle(1, 1, 20, 23)});
+  list.push_back({"strip", make_rectangle(1, 0.1, 3, 91)});
+  list.push_back({"torus", make_torus(0.4, 0.1, 18, 11)});
+  list.push_back({"sphere", make_sphere(0.4, 7)});
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 0.006);
+  for (Image& image : list) {
+    for (Vec3& p : image.surface.positions) {
+      p = image.name == "strip"
+              ? Vec3(0.1 * std::cos(20 * p.x()), p.y(), 0.1 * std::sin(20 * p.x()))
+              : Vec3(p.x(), 0.2 * p.y(), 0.05 * std::sin(9 * p.y()) + 0.1 * p.z());
+      p += Vec3(noise(random), noise(random), noise(random));
+    }
+  }
+  return list;
+}
+
+struct Searched {
+  BoxPyramid pyramid;
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<LeafBlockPair> blocks;
+  std::vector<LeafPair> pairs;
+};
+
+Searched search(const Surface& surface, double margin) {
+  Searched searched{BoxPyramid(surface.atlas), build_mesh(surface.atlas).triangles, {}, {}};
+  EXPECT_FALSE(searched.pyramid.rebuild(surface.positions));
+  TraversalCounters counters;
+  self_traversal(searched.pyramid, {.margin = margin}, searched.blocks, counters);
+  append_pairs(searched.pyramid, Leaf::triangle, searched.blocks, 1, searched.pairs);
+  return searched;
+}
+
+// At rest near the origin, and so far from it that float32 settles few pairs or none.
+TEST(NarrowPhase, PairsOfLeafBlocksHaveTheHitsOfTheirList) {
+  const RestoredSettings restored;
+  constexpr double margin = 4e-3;
+  for (Image& image : images()) {
+    std::int64_t measured_before = 0;
+    for (const double away : {0.0, 100.0, 3e4}) {
+      for (Vec3& p : image.surface.positions) p += Vec3(away, -away, away);
+      const Searched searched = search(image.surface, margin);
+      const TriangleSet set{image.surface.positions, searched.triangles};
+      const PyramidTriangles body{searched.pyramid, set};
+      TriangleHits expected;
+      NarrowPhaseCounters cost;
+      find_triangle_hits(set, set, searched.pairs, {margin, true, 1}, expected, cost);
+      EXPECT_GT(expected.pairs.size(), 20U) << image.name;
+      EXPECT_GT(searched.pairs.size(), expected.pairs.size() + 20) << image.name;
+      for (const InstructionSet kernels : available_instruction_sets()) {
+        use_instruction_set(kernels);
+        for (const bool distances : {false, true}) {
+          TriangleHits hits;
+          NarrowPhaseCounters of_blocks;
+          find_triangle_hits(body, searched.blocks, {margin, distances, 3}, hits, of_blocks);
+          EXPECT_EQ(hits.pairs, expected.pairs) << image.name << ", " << name(kernels);
+          EXPECT_EQ(hits.distances, distances ? expected.distances : std::vector<double>{});
+          EXPECT_EQ(of_blocks.judged, cost.judged);
+          // The farther from the origin, the more is left to float64.
+          if (distances) continue;
+          EXPECT_GE(of_blocks.measured, measured_before);
+          measured_before = of_blocks.measured;
+        }
+      }
+    }
+    EXPECT_GT(measured_before, 0) << image.name;
+  }
+}
+
+TEST(NarrowPhase, TwoBodiesByLeafBlocks) {
+  constexpr double margin = 0.01;
+  Surface first = make_torus(0.4, 0.15, 21, 14), second = make_rectangle(1, 1, 30, 30);
+  for (Vec3& p : second.positions) p -= Vec3(0.5, 0.5, 0.02 * std::sin(20 * p.x()));
+  const Searched one = search(first, 0), other = search(second, 0);
+  std::vector<LeafBlockPair> blocks;
+  TraversalCounters counters;
+  dual_traversal(one.pyramid, other.pyramid, {.margin = margin}, blocks, counters);
+  std::vector<LeafPair> pairs;
+  append_pairs(one.pyramid, other.pyramid, Leaf::triangle, blocks, 1, pairs);
+  const PyramidTriangles a{one.pyramid, {first.positions, one.triangles}};
+  const PyramidTriangles b{other.pyramid, {second.positions, other.triangles}};
+  TriangleHits hits, expected;
+  NarrowPhaseCounters cost;
+  find_triangle_hits(a, b, blocks, {margin, true, 1}, hits, cost);
+  find_triangle_hits(a.triangles, b.triangles, pairs, {margin, true, 1}, expected, cost);
+  EXPECT_GT(hits.pairs.size(), 100U);
+  EXPECT_EQ(hits.pairs, expected.pairs);
+  EXPECT_EQ(hits.distances, expected.distances);
 }
 
 }  // namespace

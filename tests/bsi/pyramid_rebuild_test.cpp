@@ -15,6 +15,7 @@
 #include "bsi/level_build.h"
 #include "bsi/pyramid.h"
 #include "tests/bsi/pyramid_checks.h"
+#include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
 namespace {
@@ -51,29 +52,17 @@ std::vector<Surface> small_and_large_surfaces() {
   return list;
 }
 
-class Threads {
- public:
-  explicit Threads(int count) : before_(omp_get_max_threads()) { omp_set_num_threads(count); }
-  ~Threads() { omp_set_num_threads(before_); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
-
- private:
-  int before_;
-};
-
 TEST(PyramidRebuild, HasTheSameBitsForAnyNumberOfThreads) {
   for (const Surface& surface : small_and_large_surfaces()) {
     const Positions end = crumple(surface, 0.1, 26).positions;
     for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
       Pyramid pyramid(surface.atlas, policy, Leaf::triangle);
       std::vector<Sphere> still, swept;
-      for (const int count : {1, 2, 3}) {
-        const Threads threads(count);
-        ASSERT_FALSE(pyramid.rebuild_swept(surface.positions, end));
+      for (const int count : {1, 2, 3, 0}) {
+        ASSERT_FALSE(pyramid.rebuild_swept(surface.positions, end, count));
         if (count == 1) swept = all_spheres(pyramid);
         EXPECT_TRUE(all_spheres(pyramid) == swept) << count << " threads, swept";
-        ASSERT_FALSE(pyramid.rebuild(surface.positions));
+        ASSERT_FALSE(pyramid.rebuild(surface.positions, count));
         if (count == 1) still = all_spheres(pyramid);
         EXPECT_TRUE(all_spheres(pyramid) == still) << count << " threads";
       }
@@ -81,8 +70,23 @@ TEST(PyramidRebuild, HasTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
+// Every thread has a workspace, which counts as memory.
+TEST(PyramidRebuild, UsesTheThreadsAskedFor) {
+  const RestoredSettings restored;
+  const Surface surface = make_rectangle(1, 1, 150, 150);
+  const auto bytes = [&](int of_openmp, int asked_for) {
+    omp_set_num_threads(of_openmp);
+    Pyramid pyramid(surface.atlas);
+    EXPECT_FALSE(pyramid.rebuild(surface.positions, asked_for));
+    return pyramid.bytes();
+  };
+  EXPECT_EQ(bytes(3, 1), bytes(1, 1));
+  EXPECT_EQ(bytes(1, 3), bytes(3, 0));
+  EXPECT_GT(bytes(1, 3), bytes(1, 2));
+}
+
 TEST(PyramidRebuild, HasTheSameBitsWithEveryInstructionSet) {
-  const InstructionSet before = instruction_set();
+  const RestoredSettings restored;
   for (const Surface& surface : small_and_large_surfaces()) {
     for (const RadiusPolicy policy : {RadiusPolicy::fast, RadiusPolicy::exact}) {
       use_instruction_set(InstructionSet::portable);
@@ -93,7 +97,6 @@ TEST(PyramidRebuild, HasTheSameBitsWithEveryInstructionSet) {
       }
     }
   }
-  use_instruction_set(before);
 }
 
 // The level alone visits every vertex of every block: the oracle of the pruned exact radii.
@@ -239,8 +242,7 @@ TEST(PyramidRebuild, RebuildsManyBodiesAtOnce) {
     bodies.push_back({&pyramids[i], list[i].positions, {}, {}});
     if (i % 2 == 0) bodies.back().end = ends[i];
   }
-  const Threads threads(2);
-  rebuild(bodies);
+  rebuild(bodies, 2);
   for (std::size_t i = 0; i < list.size(); ++i) {
     EXPECT_EQ(bodies[i].unbounded.has_value(), i == 3);
     EXPECT_EQ(pyramids[i].is_built(), i != 3);

@@ -52,11 +52,12 @@ TEST(TangentBound, FeaturesWithoutACommonVertexAreAHexagonApart) {
 // The largest margin with which a plain or swept patch is excused as a whole, found by halving.
 double certified_margin(const BoxPyramid& pyramid, double most) {
   double low = 0, high = most;
-  const PairConsumer ignore = [](std::span<const LeafPair>) {};
+  std::vector<LeafBlockPair> found;
   for (int i = 0; i < 34; ++i) {
     const double margin = 0.5 * (low + high);
     TraversalCounters counters;
-    self_traversal(pyramid, {.margin = margin}, ignore, counters);
+    found.clear();
+    self_traversal(pyramid, {.margin = margin}, found, counters);
     const bool whole = counters.certified == 1 && counters.certificate_tests == 1;
     (whole ? low : high) = margin;
   }

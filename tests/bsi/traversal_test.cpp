@@ -15,6 +15,7 @@
 #include "bsi/instruction_set.h"
 #include "bsi/proximity.h"
 #include "bsi/shapes.h"
+#include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
 namespace {
@@ -314,15 +315,6 @@ TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
 // --- Order
 // -------------------------------------------------------------------------------------------
 
-struct Settings {
-  int threads = omp_get_max_threads();
-  InstructionSet set = instruction_set();
-  ~Settings() {
-    omp_set_num_threads(threads);
-    use_instruction_set(set);
-  }
-};
-
 // What a body finds with itself, with another and with points: in the order found.
 struct Findings {
   std::vector<LeafPair> self, dual, single;
@@ -348,7 +340,7 @@ Findings find_all(const Body& first, const Body& second, const TraversalOptions&
 }
 
 TEST(Traversal, OrderAndCountersDependOnThePyramidsAlone) {
-  const Settings restored;
+  const RestoredSettings restored;
   std::vector<Body> list;
   for (const bool swept : {false, true}) {
     list.push_back(make_body("large sheet", make_rectangle(1, 1, 40, 37), 0.002, {0, 0, 0}, swept));
@@ -380,24 +372,29 @@ TEST(Traversal, OrderAndCountersDependOnThePyramidsAlone) {
   EXPECT_GT(certified, 100);
 }
 
-TEST(Traversal, ConsumersAreHandedTheSamePairsInTheSameOrder) {
+TEST(Traversal, PairsOfLeafBlocksAreTheSamePairsInTheSameOrder) {
+  const RestoredSettings restored;
   for (const Body& body : bodies()) {
     const Body& other = bodies()[3];
     for (const Leaf leaf : leaf_kinds) {
-      const TraversalOptions options{.margin = 0.1, .leaf = leaf};
-      std::vector<LeafPair> pairs{{-1, -1}}, handed{{-1, -1}};
-      TraversalCounters counters, counters_handed;
-      const PairConsumer consume = [&](std::span<const LeafPair> found) {
-        EXPECT_FALSE(found.empty());
-        handed.insert(handed.end(), found.begin(), found.end());
-      };
+      const TraversalOptions options{.margin = 0.1, .leaf = leaf, .threads = 2};
+      std::vector<LeafPair> pairs{{-1, -1}}, listed{{-1, -1}};
+      std::vector<LeafBlockPair> self, dual;
+      TraversalCounters counters, counters_of_blocks;
       self_traversal(body.pyramid, options, pairs, counters);
       dual_traversal(body.pyramid, other.pyramid, options, pairs, counters);
-      self_traversal(body.pyramid, options, consume, counters_handed);
-      dual_traversal(body.pyramid, other.pyramid, options, consume, counters_handed);
-      EXPECT_EQ(pairs, handed) << body.name;
-      EXPECT_EQ(counters.box_tests, counters_handed.box_tests);
-      EXPECT_EQ(counters.certified, counters_handed.certified);
+      self_traversal(body.pyramid, options, self, counters_of_blocks);
+      dual_traversal(body.pyramid, other.pyramid, options, dual, counters_of_blocks);
+      EXPECT_EQ(count_pairs(self) + count_pairs(dual), pairs.size() - 1);
+      for (const InstructionSet set : available_instruction_sets()) {
+        use_instruction_set(set);
+        listed.resize(1);
+        append_pairs(body.pyramid, leaf, self, 2, listed);
+        append_pairs(body.pyramid, other.pyramid, leaf, dual, 1, listed);
+        EXPECT_EQ(pairs, listed) << body.name << ", " << name(set);
+      }
+      EXPECT_EQ(counters.box_tests, counters_of_blocks.box_tests);
+      EXPECT_EQ(counters.certified, counters_of_blocks.certified);
     }
   }
 }

@@ -156,32 +156,37 @@ std::vector<PairQuery> all_pairs(const Scene& scene, double margin) {
   return queries;
 }
 
+// The pyramids of a scene, rebuilt, and what searches them.
+struct Search {
+  ComputePyramid pyramids;
+  ComputeTraversal traversal{pyramids};
+  Search(GlContext& context, const Scene& scene) : pyramids(context, scene.atlases()) {
+    pyramids.rebuild(scene.images);
+  }
+};
+
 class ComputeTraversals : public testing::TestWithParam<Leaf> {};
 
 TEST_P(ComputeTraversals, FindAllPairsOfAllBodiesAtOnce) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_bodies();
-  ComputePyramid pyramids(context, scene.atlases());
-  pyramids.rebuild(scene.images);
-  ComputeTraversal traversal(pyramids);
+  Search search(context, scene);
   for (const double margin : {0.0, 0.02}) {
     const std::vector<PairQuery> queries = all_pairs(scene, margin);
     const auto expected = expected_pairs(scene, queries, GetParam());
     EXPECT_GT(expected.size(), 1000);
-    EXPECT_EQ(sorted(traversal.find_pairs(queries, GetParam())), expected) << margin;
+    EXPECT_EQ(sorted(search.traversal.find_pairs(queries, GetParam())), expected) << margin;
   }
-  EXPECT_GT(traversal.reruns(), 0);
-  const int reruns = traversal.reruns();
-  traversal.find_pairs(all_pairs(scene, 0.02), GetParam());
-  EXPECT_EQ(traversal.reruns(), reruns);  // the room is kept
+  EXPECT_GT(search.traversal.reruns(), 0);
+  const int reruns = search.traversal.reruns();
+  search.traversal.find_pairs(all_pairs(scene, 0.02), GetParam());
+  EXPECT_EQ(search.traversal.reruns(), reruns);  // the room is kept
 }
 
 TEST_P(ComputeTraversals, FindLeavesNearBalls) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_bodies();
-  ComputePyramid pyramids(context, scene.atlases());
-  pyramids.rebuild(scene.images);
-  ComputeTraversal traversal(pyramids);
+  Search search(context, scene);
   std::mt19937 random(12);
   std::uniform_real_distribution<double> coordinate(-1, 1);
   std::vector<Ball> balls(300);
@@ -205,7 +210,7 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
       }
     }
     EXPECT_GT(expected.size(), 5);
-    EXPECT_EQ(sorted(traversal.find_leaves(body, balls, 0.01, GetParam())), expected);
+    EXPECT_EQ(sorted(search.traversal.find_leaves(body, balls, 0.01, GetParam())), expected);
   }
 }
 
@@ -242,12 +247,11 @@ TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
       scene.images.push_back({b, scene.start[b]});
       if (pick(0, 1) == 1) scene.images.back().end = scene.end[b];
     }
-    ComputePyramid pyramids(context, scene.atlases());
-    pyramids.rebuild(scene.images);
-    ComputeTraversal traversal(pyramids);
+    Search search(context, scene);
     const std::vector<PairQuery> queries = all_pairs(scene, pick(0, 1) * 0.05 * scale);
     for (const Leaf leaf : {Leaf::quad, Leaf::triangle}) {
-      ASSERT_EQ(sorted(traversal.find_pairs(queries, leaf)), expected_pairs(scene, queries, leaf))
+      ASSERT_EQ(sorted(search.traversal.find_pairs(queries, leaf)),
+                expected_pairs(scene, queries, leaf))
           << "trial " << trial;
     }
   }
@@ -308,16 +312,14 @@ Scene scene_of_sheets() {
 TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_sheets();
-  ComputePyramid pyramids(context, scene.atlases());
-  pyramids.rebuild(scene.images);
-  ComputeTraversal traversal(pyramids);
+  Search search(context, scene);
   bsi::TraversalCounters counters;
   std::size_t found = 0;
   for (int b = 0; b < scene.size(); ++b) {
     for (const double margin : {0.0, 0.004}) {
       const PairQuery query{b, b, margin, true};
       const auto expected = found_by_cpu(scene, query, GetParam(), counters);
-      const auto on_device = sorted(traversal.find_pairs(std::span(&query, 1), GetParam()));
+      const auto on_device = sorted(search.traversal.find_pairs(std::span(&query, 1), GetParam()));
       if (context.backend() == GlBackend::hardware) {
         ASSERT_TRUE(std::ranges::includes(on_device, expected, before));
       } else {
@@ -334,13 +336,11 @@ TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
 TEST(ComputeTraversal, FindsNothingWhereThereIsNothing) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_bodies();
-  ComputePyramid pyramids(context, scene.atlases());
-  pyramids.rebuild(scene.images);
-  ComputeTraversal traversal(pyramids);
-  EXPECT_TRUE(traversal.find_pairs({}, Leaf::quad).empty());
-  EXPECT_TRUE(traversal.find_leaves(0, {}, 0.1, Leaf::quad).empty());
+  Search search(context, scene);
+  EXPECT_TRUE(search.traversal.find_pairs({}, Leaf::quad).empty());
+  EXPECT_TRUE(search.traversal.find_leaves(0, {}, 0.1, Leaf::quad).empty());
   const PairQuery apart{0, 5, 0.1, false};
-  EXPECT_TRUE(traversal.find_pairs(std::span(&apart, 1), Leaf::triangle).empty());
+  EXPECT_TRUE(search.traversal.find_pairs(std::span(&apart, 1), Leaf::triangle).empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Leaves, ComputeTraversals, testing::Values(Leaf::quad, Leaf::triangle),

@@ -1,0 +1,19 @@
+// How the pyramids read the vertices they bound, one table for each instruction set. An internal
+// header of bsi/; it must stay free of inline functions (see instruction_set.h).
+#pragma once
+
+#include <cstdint>
+
+namespace weft::bsi {
+
+struct VertexKernels {
+  // Rounds `count` positions (three doubles each; picked by `particle` unless null) to float32.
+  // False if one of them reaches `limit` or is not a number.
+  bool (*load)(const double* positions, const std::int32_t* particle, int count, float limit,
+               float* const component[3]);
+};
+
+// Of instruction_set().
+const VertexKernels& vertex_kernels();
+
+}  // namespace weft::bsi
