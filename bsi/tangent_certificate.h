@@ -6,27 +6,54 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-WEFT_INLINE double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+// The three sides of half a hexagon at once, and one lane more.
+typedef double Sides __attribute__((vector_size(32)));
+struct Sides3 {
+  Sides x, y, z;
+};
+
+WEFT_INLINE Sides dot(const Sides3& a, const Sides3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+WEFT_INLINE Sides3 operator-(const Sides3& a, const Sides3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+WEFT_INLINE Sides3 scaled(const Sides3& a, Sides factor) {
+  return {a.x * factor, a.y * factor, a.z * factor};
+}
+WEFT_INLINE Sides magnitude(Sides a) { return a < 0 ? -a : a; }
+WEFT_INLINE Sides square_root(Sides a) {
+  return Sides{__builtin_sqrt(a[0]), __builtin_sqrt(a[1]), __builtin_sqrt(a[2]),
+               __builtin_sqrt(a[3])};
 }
 
-// One side of the hexagon, from p to q, which stray by so much along each axis: true only if all
-// that it can be lies beyond the margin, seen along about the perpendicular from the origin. `size`
-// is no smaller than any component of what was computed on the way to p and q.
-WEFT_INLINE bool is_beyond(const double p[3], const double stray_p[3], const double q[3],
-                           const double stray_q[3], const double size[3], double margin) {
-  const double side[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
-  const double along = dot(side, side), back = dot(p, side);
-  double normal[3], magnitude[3];
-  for (int i = 0; i < 3; ++i) {
-    normal[i] = p[i] * along - side[i] * back;
-    magnitude[i] = __builtin_fabs(normal[i]);
-  }
-  const double reach_p = dot(normal, p) - dot(magnitude, stray_p);
-  const double reach_q = dot(normal, q) - dot(magnitude, stray_q);
-  const double reach = reach_p < reach_q ? reach_p : reach_q;
+// The sides of the hexagon, from p to q, which stray by so much along each axis: true only if all
+// that they can be lies beyond the margin, seen along about the perpendicular from the origin.
+// `size` is no smaller than any component of what was computed on the way to p and q.
+WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3& q,
+                            const Sides3& stray_q, const Sides3& size, double margin) {
+  const Sides3 side = q - p;
+  const Sides3 normal = scaled(p, dot(side, side)) - scaled(side, dot(p, side));
+  const Sides3 magnitudes{magnitude(normal.x), magnitude(normal.y), magnitude(normal.z)};
+  const Sides reach_p = dot(normal, p) - dot(magnitudes, stray_p);
+  const Sides reach_q = dot(normal, q) - dot(magnitudes, stray_q);
+  const Sides reach = reach_p < reach_q ? reach_p : reach_q;
   // Rounding takes less than 2^-46 of the last product.
-  return reach > __builtin_sqrt(dot(normal, normal)) * margin + 0x1p-46 * dot(magnitude, size);
+  const Sides least = square_root(dot(normal, normal)) * margin + 0x1p-46 * dot(magnitudes, size);
+  return reach[0] > least[0] && reach[1] > least[1] && reach[2] > least[2];
+}
+
+// One component of the steps within a block: their mean along u and along v, and how far they stray
+// from it, on either side.
+struct StepBounds {
+  double mean_u, mean_v, stray_u, stray_v;
+};
+
+WEFT_INLINE StepBounds step_bounds(const float bound[16], int axis) {
+  const double low_u = -static_cast<double>(bound[axis]), high_u = bound[6 + axis];
+  const double low_v = -static_cast<double>(bound[3 + axis]), high_v = bound[9 + axis];
+  return {0.5 * (high_u + low_u), 0.5 * (high_v + low_v), 0.5 * (high_u - low_u),
+          0.5 * (high_v - low_v)};
 }
 
 // True only if no two points of a rectangle of quads whose steps have these bounds come within the
@@ -34,22 +61,21 @@ WEFT_INLINE bool is_beyond(const double p[3], const double stray_p[3], const dou
 // tangent certificate"): the hexagon of the steps along u, along v and along the diagonals keeps
 // clear of the margin. In float64: a fourth power of a coordinate is out of the range of float32.
 WEFT_INLINE bool certified(const float bound[16], double margin) {
-  double mean[2][3], stray[2][3];
-  for (int i = 0; i < 6; ++i) {
-    const double low = -static_cast<double>(bound[i]), high = static_cast<double>(bound[6 + i]);
-    mean[i / 3][i % 3] = 0.5 * (high + low);
-    stray[i / 3][i % 3] = 0.5 * (high - low);
+  Sides p[3], q[3], stray_p[3], stray_q[3], size[3];
+#pragma GCC unroll 3
+  for (int axis = 0; axis < 3; ++axis) {
+    const StepBounds step = step_bounds(bound, axis);
+    const double diagonal = step.mean_v - step.mean_u;
+    const double stray = step.stray_u + step.stray_v;
+    // From u to v, from v to the diagonal, from the diagonal to -u.
+    p[axis] = Sides{step.mean_u, step.mean_v, diagonal, step.mean_u};
+    q[axis] = Sides{step.mean_v, diagonal, -step.mean_u, step.mean_v};
+    stray_p[axis] = Sides{step.stray_u, step.stray_v, stray, step.stray_u};
+    stray_q[axis] = Sides{step.stray_v, stray, step.stray_u, step.stray_v};
+    size[axis] = Sides{} + (__builtin_fabs(step.mean_u) + __builtin_fabs(step.mean_v) + stray);
   }
-  double diagonal[3], stray_diagonal[3], back[3], size[3];
-  for (int i = 0; i < 3; ++i) {
-    diagonal[i] = mean[1][i] - mean[0][i];
-    stray_diagonal[i] = stray[0][i] + stray[1][i];
-    back[i] = -mean[0][i];
-    size[i] = __builtin_fabs(mean[0][i]) + __builtin_fabs(mean[1][i]) + stray_diagonal[i];
-  }
-  return is_beyond(mean[0], stray[0], mean[1], stray[1], size, margin) &&
-         is_beyond(mean[1], stray[1], diagonal, stray_diagonal, size, margin) &&
-         is_beyond(diagonal, stray_diagonal, back, stray[0], size, margin);
+  return are_beyond({p[0], p[1], p[2]}, {stray_p[0], stray_p[1], stray_p[2]}, {q[0], q[1], q[2]},
+                    {stray_q[0], stray_q[1], stray_q[2]}, {size[0], size[1], size[2]}, margin);
 }
 
 // Where two blocks of one level are neighbours (or one and the same): true, and their distance in
