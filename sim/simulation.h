@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "sim/integrator/cvode_integrator.h"
+#include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
 #include "sim/statistics.h"
 

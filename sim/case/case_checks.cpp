@@ -64,6 +64,14 @@ class Checker {
            "the minimum_step is " + number_text(time.minimum_step) + " s",
            "expected less than the time between frames, " + number_text(frame) + " s");
     }
+    if (time.step && *time.step <= time.minimum_step) {
+      fail("time.step", "the step is " + number_text(*time.step) + " s",
+           "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");
+    }
+    if (time.step && time.maximum_step) {
+      fail("time.maximum_step", "a maximum_step beside a fixed step",
+           "expected one of maximum_step and step");
+    }
     if (time.maximum_step && *time.maximum_step <= time.minimum_step) {
       fail("time.maximum_step", "the maximum_step is " + number_text(*time.maximum_step) + " s",
            "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");

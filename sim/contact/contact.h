@@ -54,6 +54,9 @@ class Contact {
   // Subtracts factor * K * in.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  // From now on, leaves out of the matrix the stiffness of pairs that part so fast that it would
+  // push the wrong way: for long fixed steps.
+  void keep_matrix_definite() { definite_ = true; }
   // What its search runs on.
   const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return active_.size(); }
@@ -134,6 +137,7 @@ class Contact {
   Statistics& statistics_;
   ContactSearch search_;
   double range_, stiffness_, damping_time_, friction_, friction_speed_;
+  bool definite_ = false;
   std::vector<Vec3> rest_;  // of all particles: edge lengths scale the mollifier
   std::vector<Active> active_;
   std::vector<MollifierForce> mollified_;

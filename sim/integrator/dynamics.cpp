@@ -126,14 +126,14 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   return std::nullopt;
 }
 
-void Dynamics::assemble(double time, std::span<const double> y) {
+void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness) {
   ++statistics_.counters.matrix_assemblies;
   PhaseTimer timer(statistics_.phases.linear_solve);
   expand(time, y, position_, velocity_);
   stiffness_.set_zero();
   damping_.set_zero();
   for (const auto& force : forces_)
-    force->add_derivatives(kinematics(), stiffness_, damping_, threads_);
+    force->add_derivatives(kinematics(), stiffness_, damping_, definiteness, threads_);
   for (int i = 0; i < scene_.dynamic_particles; ++i) {
     if (mass_damping_[i] == 0) continue;
     damping_.block(damping_.pattern().diagonal_slot(i)).diagonal().array() +=

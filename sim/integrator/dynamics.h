@@ -52,7 +52,8 @@ class Dynamics {
 
   // Stores K = -dF/dx and D = -dF/dv of all forces but contact, whose own matrices are always those
   // of the last rate(). Mass damping is part of D.
-  void assemble(double time, std::span<const double> y);
+  void assemble(double time, std::span<const double> y,
+                Definiteness definiteness = Definiteness::exact);
   const BlockMatrix& stiffness() const { return stiffness_; }
   const BlockMatrix& damping() const { return damping_; }
   bool has_damping() const { return has_damping_; }

@@ -1,7 +1,5 @@
 #include "sim/integrator/newton_solver.h"
 
-#include <cvode/cvode.h>
-#include <cvode/cvode_ls.h>
 #include <nvector/nvector_serial.h>
 
 #include "sim/integrator/velocity_system.h"
@@ -11,12 +9,12 @@ namespace weft::sim {
 namespace {
 
 struct Content {
-  Content(Dynamics& dynamics_, void* cvode_)
-      : dynamics(dynamics_), system(dynamics_), cvode(cvode_) {}
+  Content(Dynamics& dynamics_, NewtonHooks hooks_)
+      : dynamics(dynamics_), system(dynamics_), hooks(std::move(hooks_)) {}
   Dynamics& dynamics;
   VelocitySystem system;
-  void* cvode;
-  // CVODE tells the state at a setup to the preconditioner's setup function alone.
+  NewtonHooks hooks;
+  // SUNDIALS tells the state at a setup to the preconditioner's setup function alone.
   SUNPSetupFn setup = nullptr;
   void* setup_data = nullptr;
   N_Vector weight = nullptr;
@@ -34,8 +32,7 @@ int set_up(SUNLinearSolver solver, SUNMatrix) {
   Content& content = content_of(solver);
   if (content.setup != nullptr && content.setup(content.setup_data) != 0)
     return SUNLS_PSET_FAIL_REC;
-  double gamma = 0;
-  CVodeGetCurrentGamma(content.cvode, &gamma);
+  const double gamma = content.hooks.gamma();
   PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
   content.system.set_up(gamma);
   return SUNLS_SUCCESS;
@@ -43,22 +40,30 @@ int set_up(SUNLinearSolver solver, SUNMatrix) {
 
 int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype tolerance) {
   Content& content = content_of(solver);
-  double gamma = 0;
-  CVodeGetCurrentGamma(content.cvode, &gamma);
-  PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
-  const VelocitySystem::Outcome outcome =
-      content.system.solve(gamma, values(b), values(content.weight), tolerance, values(x));
+  const double gamma = content.hooks.gamma();
+  const auto attempt = [&] {
+    PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
+    return content.system.solve(gamma, values(b), values(content.weight), tolerance, values(x),
+                                content.hooks.linear_fraction);
+  };
+  VelocitySystem::Outcome outcome = attempt();
   content.iterations = outcome.iterations;
+  if (outcome.indefinite && content.hooks.make_definite && content.hooks.make_definite()) {
+    content.system.set_up(gamma);
+    outcome = attempt();
+    content.iterations += outcome.iterations;
+  }
   content.residual = outcome.residual;
-  if (outcome.converged) return SUNLS_SUCCESS;
-  return outcome.indefinite ? SUNLS_PSOLVE_FAIL_REC : SUNLS_CONV_FAIL;
+  if (!outcome.converged) return outcome.indefinite ? SUNLS_PSOLVE_FAIL_REC : SUNLS_CONV_FAIL;
+  if (content.hooks.limit) content.hooks.limit(values(x));
+  return SUNLS_SUCCESS;
 }
 
 }  // namespace
 
-SUNLinearSolver make_newton_solver(Dynamics& dynamics, void* cvode, SUNContext context) {
+SUNLinearSolver make_newton_solver(Dynamics& dynamics, NewtonHooks hooks, SUNContext context) {
   SUNLinearSolver solver = SUNLinSolNewEmpty(context);
-  solver->content = new Content(dynamics, cvode);
+  solver->content = new Content(dynamics, std::move(hooks));
   solver->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_ITERATIVE; };
   solver->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
   solver->ops->setatimes = [](SUNLinearSolver, void*, SUNATimesFn) { return 0; };
