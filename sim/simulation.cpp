@@ -85,6 +85,7 @@ class Run {
 
   RunReport execute() {
     note_compute();
+    note_decision();
     const auto wall_start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_time();
     report_.trajectory = options_.trajectory;
@@ -129,6 +130,7 @@ class Run {
         return;
       }
       note_gap();
+      note_decision();
       recorder_.add_step(*integrator_);
       for (; last_recorded_ < duration && frame_time(frame) <= integrator_->time(); ++frame) {
         integrator_->state_at(frame_time(frame), interpolated);
@@ -151,6 +153,14 @@ class Run {
     if (text == report_.compute) return;
     report_.compute = text;
     if (options_.notice) options_.notice("contact search on " + text);
+  }
+
+  // At the start, and whenever the integrator changes its mind.
+  void note_decision() {
+    std::string text = integrator_->decision();
+    if (text == report_.decision) return;
+    report_.decision = std::move(text);
+    if (options_.notice) options_.notice(report_.decision);
   }
 
   const Scene& scene_;

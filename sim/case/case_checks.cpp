@@ -64,6 +64,11 @@ class Checker {
            "the minimum_step is " + number_text(time.minimum_step) + " s",
            "expected less than the time between frames, " + number_text(frame) + " s");
     }
+    const bool has_tolerance = time.method == TimeMethod::cvode ||
+                               time.method == TimeMethod::arkode || time.method == TimeMethod::euler;
+    if (!has_tolerance && !time.step) {
+      fail("time.method", "this method needs a step", "expected time.step");
+    }
     if (time.step && *time.step <= time.minimum_step) {
       fail("time.step", "the step is " + number_text(*time.step) + " s",
            "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");

@@ -72,9 +72,11 @@ Table describe(TimeCase& target) {
   auto& [method, duration, frames, position_tolerance, velocity_tolerance, relative_tolerance, step,
          newton, order, minimum_step, maximum_step] = target;
   return {{
-      field("method", choice(&method, {"cvode", "euler"}),
+      field("method", choice(&method, {"cvode", "arkode", "euler", "implicit_midpoint", "verlet"}),
             "Which integrator; docs/guide.md says which is for what. cvode: BDF of variable order "
-            "and step; euler: backward Euler."),
+            "and step; arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
+            "asks; euler: backward Euler; implicit_midpoint and verlet: fixed steps, for "
+            "comparison."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("position_tolerance", &position_tolerance, "m", positive,
@@ -84,20 +86,22 @@ Table describe(TimeCase& target) {
           .with_default("100 /s of position_tolerance"),
       field("relative_tolerance", &relative_tolerance, "", {0, 1, true, true},
             "Error allowed per step as a fraction of the speed."),
-      field("step", &step, "s", positive, "Fixed step; longer than minimum_step.")
+      field("step", &step, "s", positive, "Fixed step; longer than minimum_step; implicit_midpoint and verlet need one.")
           .with_default("chosen by the tolerances")
-          .only_for("method", {"euler"}),
+          .only_for("method", {"euler", "implicit_midpoint", "verlet"}),
       field("newton", &newton, "", at_least(0),
             "Newton iterations of a step: 1 is the linearly implicit step; 0: until they converge "
             "to the tolerances.")
-          .only_for("method", {"euler"}),
+          .only_for("method", {"euler", "implicit_midpoint"}),
       field("maximum_order", &order, "", {1, 5},
             "Highest order of the BDF method; 3 to 5 need damping in every material and a "
             "position_tolerance of at most 1e-6.")
           .only_for("method", {"cvode"}),
       field("minimum_step", &minimum_step, "s", positive,
             "A step that must be shorter than this stops the run; less than a frame."),
-      field("maximum_step", &maximum_step, "s", positive, "Longest step.").with_default("no limit"),
+      field("maximum_step", &maximum_step, "s", positive, "Longest step.")
+          .with_default("no limit")
+          .only_for("method", {"cvode", "arkode", "euler"}),
   }};
 }
 

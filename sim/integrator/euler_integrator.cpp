@@ -26,8 +26,9 @@ class EulerIntegrator final : public OneStepIntegrator {
   }
 
  private:
-  Trouble attempt(double h, std::span<double> y) override {
-    const StageSolver::Outcome outcome = solver_.solve(time() + h, h, state(), positions(), y);
+  Trouble attempt(double& end, std::span<double> y) override {
+    const double h = end - time();
+    const StageSolver::Outcome outcome = solver_.solve(end, h, state(), positions(), y);
     set_fault(solver_.fault());
     if (outcome == StageSolver::Outcome::blocked) return Trouble::surfaces;
     if (outcome == StageSolver::Outcome::not_converged) {

@@ -18,7 +18,10 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynami
        [](const Scene& s, Dynamics& d) -> std::unique_ptr<Integrator> {
          return std::make_unique<CvodeIntegrator>(s, d);
        }},
+      {TimeMethod::arkode, make_arkode_integrator},
       {TimeMethod::euler, make_euler_integrator},
+      {TimeMethod::implicit_midpoint, make_midpoint_integrator},
+      {TimeMethod::verlet, make_verlet_integrator},
   };
   for (const Method& entry : methods) {
     if (entry.method == scene.source.time.method) return entry.make(scene, dynamics);

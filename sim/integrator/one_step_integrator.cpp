@@ -38,9 +38,9 @@ std::optional<std::string> OneStepIntegrator::step() {
     if (auto reason = refusal()) return reason;
   }
   for (;;) {
-    const double end = next_time(), h = end - time_;
+    double end = next_time();
     std::copy(state_.begin(), state_.end(), trial_.begin());
-    Trouble trouble = attempt(h, trial_);
+    Trouble trouble = attempt(end, trial_);
     if (trouble == Trouble::none) trouble = check_path(end);
     if (trouble == Trouble::none) {
       accept(end);
@@ -48,7 +48,7 @@ std::optional<std::string> OneStepIntegrator::step() {
     }
     count(trouble);
     // An error test has proposed a length.
-    if (trouble != Trouble::error_too_large) size_ = h / 2;
+    if (trouble != Trouble::error_too_large) size_ = (end - time_) / 2;
     if (size_ < scene_.source.time.minimum_step) return failure(trouble);
   }
 }

@@ -26,9 +26,10 @@ class OneStepIntegrator : public Integrator {
 
  protected:
   enum class Trouble { none, not_converged, surfaces, not_finite, error_too_large };
-  // Tries a step to time() + h and leaves it in `y`, which holds state(). On trouble, may name what
-  // stands in the way by set_fault() or set_place().
-  virtual Trouble attempt(double h, std::span<double> y) = 0;
+  // Tries a step from time() to `end` and leaves it in `y`, which holds state(). A method that has
+  // no fixed step may end elsewhere, and says where. On trouble, may name what stands in the way by
+  // set_fault() or set_place().
+  virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // Said before the first step; a reason not to begin.
   virtual std::optional<std::string> refusal() { return std::nullopt; }
 

@@ -123,7 +123,9 @@ int StageSolver::Implementation::residual(N_Vector state, N_Vector out) {
   const std::span<double> r = values(out);
   if (auto bad = dynamics.rate(time, y, r)) {
     fault = bad;
-    return 1;  // recoverable: KINSOL halves the correction
+    // Recoverable: KINSOL halves the correction. With iterations by number there are none to come
+    // that would make up for it.
+    return newton_count > 0 ? -1 : 1;
   }
   for (std::size_t i = 0; i < r.size(); ++i) r[i] = y[i] - gamma * r[i] - right_side[i];
   last_residual.assign(r.begin(), r.end());
