@@ -65,7 +65,8 @@ class Checker {
            "expected less than the time between frames, " + number_text(frame) + " s");
     }
     const bool has_tolerance = time.method == TimeMethod::cvode ||
-                               time.method == TimeMethod::arkode || time.method == TimeMethod::euler;
+                               time.method == TimeMethod::arkode ||
+                               time.method == TimeMethod::euler;
     if (!has_tolerance && !time.step) {
       fail("time.method", "this method needs a step", "expected time.step");
     }

@@ -86,7 +86,8 @@ Table describe(TimeCase& target) {
           .with_default("100 /s of position_tolerance"),
       field("relative_tolerance", &relative_tolerance, "", {0, 1, true, true},
             "Error allowed per step as a fraction of the speed."),
-      field("step", &step, "s", positive, "Fixed step; longer than minimum_step; implicit_midpoint and verlet need one.")
+      field("step", &step, "s", positive,
+            "Fixed step; longer than minimum_step; implicit_midpoint and verlet need one.")
           .with_default("chosen by the tolerances")
           .only_for("method", {"euler", "implicit_midpoint", "verlet"}),
       field("newton", &newton, "", at_least(0),

@@ -56,7 +56,8 @@ class MembraneForce final : public Force {
     triangles_.for_each(threads, [&](int i) {
       const Nodes3 x = gather(triangles_[i], state.position);
       const Nodes3 v = gather(triangles_[i], state.velocity);
-      triangles_.add_block_matrix(i, materials::membrane_stiffness(membranes_[i], x, v, pull_only), stiffness);
+      triangles_.add_block_matrix(i, materials::membrane_stiffness(membranes_[i], x, v, pull_only),
+                                  stiffness);
       if (membranes_[i].damping_time > 0) {
         triangles_.add_block_matrix(i, materials::membrane_damping(membranes_[i], x), damping);
       }

@@ -25,24 +25,30 @@ std::span<double> values(N_Vector v) {
 // As for CVODE.
 constexpr double linear_tolerance_factor = 0.3;
 
-// Of Bogacki and Shampine's method along the imaginary axis, and its evaluations a step.
-constexpr double explicit_limit = 1.73;
-constexpr double explicit_stages = 3;
+// Of the explicit method: step times fastest rate that error control was seen to settle at, and
+// its evaluations a step.
+constexpr double explicit_limit = 2.7;
+constexpr double explicit_stages = 6;
 
-// An assembly takes about as long as so many evaluations of the forces.
+// What an assembly and an iteration of the linear solver take, in evaluations of the forces.
 constexpr double assembly_cost = 3;
+constexpr double iteration_cost = 0.4;
 
-// Steps over which the cost of the method in use is measured before the other one is considered.
-constexpr std::int64_t measured_steps = 50;
-// The other must promise this part of the cost, so that the two do not take turns.
+// Implicit steps whose cost is measured before explicit ones are considered, and explicit ones
+// after which implicit ones are tried again: twice as many each time.
+constexpr std::int64_t measured_steps = 20;
+constexpr std::int64_t first_explicit_steps = 500;
+// Explicit steps must promise this part of the cost, so that the two do not take turns.
 constexpr double worthwhile = 0.7;
+// Steps that still grow from the first, short ones say nothing about their cost.
+constexpr double growing = 1.5;
 
 class ArkodeIntegrator final : public OneStepIntegrator {
  public:
   ArkodeIntegrator(const Scene& scene, Dynamics& dynamics) : OneStepIntegrator(scene, dynamics) {
     SUNContext_Create(nullptr, &context_);
-    y_ = make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(),
-                     context_);
+    y_ =
+        make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context_);
     create(true);
     decision_ = "implicit Runge-Kutta steps";
   }
@@ -54,7 +60,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   ArkodeIntegrator(const ArkodeIntegrator&) = delete;
   ArkodeIntegrator& operator=(const ArkodeIntegrator&) = delete;
 
-  int last_order() const override { return 3; }
+  int last_order() const override { return implicit_ ? 2 : 4; }
   IntegratorCounts counts() const override {
     IntegratorCounts counts = OneStepIntegrator::counts();
     counts.error_test_failures += earlier_.error_test_failures + count(ARKStepGetNumErrTestFails);
@@ -87,7 +93,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   Trouble trouble_of(int flag, double& end);
   double work() const;
   void reconsider();
-  void use(bool implicit, double other_cost, double this_cost, double rate);
+  void use(bool implicit, double rate, double part_of_cost);
 
   SUNContext context_ = nullptr;
   void* arkode_ = nullptr;
@@ -99,9 +105,8 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;
   // Since the last look at what the other method would cost.
-  std::int64_t steps_at_look_ = 0, window_ = measured_steps;
+  std::int64_t steps_at_look_ = 0, explicit_steps_ = first_explicit_steps;
   double work_at_look_ = 0, time_at_look_ = 0;
-  double implicit_cost_ = 0;  // evaluations of the forces a second, when it was last measured
 };
 
 void ArkodeIntegrator::create(bool implicit) {
@@ -113,8 +118,8 @@ void ArkodeIntegrator::create(bool implicit) {
     if (fault) self.fault_in_step_ = fault;
     return fault ? 1 : 0;
   };
-  arkode_ = ARKStepCreate(implicit ? nullptr : rate, implicit ? rate : nullptr, time(), y_,
-                          context_);
+  arkode_ =
+      ARKStepCreate(implicit ? nullptr : rate, implicit ? rate : nullptr, time(), y_, context_);
   arkode_time_ = time();
   ARKStepSetUserData(arkode_, this);
   ARKStepSetErrHandlerFn(
@@ -124,10 +129,10 @@ void ArkodeIntegrator::create(bool implicit) {
     return error_weights(options, values(y), values(weight)) ? 0 : -1;
   });
   if (implicit) {
-    ARKStepSetTableNum(arkode_, ARKODE_ESDIRK324L2SA_4_2_3, ARKODE_ERK_NONE);
+    ARKStepSetTableNum(arkode_, ARKODE_TRBDF2_3_3_2, ARKODE_ERK_NONE);
     set_implicit_options();
   } else {
-    ARKStepSetTableNum(arkode_, ARKODE_DIRK_NONE, ARKODE_BOGACKI_SHAMPINE_4_2_3);
+    ARKStepSetTableNum(arkode_, ARKODE_DIRK_NONE, ARKODE_ARK436L2SA_ERK_6_3_4);
   }
   const TimeCase& options = scene().source.time;
   ARKStepSetMinStep(arkode_, options.minimum_step);
@@ -137,11 +142,13 @@ void ArkodeIntegrator::create(bool implicit) {
 }
 
 void ArkodeIntegrator::set_implicit_options() {
-  newton_solver_ = make_newton_solver(dynamics(), {.gamma = [this] {
-                                                     double gamma = 0;
-                                                     ARKStepGetCurrentGamma(arkode_, &gamma);
-                                                     return gamma;
-                                                   }},
+  newton_solver_ = make_newton_solver(dynamics(),
+                                      {.gamma =
+                                           [this] {
+                                             double gamma = 0;
+                                             ARKStepGetCurrentGamma(arkode_, &gamma);
+                                             return gamma;
+                                           }},
                                       context_);
   ARKStepSetLinearSolver(arkode_, newton_solver_, nullptr);
   ARKStepSetPreconditioner(
@@ -157,6 +164,8 @@ void ArkodeIntegrator::set_implicit_options() {
   // The stage's rate follows from its solution. Evaluated anew it could fail, which ARKODE takes
   // for the end of the run.
   ARKStepSetDeduceImplicitRhs(arkode_, SUNTRUE);
+  // Stages start from the polynomial of the step before: a quarter fewer linear iterations.
+  ARKStepSetPredictorMethod(arkode_, 1);
 }
 
 void ArkodeIntegrator::destroy() {
@@ -166,7 +175,7 @@ void ArkodeIntegrator::destroy() {
 }
 
 OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<double> y) {
-  if (scene().source.contact.enabled == false) reconsider();
+  if (!scene().source.contact.enabled) reconsider();
   if (arkode_time_ != time()) {
     std::copy(state().begin(), state().end(), values(y_).begin());
     ARKStepReset(arkode_, time(), y_);
@@ -201,46 +210,50 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
 
 // What has been paid so far, in evaluations of the forces.
 double ArkodeIntegrator::work() const {
-  const IntegratorCounts now = counts();
   const Counters& counters = dynamics().statistics().counters;
-  return static_cast<double>(counters.force_evaluations + now.linear_iterations) +
+  return static_cast<double>(counters.force_evaluations) +
+         iteration_cost * static_cast<double>(counts().linear_iterations) +
          assembly_cost * static_cast<double>(counters.matrix_assemblies);
 }
 
 // An explicit method steps no further than its stability allows, however smooth the motion. Where
-// that costs less than what the implicit one was seen to pay, it takes over.
+// that costs less than what the implicit one is seen to pay, it takes over; where its steps are
+// held back by stability, the implicit one is tried again now and then.
 void ArkodeIntegrator::reconsider() {
-  const std::int64_t steps = OneStepIntegrator::counts().steps;
-  if (steps - steps_at_look_ < window_) return;
+  const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_look_;
+  if (steps < (implicit_ ? measured_steps : explicit_steps_)) return;
   const double elapsed = time() - time_at_look_;
-  const double cost = (work() - work_at_look_) / elapsed;
-  const double mean_step = elapsed / static_cast<double>(steps - steps_at_look_);
-  if (implicit_) {
-    implicit_cost_ = cost;
+  const double mean_step = elapsed / static_cast<double>(steps);
+  if (!implicit_ || last_step() < growing * mean_step) {
     const double rate = estimate_spectrum(dynamics(), time(), state()).stiffest();
-    const double explicit_cost = explicit_stages * std::max(rate / explicit_limit, 1 / mean_step);
-    if (explicit_cost < worthwhile * cost) use(false, cost, explicit_cost, rate);
-  } else if (implicit_cost_ < worthwhile * cost) {
-    const double rate = estimate_spectrum(dynamics(), time(), state()).stiffest();
-    use(true, cost, implicit_cost_, rate);
-    window_ *= 2;  // the promise of the explicit method did not hold: it is tried less often
+    if (implicit_) {
+      const double cost = (work() - work_at_look_) / elapsed;
+      const double explicit_cost = explicit_stages * std::max(rate / explicit_limit, 1 / mean_step);
+      if (explicit_cost < worthwhile * cost) use(false, rate, explicit_cost / cost);
+    } else if (mean_step * rate > 0.5 * explicit_limit) {
+      explicit_steps_ *= 2;
+      use(true, rate, 0);
+    }
   }
-  steps_at_look_ = steps;
+  steps_at_look_ = OneStepIntegrator::counts().steps;
   work_at_look_ = work();
   time_at_look_ = time();
 }
 
-void ArkodeIntegrator::use(bool implicit, double other_cost, double this_cost, double rate) {
-  const IntegratorCounts so_far = counts(), own = OneStepIntegrator::counts();
-  earlier_ = so_far;
+void ArkodeIntegrator::use(bool implicit, double rate, double part_of_cost) {
+  const IntegratorCounts own = OneStepIntegrator::counts();
+  earlier_ = counts();
   earlier_.error_test_failures -= own.error_test_failures;
   earlier_.convergence_failures -= own.convergence_failures;
   destroy();
   create(implicit);
-  decision_ = std::string(implicit ? "implicit" : "explicit") + " Runge-Kutta steps from t = " +
-              number_text(time()) + " s: the fastest rate is " + number_text(rate) +
-              " /s, and they cost " + number_text(this_cost / other_cost) + " of " +
-              (implicit ? "explicit" : "implicit") + " ones";
+  ARKStepSetInitStep(arkode_, last_step());
+  const std::string when = " Runge-Kutta steps from t = " + number_text(time()) + " s: ";
+  const std::string fastest = "the fastest rate is " + number_text(rate) + " /s";
+  decision_ = implicit ? "implicit" + when + fastest + ", and holds explicit ones back"
+                       : "explicit" + when + "at a fastest rate of " + number_text(rate) +
+                             " /s they should cost " + number_text(std::round(100 * part_of_cost)) +
+                             " % of implicit ones";
 }
 
 }  // namespace

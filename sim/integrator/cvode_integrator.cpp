@@ -116,11 +116,13 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetMaxNumSteps(cvode, std::numeric_limits<int>::max());
   CVodeSetMaxConvFails(cvode, 40);
   CVodeSetMaxErrTestFails(cvode, 40);
-  newton_solver = make_newton_solver(dynamics, {.gamma = [this] {
-                                                  double gamma = 0;
-                                                  CVodeGetCurrentGamma(cvode, &gamma);
-                                                  return gamma;
-                                                }},
+  newton_solver = make_newton_solver(dynamics,
+                                     {.gamma =
+                                          [this] {
+                                            double gamma = 0;
+                                            CVodeGetCurrentGamma(cvode, &gamma);
+                                            return gamma;
+                                          }},
                                      context);
   CVodeSetLinearSolver(cvode, newton_solver, nullptr);
   CVodeSetPreconditioner(

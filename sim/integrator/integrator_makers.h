@@ -7,8 +7,8 @@
 
 namespace weft::sim {
 
-// Runge-Kutta methods of order 3 with error control by ARKODE: diagonally implicit, or, without
-// contact, explicit where that is seen to cost less; decision() says which.
+// Runge-Kutta methods with error control by ARKODE: TR-BDF2, implicit, of order 2; or, without
+// contact, an explicit one of order 4 where that promises to cost less. decision() says which.
 std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics& dynamics);
 
 // Backward Euler by KINSOL: y1 - h f(t1, y1) = y0, of order 1. Steps of `time.step`, or, where that

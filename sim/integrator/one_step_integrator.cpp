@@ -126,8 +126,8 @@ void OneStepIntegrator::state_at(double time, std::span<double> y) const {
     const double v0 = previous_state_[half + i], v1 = state_[half + i];
     y[i] = (1 - s) * (1 - s) * ((1 + 2 * s) * x0 + s * h * v0) +
            s * s * ((3 - 2 * s) * x1 - (1 - s) * h * v1);
-    y[half + i] = 6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 +
-                  s * (3 * s - 2) * v1;
+    y[half + i] =
+        6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1;
   }
   if (dynamics_.contact() == nullptr) return;
   dynamics_.expand(time, y, interpolated_, scratch_velocity_);

@@ -34,8 +34,8 @@ double spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
     matrix.multiply(scaled, product, dynamics.threads());
     double square = 0;
     for (int i = 0; i < count; ++i) {
-      vector[i] = scene.pinned[i] != 0 ? Vec3(Vec3::Zero())
-                                       : Vec3(product[i] / std::sqrt(scene.mass[i]));
+      vector[i] =
+          scene.pinned[i] != 0 ? Vec3(Vec3::Zero()) : Vec3(product[i] / std::sqrt(scene.mass[i]));
       square += vector[i].squaredNorm();
     }
     radius = std::sqrt(square);

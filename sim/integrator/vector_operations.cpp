@@ -99,8 +99,7 @@ realtype maximum_norm(N_Vector x) {
 
 realtype weighted_norm(N_Vector x, N_Vector w) {
   const double *xs = data(x), *ws = data(w);
-  return std::sqrt(
-      sum_of(length(x), [=](int i) { return (xs[i] * ws[i]) * (xs[i] * ws[i]); }));
+  return std::sqrt(sum_of(length(x), [=](int i) { return (xs[i] * ws[i]) * (xs[i] * ws[i]); }));
 }
 
 int linear_combination(int count, realtype* c, N_Vector* vectors, N_Vector z) {
