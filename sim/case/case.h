@@ -20,7 +20,7 @@ struct SourceLocation {
 };
 
 // In the order of the table of sim/integrator/integrator.cpp.
-enum class TimeMethod { cvode, arkode, euler, implicit_midpoint, verlet };
+enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet };
 
 struct TimeCase {
   TimeMethod method = TimeMethod::cvode;

@@ -72,10 +72,12 @@ Table describe(TimeCase& target) {
   auto& [method, duration, frames, position_tolerance, velocity_tolerance, relative_tolerance, step,
          newton, order, minimum_step, maximum_step] = target;
   return {{
-      field("method", choice(&method, {"cvode", "arkode", "euler", "implicit_midpoint", "verlet"}),
+      field("method",
+            choice(&method, {"cvode", "arkode", "euler", "static", "implicit_midpoint", "verlet"}),
             "Which integrator; docs/guide.md says which is for what. cvode: BDF of variable order "
             "and step; arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
-            "asks; euler: backward Euler; implicit_midpoint and verlet: fixed steps, for "
+            "asks; euler: backward Euler; static: equilibria under gravity that grows from nothing "
+            "and motions that proceed, one a frame; implicit_midpoint and verlet: fixed steps, for "
             "comparison."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),

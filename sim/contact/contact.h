@@ -54,6 +54,9 @@ class Contact {
   // Subtracts factor * K * in.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  // Calls visit(row, column, block) for every block of gamma^2 K + gamma D, pair by pair.
+  template <class Visit>
+  void visit_blocks(double gamma, const Visit& visit) const;
   // From now on, leaves out of the matrix the stiffness of pairs that part so fast that it would
   // push the wrong way: for long fixed steps.
   void keep_matrix_definite() { definite_ = true; }
@@ -142,5 +145,19 @@ class Contact {
   std::vector<Active> active_;
   std::vector<MollifierForce> mollified_;
 };
+
+template <class Visit>
+void Contact::visit_blocks(double gamma, const Visit& visit) const {
+  for (const Active& active : active_) {
+    const Mat3 block = gamma * (gamma * active.stiffness + active.damping);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        const int row = active.nodes[i], column = active.nodes[j];
+        if (row >= scene_.dynamic_particles || column >= scene_.dynamic_particles) continue;
+        visit(row, column, Mat3(active.weight[i] * active.weight[j] * block));
+      }
+    }
+  }
+}
 
 }  // namespace weft::sim

@@ -20,6 +20,7 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynami
        }},
       {TimeMethod::arkode, make_arkode_integrator},
       {TimeMethod::euler, make_euler_integrator},
+      {TimeMethod::static_loads, make_static_integrator},
       {TimeMethod::implicit_midpoint, make_midpoint_integrator},
       {TimeMethod::verlet, make_verlet_integrator},
   };

@@ -15,6 +15,11 @@ std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics&
 // is not given, as long as the tolerances allow.
 std::unique_ptr<Integrator> make_euler_integrator(const Scene& scene, Dynamics& dynamics);
 
+// Equilibrium under loads that grow with the time, by KINSOL: gravity times t / duration, and the
+// motions of pins and obstacles at t. Each frame is a load, reached through pseudo-steps
+// (static_integrator.cpp).
+std::unique_ptr<Integrator> make_static_integrator(const Scene& scene, Dynamics& dynamics);
+
 // Baselines, with steps of `time.step` only.
 // Implicit midpoint by KINSOL: y1 = y0 + h f(t + h/2, (y0 + y1) / 2), of order 2; keeps the energy
 // of linear motions.

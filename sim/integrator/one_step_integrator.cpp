@@ -11,12 +11,23 @@ namespace weft::sim {
 OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
     : scene_(scene),
       dynamics_(dynamics),
-      size_(scene.source.time.step.value_or(1 / scene.source.time.frames_per_second)),
+      step_(scene.source.time.method == TimeMethod::static_loads
+                ? std::optional(1 / scene.source.time.frames_per_second)
+                : scene.source.time.step),
+      size_(step_.value_or(1 / scene.source.time.frames_per_second)),
       state_(dynamics.initial_state()),
       previous_state_(state_),
       trial_(state_) {
   dynamics.expand(0, state_, position_, scratch_velocity_);
   previous_position_ = trial_position_ = interpolated_ = position_;
+}
+
+double OneStepIntegrator::grid_time() const {
+  const double time = static_cast<double>(completed_steps_ + 1) * *step_;
+  // There is no load beyond the whole.
+  if (scene_.source.time.method != TimeMethod::static_loads) return time;
+  return std::min(static_cast<double>(completed_steps_ + 1) / scene_.source.time.frames_per_second,
+                  scene_.source.time.duration);
 }
 
 // The end of the next try. Times of the grid are exact multiples, however they are reached.
@@ -25,8 +36,7 @@ double OneStepIntegrator::next_time() const {
     const auto longest = scene_.source.time.maximum_step;
     return time_ + (longest ? std::min(size_, *longest) : size_);
   }
-  const double step = *scene_.source.time.step;
-  const double grid = static_cast<double>(completed_steps_ + 1) * step;
+  const double grid = grid_time();
   // What would be left of the step must not be a sliver.
   return time_ + 1.5 * size_ > grid ? grid : time_ + size_;
 }
@@ -55,7 +65,7 @@ std::optional<std::string> OneStepIntegrator::step() {
 
 OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time) {
   dynamics_.expand(time, trial_, trial_position_, scratch_velocity_);
-  if (dynamics_.contact() == nullptr) return Trouble::none;
+  if (dynamics_.contact() == nullptr || checks_its_own_path()) return Trouble::none;
   const auto fault = dynamics_.contact()->check_path(position_, trial_position_);
   if (!fault) return Trouble::none;
   fault_ = fault;
@@ -71,9 +81,8 @@ void OneStepIntegrator::accept(double time) {
   position_.swap(trial_position_);
   ++counts_.steps;
   if (!is_fixed()) return;
-  const double step = *scene_.source.time.step;
-  if (time == static_cast<double>(completed_steps_ + 1) * step) ++completed_steps_;
-  size_ = std::min(2 * size_, step);
+  if (time == grid_time()) ++completed_steps_;
+  size_ = std::min(2 * size_, *step_);
 }
 
 void OneStepIntegrator::count(Trouble trouble) {

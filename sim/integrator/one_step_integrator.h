@@ -9,9 +9,9 @@
 
 namespace weft::sim {
 
-// With `time.step`, times are its multiples; a step that fails is taken in shorter parts, halved
-// until they succeed, and doubled again up to the next multiple. Without, the method says how long
-// the next step should be.
+// With `time.step`, times are its multiples (of `static`: of the time between frames); a step that
+// fails is taken in shorter parts, halved until they succeed, and doubled again up to the next
+// multiple. Without, the method says how long the next step should be.
 class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -30,10 +30,12 @@ class OneStepIntegrator : public Integrator {
   // no fixed step may end elsewhere, and says where. On trouble, may name what stands in the way by
   // set_fault() or set_place().
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
+  // The method has checked the way it took, which need not be straight.
+  virtual bool checks_its_own_path() const { return false; }
   // Said before the first step; a reason not to begin.
   virtual std::optional<std::string> refusal() { return std::nullopt; }
 
-  bool is_fixed() const { return scene_.source.time.step.has_value(); }
+  bool is_fixed() const { return step_.has_value(); }
   // Without a fixed step: the length of the next step, or of the next try.
   void propose(double h) { size_ = h; }
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
@@ -45,6 +47,7 @@ class OneStepIntegrator : public Integrator {
   const std::vector<Vec3>& positions() const { return position_; }
 
  private:
+  double grid_time() const;
   double next_time() const;
   Trouble check_path(double time);
   void accept(double time);
@@ -53,6 +56,7 @@ class OneStepIntegrator : public Integrator {
 
   const Scene& scene_;
   Dynamics& dynamics_;
+  std::optional<double> step_;  // s, of the grid
   double time_ = 0, previous_time_ = 0;
   double size_ = 0;                   // s, of the next try
   std::int64_t completed_steps_ = 0;  // of the grid

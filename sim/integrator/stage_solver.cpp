@@ -50,7 +50,7 @@ struct StageSolver::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
-  void create();
+  void create(bool may_factorise);
   int residual(N_Vector state, N_Vector out);
   int assemble(std::span<const double> state);
   bool make_definite();
@@ -77,7 +77,7 @@ struct StageSolver::Implementation {
   std::optional<ContactFault> fault;
 };
 
-void StageSolver::Implementation::create() {
+void StageSolver::Implementation::create(bool may_factorise) {
   SUNContext_Create(nullptr, &context);
   u = make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context);
   step_scale = N_VClone(u);
@@ -99,6 +99,7 @@ void StageSolver::Implementation::create() {
       {.gamma = [this] { return gamma; },
        .linear_fraction = newton_count == 1 ? linear_fraction_of_one : linear_fraction,
        .make_definite = [this] { return make_definite(); },
+       .may_factorise = may_factorise,
        .limit = [this](std::span<double> correction) { limit(correction); }},
       context);
   KINSetLinearSolver(kinsol, newton_solver, nullptr);
@@ -189,9 +190,10 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
   }
 }
 
-StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count)
+StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count,
+                         bool may_factorise)
     : implementation_(std::make_unique<Implementation>(scene, dynamics, newton_count)) {
-  implementation_->create();
+  implementation_->create(may_factorise);
 }
 
 StageSolver::~StageSolver() = default;

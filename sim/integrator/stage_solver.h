@@ -21,7 +21,9 @@ class StageSolver {
  public:
   // `newton_count`: so many iterations, with neither line search nor test of convergence nor
   // halving; 0: until they converge.
-  StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count);
+  // `may_factorise`: once conjugate gradients have failed, systems with as long a gamma are
+  // factorised (direct_solver.h).
+  StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count, bool may_factorise = false);
   ~StageSolver();
   StageSolver(const StageSolver&) = delete;
   StageSolver& operator=(const StageSolver&) = delete;
