@@ -105,7 +105,7 @@ class Checker {
   }
 
   void tolerances() const {
-    if (!case_.contact.enabled) return;
+    if (!case_.contact.enabled || case_.time.method == TimeMethod::verlet) return;
     const double range = case_.contact.range;
     const double position_limit = position_tolerance_per_range * range;
     if (case_.time.position_tolerance > position_limit * rounding) {
