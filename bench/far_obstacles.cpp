@@ -6,7 +6,7 @@
 #include "bench/experiments.h"
 #include "bench/medians.h"
 #include "sim/case/case_reader.h"
-#include "sim/integrator/cvode_integrator.h"
+#include "sim/integrator/integrator.h"
 
 namespace weft::bench {
 
@@ -22,17 +22,17 @@ struct Outcome {
 Outcome run(const Scene& scene, double duration) {
   Statistics statistics;
   Dynamics dynamics(scene, statistics);
-  CvodeIntegrator integrator(scene, dynamics);
+  const auto integrator = make_integrator(scene, dynamics);
   Outcome outcome;
   outcome.cpu = cpu_time_of([&] {
-    while (integrator.time() < duration) {
-      if (const auto failure = integrator.step()) {
+    while (integrator->time() < duration) {
+      if (const auto failure = integrator->step()) {
         std::fprintf(stderr, "%s\n", failure->c_str());
         std::exit(1);
       }
     }
   });
-  outcome.state.assign(integrator.state().begin(), integrator.state().end());
+  outcome.state.assign(integrator->state().begin(), integrator->state().end());
   return outcome;
 }
 

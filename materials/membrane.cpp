@@ -57,9 +57,11 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
   return membrane;
 }
 
-Mat9 membrane_stiffness(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v) {
+Mat9 membrane_stiffness(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v,
+                        bool pull_only) {
   const Nodes3 edges = opposite_edges(x);
-  const Vec3 tensions = edge_tensions(membrane, edges, v);
+  Vec3 tensions = edge_tensions(membrane, edges, v);
+  if (pull_only) tensions = tensions.cwiseMax(0);
   Mat9 result = material_stiffness(membrane.modulus, edges);
   // d^2 q_i / dx dx is 2 I on the diagonal of either end of edge i and -2 I between them.
   for (int i = 0; i < 3; ++i) {

@@ -69,8 +69,10 @@ inline Nodes3 membrane_forces(const TriangleMembrane& membrane, const Nodes3& x,
 }
 
 // -d forces / d x with the stress of (x, v) (exact without damping), symmetric, N/m. Indefinite
-// under compression.
-Mat9 membrane_stiffness(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v);
+// under compression; with `pull_only`, which leaves out the stress of edges that push, positive
+// semi-definite.
+Mat9 membrane_stiffness(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v,
+                        bool pull_only = false);
 // -d forces / d v, exact, symmetric positive semi-definite, N s/m.
 Mat9 membrane_damping(const TriangleMembrane& membrane, const Nodes3& x);
 

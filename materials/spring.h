@@ -2,6 +2,7 @@
 // / 2. Every function is inline: the caller's loop over springs is the hot one.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "materials/types.h"
@@ -35,17 +36,20 @@ inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, c
 }
 
 // -d force0 / d x0 at constant velocity of extension (exact without damping), N/m. Node pairs: [K
-// -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T; indefinite under compression. k I
-// for coincident nodes: exact for a spring without rest length, and a usable step otherwise.
+// -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T; indefinite under compression, and
+// positive semi-definite with `pull_only`, which takes a negative T for 0. k I for coincident
+// nodes: exact for a spring without rest length, and a usable step otherwise.
 inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
-                             const Vec3& v1) {
+                             const Vec3& v1, bool pull_only = false) {
   const Vec3 difference = x1 - x0;
   const double squared_length = squared_norm(difference);
   if (squared_length == 0) return spring.stiffness * Mat3::Identity();
   const double length = std::sqrt(squared_length);
   const double rate_over_length = dot(difference, v1 - v0) / squared_length;
-  const double tension_over_length =
+  double tension_over_length =
       spring.stiffness * (1 - spring.rest_length / length + spring.damping_time * rate_over_length);
+  // More than k would push across n n^T what it pulls elsewhere.
+  if (pull_only) tension_over_length = std::clamp(tension_over_length, 0.0, spring.stiffness);
   Mat3 result = ((spring.stiffness - tension_over_length) / squared_length * difference) *
                 difference.transpose();
   result.diagonal().array() += tension_over_length;

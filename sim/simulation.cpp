@@ -80,19 +80,20 @@ class Run {
       : scene_(scene),
         options_(options),
         dynamics_(scene, report_.statistics),
-        integrator_(scene, dynamics_),
+        integrator_(make_integrator(scene, dynamics_)),
         recorder_(scene, dynamics_, options.trajectory, options.force) {}
 
   RunReport execute() {
     note_compute();
+    note_decision();
     const auto wall_start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_time();
     report_.trajectory = options_.trajectory;
-    record(0.0, integrator_.state());
+    record(0.0, integrator_->state());
     integrate();
-    report_.simulated_time = std::min(integrator_.time(), scene_.source.time.duration);
+    report_.simulated_time = std::min(integrator_->time(), scene_.source.time.duration);
     report_.frames = recorder_.frames();
-    report_.counts = integrator_.counts();
+    report_.counts = integrator_->counts();
     note_compute();
     report_.cpu_time = process_cpu_time() - cpu_start;
     report_.wall_time =
@@ -108,7 +109,7 @@ class Run {
   }
 
   void record(double time, std::span<const double> y) {
-    const double stretch = recorder_.add_frame(time, y, integrator_.counts());
+    const double stretch = recorder_.add_frame(time, y, integrator_->counts());
     report_.largest_stretch = std::max(report_.largest_stretch, stretch);
     last_recorded_ = time;
   }
@@ -121,20 +122,21 @@ class Run {
         report_.status = RunReport::Status::interrupted;
         return;
       }
-      if (const auto reason = integrator_.step()) {
+      if (const auto reason = integrator_->step()) {
         report_.status = RunReport::Status::failed;
         report_.reason = *reason;
         // The last good state is kept as a frame of its own.
-        if (integrator_.time() > last_recorded_) record(integrator_.time(), integrator_.state());
+        if (integrator_->time() > last_recorded_) record(integrator_->time(), integrator_->state());
         return;
       }
       note_gap();
-      recorder_.add_step(integrator_);
-      for (; last_recorded_ < duration && frame_time(frame) <= integrator_.time(); ++frame) {
-        integrator_.state_at(frame_time(frame), interpolated);
+      note_decision();
+      recorder_.add_step(*integrator_);
+      for (; last_recorded_ < duration && frame_time(frame) <= integrator_->time(); ++frame) {
+        integrator_->state_at(frame_time(frame), interpolated);
         record(frame_time(frame), interpolated);
       }
-      if (options_.progress) options_.progress(std::min(integrator_.time(), duration));
+      if (options_.progress) options_.progress(std::min(integrator_->time(), duration));
     }
   }
 
@@ -153,11 +155,19 @@ class Run {
     if (options_.notice) options_.notice("contact search on " + text);
   }
 
+  // At the start, and whenever the integrator changes its mind.
+  void note_decision() {
+    std::string text = integrator_->decision();
+    if (text == report_.decision) return;
+    report_.decision = std::move(text);
+    if (options_.notice) options_.notice(report_.decision);
+  }
+
   const Scene& scene_;
   const RunOptions& options_;
   RunReport report_;
   Dynamics dynamics_;
-  CvodeIntegrator integrator_;
+  std::unique_ptr<Integrator> integrator_;
   FrameRecorder recorder_;
   double last_recorded_ = 0;
 };

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "sim/integrator/cvode_integrator.h"
+#include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
 #include "sim/statistics.h"
 
@@ -35,6 +35,7 @@ struct RunReport {
   std::optional<double> smallest_gap;  // m, in the last force evaluation of any step; nothing
                                        // when no pair ever came into reach
   std::string compute;         // what the contact search ran on, and why; empty without contact
+  std::string decision;        // what the integrator decided by itself, last; empty for most
   double largest_stretch = 0;  // l / L - 1 over all frames and edges
   Statistics statistics;
   std::string trajectory;

@@ -19,12 +19,18 @@ struct SourceLocation {
   int column = 0;
 };
 
+// In the order of the table of sim/integrator/integrator.cpp.
+enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet };
+
 struct TimeCase {
+  TimeMethod method = TimeMethod::cvode;
   double duration = 1.0;                     // s, > 0
   double frames_per_second = 60.0;           // 1/s, > 0
   double position_tolerance = 1e-5;          // m, local error a step
   std::optional<double> velocity_tolerance;  // m/s; default 100 /s * position_tolerance
   double relative_tolerance = 1e-4;          // of the speed
+  std::optional<double> step;                // s, of fixed steps
+  int newton = 0;                            // Newton iterations of a step; 0: to convergence
   int maximum_order = 2;                     // BDF order, 1..5
   double minimum_step = 1e-7;                // s
   std::optional<double> maximum_step;        // s

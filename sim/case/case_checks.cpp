@@ -64,6 +64,19 @@ class Checker {
            "the minimum_step is " + number_text(time.minimum_step) + " s",
            "expected less than the time between frames, " + number_text(frame) + " s");
     }
+    const bool needs_step =
+        time.method == TimeMethod::implicit_midpoint || time.method == TimeMethod::verlet;
+    if (needs_step && !time.step) {
+      fail("time.method", "this method needs a step", "expected time.step");
+    }
+    if (time.step && *time.step <= time.minimum_step) {
+      fail("time.step", "the step is " + number_text(*time.step) + " s",
+           "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");
+    }
+    if (time.step && time.maximum_step) {
+      fail("time.maximum_step", "a maximum_step beside a fixed step",
+           "expected one of maximum_step and step");
+    }
     if (time.maximum_step && *time.maximum_step <= time.minimum_step) {
       fail("time.maximum_step", "the maximum_step is " + number_text(*time.maximum_step) + " s",
            "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");
@@ -92,7 +105,7 @@ class Checker {
   }
 
   void tolerances() const {
-    if (!case_.contact.enabled) return;
+    if (!case_.contact.enabled || case_.time.method == TimeMethod::verlet) return;
     const double range = case_.contact.range;
     const double position_limit = position_tolerance_per_range * range;
     if (case_.time.position_tolerance > position_limit * rounding) {

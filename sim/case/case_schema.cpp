@@ -69,24 +69,46 @@ TableList tables(std::vector<Struct>* target, bool named = false) {
 // case.h and not described here does not compile.
 
 Table describe(TimeCase& target) {
-  auto& [duration, frames, position_tolerance, velocity_tolerance, relative_tolerance, order,
-         minimum_step, maximum_step] = target;
+  auto& [method, duration, frames, position_tolerance, velocity_tolerance, relative_tolerance, step,
+         newton, order, minimum_step, maximum_step] = target;
   return {{
+      field("method",
+            choice(&method, {"cvode", "arkode", "euler", "static", "implicit_midpoint", "verlet"}),
+            "Which integrator; docs/guide.md says which is for what. cvode: BDF of variable order "
+            "and step; arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
+            "asks; euler: backward Euler; static: equilibria under gravity that grows from nothing "
+            "and motions that proceed, one a frame; implicit_midpoint and verlet: fixed steps, for "
+            "comparison."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("position_tolerance", &position_tolerance, "m", positive,
-            "Error of a position allowed per step; with contact at most 0.005 of contact.range."),
+            "Error of a position allowed per step, or left in the solution of one of fixed length; "
+            "with contact at most 0.005 of contact.range.")
+          .only_for("method", {"cvode", "arkode", "euler", "static", "implicit_midpoint"}),
       field("velocity_tolerance", &velocity_tolerance, "m/s", positive,
             "Error of a velocity allowed per step; with contact at most 0.5 /s of contact.range.")
-          .with_default("100 /s of position_tolerance"),
+          .with_default("100 /s of position_tolerance")
+          .only_for("method", {"cvode", "arkode", "euler", "static", "implicit_midpoint"}),
       field("relative_tolerance", &relative_tolerance, "", {0, 1, true, true},
-            "Error allowed per step as a fraction of the speed."),
+            "Error allowed per step as a fraction of the speed.")
+          .only_for("method", {"cvode", "arkode", "euler", "static", "implicit_midpoint"}),
+      field("step", &step, "s", positive,
+            "Fixed step; longer than minimum_step; implicit_midpoint and verlet need one.")
+          .with_default("chosen by the tolerances")
+          .only_for("method", {"euler", "implicit_midpoint", "verlet"}),
+      field("newton", &newton, "", at_least(0),
+            "Newton iterations of a step: 1 is the linearly implicit step; 0: until they converge "
+            "to the tolerances.")
+          .only_for("method", {"euler", "implicit_midpoint"}),
       field("maximum_order", &order, "", {1, 5},
             "Highest order of the BDF method; 3 to 5 need damping in every material and a "
-            "position_tolerance of at most 1e-6."),
+            "position_tolerance of at most 1e-6.")
+          .only_for("method", {"cvode"}),
       field("minimum_step", &minimum_step, "s", positive,
             "A step that must be shorter than this stops the run; less than a frame."),
-      field("maximum_step", &maximum_step, "s", positive, "Longest step.").with_default("no limit"),
+      field("maximum_step", &maximum_step, "s", positive, "Longest step.")
+          .with_default("no limit")
+          .only_for("method", {"cvode", "arkode", "euler"}),
   }};
 }
 

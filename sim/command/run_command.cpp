@@ -49,6 +49,7 @@ nlohmann::ordered_json report_json(const RunReport& report) {
   json["max_stretch"] = report.largest_stretch;
   const Counters& counters = report.statistics.counters;
   if (!report.compute.empty()) json["compute"] = report.compute;
+  if (!report.decision.empty()) json["integrator"] = report.decision;
   json["counters"] = {{"rebuilds", counters.rebuilds},
                       {"self_traversals", counters.self_traversals},
                       {"pair_traversals", counters.pair_traversals},

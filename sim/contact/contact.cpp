@@ -195,7 +195,9 @@ void Contact::add_damping_and_friction(const bsi::Closest& closest, const Vec3& 
   // and in steady sliding the two are the same.
   const double push = -slope;
   active.force += normal * (-damping_time_ * curvature * gap_rate);
-  active.stiffness = (curvature + damping_time_ * third * gap_rate) * projection;
+  double stiffness = curvature + damping_time_ * third * gap_rate;
+  if (definite_) stiffness = std::max(stiffness, 0.0);
+  active.stiffness = stiffness * projection;
   active.damping = damping_time_ * curvature * projection;
   if (friction_ == 0 || push <= 0) return;
   const Vec3 sliding = relative_velocity - gap_rate * normal;

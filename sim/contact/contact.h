@@ -54,6 +54,12 @@ class Contact {
   // Subtracts factor * K * in.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  // Calls visit(row, column, block) for every block of gamma^2 K + gamma D, pair by pair.
+  template <class Visit>
+  void visit_blocks(double gamma, const Visit& visit) const;
+  // From now on, leaves out of the matrix the stiffness of pairs that part so fast that it would
+  // push the wrong way: for long fixed steps.
+  void keep_matrix_definite() { definite_ = true; }
   // What its search runs on.
   const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return active_.size(); }
@@ -134,9 +140,24 @@ class Contact {
   Statistics& statistics_;
   ContactSearch search_;
   double range_, stiffness_, damping_time_, friction_, friction_speed_;
+  bool definite_ = false;
   std::vector<Vec3> rest_;  // of all particles: edge lengths scale the mollifier
   std::vector<Active> active_;
   std::vector<MollifierForce> mollified_;
 };
+
+template <class Visit>
+void Contact::visit_blocks(double gamma, const Visit& visit) const {
+  for (const Active& active : active_) {
+    const Mat3 block = gamma * (gamma * active.stiffness + active.damping);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        const int row = active.nodes[i], column = active.nodes[j];
+        if (row >= scene_.dynamic_particles || column >= scene_.dynamic_particles) continue;
+        visit(row, column, Mat3(active.weight[i] * active.weight[j] * block));
+      }
+    }
+  }
+}
 
 }  // namespace weft::sim

@@ -82,7 +82,7 @@ class BendingForce final : public Force {
   // K = B^T C B + sum_h moment_h d^2 theta_h, D = B^T C B diag(beta): Gauss-Newton plus the stress
   // part.
   void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
-                       int threads) override {
+                       Definiteness definiteness, int threads) override {
     measure_hinges(state, threads);
     triangle_stencils_.for_each(threads, [&](int t) {
       const Eigen::Matrix<double, 3, 18> gradient = angle_gradients(t);
@@ -94,6 +94,7 @@ class BendingForce final : public Force {
             t, Eigen::Matrix<double, 18, 18>(damping_time(t) * elastic), damping);
       }
     });
+    if (definiteness == Definiteness::semi_definite) return;
     hinge_stencils_.for_each(threads, [&](int h) {
       const materials::Mat12 geometric =
           moment(h) * materials::hinge_hessian(gather(h, state.position));

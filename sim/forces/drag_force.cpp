@@ -35,7 +35,7 @@ class DragForce final : public Force {
   }
   void attach(const BlockPattern& pattern) override { triangles_.attach(pattern); }
 
-  void add_derivatives(const Kinematics& state, BlockMatrix&, BlockMatrix& damping,
+  void add_derivatives(const Kinematics& state, BlockMatrix&, BlockMatrix& damping, Definiteness,
                        int threads) override {
     triangles_.for_each(threads, [&](int i) {
       const Mat3 ninth = materials::drag_damping(drags_[i], gather(i, state.position),

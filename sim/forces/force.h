@@ -18,6 +18,11 @@ struct Kinematics {
   std::span<const Vec3> velocity;
 };
 
+// Exact derivatives may have directions of negative stiffness, as under compression. For long fixed
+// steps they can be left out: what remains is positive semi-definite, and exact where nothing is
+// compressed or bent out of its plane.
+enum class Definiteness { exact, semi_definite };
+
 class Force {
  public:
   virtual ~Force() = default;
@@ -32,7 +37,7 @@ class Force {
   virtual void attach(const BlockPattern& pattern) = 0;
   // Adds -dF/dx (N/m) and -dF/dv (N s/m).
   virtual void add_derivatives(const Kinematics& state, BlockMatrix& stiffness,
-                               BlockMatrix& damping, int threads) = 0;
+                               BlockMatrix& damping, Definiteness definiteness, int threads) = 0;
 };
 
 // Every force the scene needs: one line a force in the table of force.cpp; arrays that would be

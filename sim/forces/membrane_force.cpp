@@ -51,11 +51,13 @@ class MembraneForce final : public Force {
   void attach(const BlockPattern& pattern) override { triangles_.attach(pattern); }
 
   void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
-                       int threads) override {
+                       Definiteness definiteness, int threads) override {
+    const bool pull_only = definiteness == Definiteness::semi_definite;
     triangles_.for_each(threads, [&](int i) {
       const Nodes3 x = gather(triangles_[i], state.position);
       const Nodes3 v = gather(triangles_[i], state.velocity);
-      triangles_.add_block_matrix(i, materials::membrane_stiffness(membranes_[i], x, v), stiffness);
+      triangles_.add_block_matrix(i, materials::membrane_stiffness(membranes_[i], x, v, pull_only),
+                                  stiffness);
       if (membranes_[i].damping_time > 0) {
         triangles_.add_block_matrix(i, materials::membrane_damping(membranes_[i], x), damping);
       }

@@ -47,12 +47,13 @@ class SpringForce final : public Force {
   void attach(const BlockPattern& pattern) override { ends_.attach(pattern); }
 
   void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
-                       int threads) override {
+                       Definiteness definiteness, int threads) override {
+    const bool pull_only = definiteness == Definiteness::semi_definite;
     ends_.for_each(threads, [&](int i) {
       const auto [a, b] = ends_[i];
       add_pair(i,
                materials::spring_stiffness(springs_[i], state.position[a], state.position[b],
-                                           state.velocity[a], state.velocity[b]),
+                                           state.velocity[a], state.velocity[b], pull_only),
                stiffness);
       if (springs_[i].damping_time > 0) {
         add_pair(i, materials::spring_damping(springs_[i], state.position[a], state.position[b]),

@@ -11,6 +11,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/integrator/newton_solver.h"
+#include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
 
 namespace weft::sim {
@@ -50,7 +51,6 @@ struct CvodeIntegrator::Implementation {
   void create();
   void set_options();
   int rate(double t, N_Vector state, N_Vector out);
-  int error_weights(N_Vector state, N_Vector weight) const;
   int assemble(double t, N_Vector state, bool keep, booleantype* is_new);
   int veto(double t, N_Vector state);
   void accept(double t);
@@ -70,7 +70,6 @@ struct CvodeIntegrator::Implementation {
   N_Vector y = nullptr, work = nullptr;
   SUNLinearSolver newton_solver = nullptr;
   double time = 0;
-  double position_tolerance = 0, velocity_tolerance = 0, relative_tolerance = 0;
   std::vector<double> accepted_state;
   std::vector<Vec3> previous_position, accepted_position, trial_position, scratch_velocity;
   double accepted_time = 0, previous_time = 0;
@@ -103,15 +102,13 @@ void CvodeIntegrator::Implementation::create() {
 
 void CvodeIntegrator::Implementation::set_options() {
   const TimeCase& options = scene.source.time;
-  position_tolerance = options.position_tolerance;
-  velocity_tolerance = options.velocity_tolerance.value_or(100 * options.position_tolerance);
-  relative_tolerance = options.relative_tolerance;
   CVodeSetUserData(cvode, this);
   // What went wrong is told by step(), in our own words.
   CVodeSetErrHandlerFn(
       cvode, [](int, const char*, const char*, char*, void*) {}, nullptr);
   CVodeWFtolerances(cvode, [](N_Vector state, N_Vector weight, void* self) {
-    return static_cast<Implementation*>(self)->error_weights(state, weight);
+    const TimeCase& time_case = static_cast<Implementation*>(self)->scene.source.time;
+    return error_weights(time_case, values(state), values(weight)) ? 0 : -1;
   });
   CVodeSetMaxOrd(cvode, options.maximum_order);
   CVodeSetMinStep(cvode, options.minimum_step);
@@ -119,7 +116,14 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetMaxNumSteps(cvode, std::numeric_limits<int>::max());
   CVodeSetMaxConvFails(cvode, 40);
   CVodeSetMaxErrTestFails(cvode, 40);
-  newton_solver = make_newton_solver(dynamics, cvode, context);
+  newton_solver = make_newton_solver(dynamics,
+                                     {.gamma =
+                                          [this] {
+                                            double gamma = 0;
+                                            CVodeGetCurrentGamma(cvode, &gamma);
+                                            return gamma;
+                                          }},
+                                     context);
   CVodeSetLinearSolver(cvode, newton_solver, nullptr);
   CVodeSetPreconditioner(
       cvode,
@@ -146,20 +150,6 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   if (!fault) return 0;
   last_fault = fault;
   return 1;  // recoverable: CVODE cuts the step
-}
-
-// One weight for the three components of a vector: the test does not depend on the axes.
-int CvodeIntegrator::Implementation::error_weights(N_Vector state, N_Vector weight) const {
-  const std::span<double> w = values(weight);
-  const StateView view = StateView::of(values(state));
-  const std::size_t half = w.size() / 2;
-  std::fill_n(w.begin(), half, 1 / position_tolerance);
-  for (std::size_t i = 0; i < view.velocity.size(); ++i) {
-    const double value = 1 / (velocity_tolerance + relative_tolerance * view.velocity[i].norm());
-    if (!std::isfinite(value)) return -1;
-    std::fill_n(w.begin() + static_cast<std::ptrdiff_t>(half + 3 * i), 3, value);
-  }
-  return 0;
 }
 
 // `keep`: CVODE wants a new matrix for another gamma only; K and D of a few steps ago will do.

@@ -95,6 +95,7 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
                                            std::span<double> rate) {
   ++statistics_.counters.force_evaluations;
   expand(time, y, position_, velocity_);
+  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
   {
     PhaseTimer timer(statistics_.phases.forces);
     std::fill(force_.begin(), force_.end(), Vec3::Zero());
@@ -104,14 +105,15 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
     if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
     contact_->add_forces(force_);
   }
+  const StateView state = StateView::of(y);
   const int count = scene_.dynamic_particles;
   auto* x_rate = reinterpret_cast<Vec3*>(rate.data());
   Vec3* v_rate = x_rate + count;
-  const Vec3 gravity = scene_.source.world.gravity;
+  const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < count; ++i) {
     const bool is_free = scene_.pinned[i] == 0;
-    x_rate[i] = is_free ? velocity_[i] : Vec3(Vec3::Zero());
+    x_rate[i] = is_free ? state.velocity[i] : Vec3(Vec3::Zero());
     v_rate[i] = is_free
                     ? Vec3(gravity + force_[i] / scene_.mass[i] - mass_damping_[i] * velocity_[i])
                     : Vec3(Vec3::Zero());
@@ -126,14 +128,19 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   return std::nullopt;
 }
 
-void Dynamics::assemble(double time, std::span<const double> y) {
+void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness) {
   ++statistics_.counters.matrix_assemblies;
   PhaseTimer timer(statistics_.phases.linear_solve);
   expand(time, y, position_, velocity_);
+  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
   stiffness_.set_zero();
   damping_.set_zero();
   for (const auto& force : forces_)
-    force->add_derivatives(kinematics(), stiffness_, damping_, threads_);
+    force->add_derivatives(kinematics(), stiffness_, damping_, definiteness, threads_);
+  if (load_) {
+    damping_.set_zero();
+    return;
+  }
   for (int i = 0; i < scene_.dynamic_particles; ++i) {
     if (mass_damping_[i] == 0) continue;
     damping_.block(damping_.pattern().diagonal_slot(i)).diagonal().array() +=

@@ -52,7 +52,11 @@ class Dynamics {
 
   // Stores K = -dF/dx and D = -dF/dv of all forces but contact, whose own matrices are always those
   // of the last rate(). Mass damping is part of D.
-  void assemble(double time, std::span<const double> y);
+  void assemble(double time, std::span<const double> y,
+                Definiteness definiteness = Definiteness::exact);
+  // From now on, forces are those of particles at rest, and gravity is this part of the scene's:
+  // for equilibria.
+  void set_load(double load) { load_ = load; }
   const BlockMatrix& stiffness() const { return stiffness_; }
   const BlockMatrix& damping() const { return damping_; }
   bool has_damping() const { return has_damping_; }
@@ -83,6 +87,7 @@ class Dynamics {
   std::optional<Contact> contact_;
   BlockMatrix stiffness_, damping_;
   bool has_damping_ = false;
+  std::optional<double> load_;
   std::vector<double> mass_damping_;  // 1/s, by particle
   std::vector<Vec3> position_, velocity_, force_;
 };

@@ -1,24 +1,31 @@
 #include "sim/integrator/newton_solver.h"
 
-#include <cvode/cvode.h>
-#include <cvode/cvode_ls.h>
 #include <nvector/nvector_serial.h>
 
+#include <limits>
+#include <optional>
+
+#include "sim/integrator/direct_solver.h"
 #include "sim/integrator/velocity_system.h"
 
 namespace weft::sim {
 
 namespace {
 
+// Iterations of conjugate gradients that take longer than a factorisation.
+constexpr int worth_a_factorisation = 200;
+
 struct Content {
-  Content(Dynamics& dynamics_, void* cvode_)
-      : dynamics(dynamics_), system(dynamics_), cvode(cvode_) {}
+  Content(Dynamics& dynamics_, NewtonHooks hooks_)
+      : dynamics(dynamics_), system(dynamics_), hooks(std::move(hooks_)) {}
   Dynamics& dynamics;
   VelocitySystem system;
-  void* cvode;
-  // CVODE tells the state at a setup to the preconditioner's setup function alone.
+  NewtonHooks hooks;
+  // SUNDIALS tells the state at a setup to the preconditioner's setup function alone.
   SUNPSetupFn setup = nullptr;
   void* setup_data = nullptr;
+  std::optional<DirectSolver> direct;
+  double factorised_from = std::numeric_limits<double>::infinity();  // gamma
   N_Vector weight = nullptr;
   int iterations = 0;
   double residual = 0;
@@ -34,31 +41,57 @@ int set_up(SUNLinearSolver solver, SUNMatrix) {
   Content& content = content_of(solver);
   if (content.setup != nullptr && content.setup(content.setup_data) != 0)
     return SUNLS_PSET_FAIL_REC;
-  double gamma = 0;
-  CVodeGetCurrentGamma(content.cvode, &gamma);
+  const double gamma = content.hooks.gamma();
   PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
   content.system.set_up(gamma);
   return SUNLS_SUCCESS;
 }
 
+int factorise(Content& content, double gamma, N_Vector b, N_Vector x) {
+  PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
+  if (!content.direct) content.direct.emplace(content.dynamics);
+  content.iterations = 1;
+  content.residual = 0;
+  const auto solved = [&] { return content.direct->solve(gamma, values(b), values(x)); };
+  if (!solved()) {
+    const bool definite = content.hooks.make_definite && content.hooks.make_definite();
+    if (!definite || !solved()) return SUNLS_PSOLVE_FAIL_REC;
+  }
+  if (content.hooks.limit) content.hooks.limit(values(x));
+  return SUNLS_SUCCESS;
+}
+
 int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype tolerance) {
   Content& content = content_of(solver);
-  double gamma = 0;
-  CVodeGetCurrentGamma(content.cvode, &gamma);
-  PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
-  const VelocitySystem::Outcome outcome =
-      content.system.solve(gamma, values(b), values(content.weight), tolerance, values(x));
+  const double gamma = content.hooks.gamma();
+  const auto attempt = [&] {
+    PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
+    return content.system.solve(gamma, values(b), values(content.weight), tolerance, values(x),
+                                content.hooks.linear_fraction);
+  };
+  if (gamma >= content.factorised_from) return factorise(content, gamma, b, x);
+  VelocitySystem::Outcome outcome = attempt();
   content.iterations = outcome.iterations;
+  if (outcome.indefinite && content.hooks.make_definite && content.hooks.make_definite()) {
+    content.system.set_up(gamma);
+    outcome = attempt();
+    content.iterations += outcome.iterations;
+  }
   content.residual = outcome.residual;
-  if (outcome.converged) return SUNLS_SUCCESS;
-  return outcome.indefinite ? SUNLS_PSOLVE_FAIL_REC : SUNLS_CONV_FAIL;
+  if (content.hooks.may_factorise && outcome.iterations > worth_a_factorisation) {
+    content.factorised_from = gamma;
+    if (!outcome.converged) return factorise(content, gamma, b, x);
+  }
+  if (!outcome.converged) return outcome.indefinite ? SUNLS_PSOLVE_FAIL_REC : SUNLS_CONV_FAIL;
+  if (content.hooks.limit) content.hooks.limit(values(x));
+  return SUNLS_SUCCESS;
 }
 
 }  // namespace
 
-SUNLinearSolver make_newton_solver(Dynamics& dynamics, void* cvode, SUNContext context) {
+SUNLinearSolver make_newton_solver(Dynamics& dynamics, NewtonHooks hooks, SUNContext context) {
   SUNLinearSolver solver = SUNLinSolNewEmpty(context);
-  solver->content = new Content(dynamics, cvode);
+  solver->content = new Content(dynamics, std::move(hooks));
   solver->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_ITERATIVE; };
   solver->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
   solver->ops->setatimes = [](SUNLinearSolver, void*, SUNATimesFn) { return 0; };

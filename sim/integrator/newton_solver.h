@@ -3,14 +3,32 @@
 
 #include <sundials/sundials_linearsolver.h>
 
+#include <functional>
+#include <span>
+
 #include "sim/integrator/dynamics.h"
 
 namespace weft::sim {
 
+// What the solver asks of the iteration it serves.
+struct NewtonHooks {
+  std::function<double()> gamma = {};  // of the system in hand
+  // Fraction of the residual of the reduced system that may be left, beside the tolerance that
+  // SUNDIALS hands over, which knows nothing of that system. 1: the latter alone.
+  double linear_fraction = 1;
+  // Conjugate gradients met a direction of negative curvature: assembles positive semi-definite
+  // matrices instead. Empty, or false: nothing to be done, the solve fails.
+  std::function<bool()> make_definite = {};
+  // Once conjugate gradients have failed, systems with as long a gamma are factorised.
+  bool may_factorise = false;
+  // May shorten the correction just found. Empty: left as it is.
+  std::function<void(std::span<double> correction)> limit = {};
+};
+
 // An iterative, matrix-free SUNLinearSolver for (I - gamma J): honours the tolerance and the
-// scaling vectors it is given. `cvode` is asked for the current gamma; its preconditioner setup
-// function is called at each setup, and must assemble the dynamics' matrices where they are out of
-// date. Free with SUNLinSolFree.
-SUNLinearSolver make_newton_solver(Dynamics& dynamics, void* cvode, SUNContext context);
+// scaling vectors it is given. The preconditioner setup function of the SUNDIALS solver that uses
+// it is called at each setup, and must assemble the dynamics' matrices where they are out of date.
+// Free with SUNLinSolFree.
+SUNLinearSolver make_newton_solver(Dynamics& dynamics, NewtonHooks hooks, SUNContext context);
 
 }  // namespace weft::sim

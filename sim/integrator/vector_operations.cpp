@@ -90,6 +90,18 @@ realtype weighted_rms_norm(N_Vector x, N_Vector w) {
   return std::sqrt(sum_of(count, [=](int i) { return (xs[i] * ws[i]) * (xs[i] * ws[i]); }) / count);
 }
 
+realtype maximum_norm(N_Vector x) {
+  const double* xs = data(x);
+  double largest = 0;
+  for (int i = 0; i < length(x); ++i) largest = std::max(largest, std::fabs(xs[i]));
+  return largest;
+}
+
+realtype weighted_norm(N_Vector x, N_Vector w) {
+  const double *xs = data(x), *ws = data(w);
+  return std::sqrt(sum_of(length(x), [=](int i) { return (xs[i] * ws[i]) * (xs[i] * ws[i]); }));
+}
+
 int linear_combination(int count, realtype* c, N_Vector* vectors, N_Vector z) {
   double* zs = data(z);
   const int size = length(z);
@@ -126,6 +138,8 @@ N_Vector make_vector(sunindextype size, int threads, SUNContext context) {
   ops->nvaddconst = add_constant;
   ops->nvdotprod = dot_product;
   ops->nvwrmsnorm = weighted_rms_norm;
+  ops->nvmaxnorm = maximum_norm;
+  ops->nvwl2norm = weighted_norm;
   ops->nvlinearcombination = linear_combination;
   ops->nvscaleaddmulti = scale_add_multi;
   set_constant(0, vector);

@@ -105,7 +105,7 @@ double VelocitySystem::weighted_residual(std::span<const Vec3> weight) const {
 
 VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const double> b,
                                               std::span<const double> weight, double tolerance,
-                                              std::span<double> correction) {
+                                              std::span<double> correction, double relative) {
   if (gamma != gamma_) set_up(gamma);
   const StateView right = StateView::of(b);
   const std::span<const Vec3> velocity_weight = StateView::of(weight).velocity;
@@ -132,6 +132,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   double rho = precondition();
   direction_ = preconditioned_;
   outcome.residual = weighted_residual(velocity_weight);
+  tolerance = std::min(tolerance, relative * outcome.residual);
   while (outcome.residual > tolerance && outcome.iterations < largest_iteration_count) {
     multiply(direction_, product_);
     const double curvature = dot(direction_, product_, threads);

@@ -30,9 +30,10 @@ class VelocitySystem {
   // Solves for the correction (x, v) of right-hand side b, both 6 * particles doubles. Stops when
   // the residual of the velocity rows, divided by the mass and multiplied by `weight` (6 *
   // particles; the velocity half is used), has a 2-norm of at most `tolerance`, and
-  // no particle's exceeds ten times what would be the mean then.
+  // no particle's exceeds ten times what would be the mean then. With `relative`, also at most that
+  // fraction of what it is for a correction of the velocities of zero.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
-                double tolerance, std::span<double> correction);
+                double tolerance, std::span<double> correction, double relative = 1);
 
  private:
   void multiply(std::span<const Vec3> in, std::span<Vec3> out) const;

@@ -151,7 +151,7 @@ std::vector<double> FrameRecorder::frame_values(const Energies& energies, double
   return values;
 }
 
-void FrameRecorder::add_step(const CvodeIntegrator& integrator) {
+void FrameRecorder::add_step(const Integrator& integrator) {
   PhaseTimer timer(dynamics_.statistics().phases.record);
   const IntegratorCounts counts = integrator.counts();
   const double pairs =

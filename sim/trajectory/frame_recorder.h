@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/integrator/cvode_integrator.h"
+#include "sim/integrator/integrator.h"
 #include "sim/integrator/dynamics.h"
 #include "sim/trajectory/trajectory.h"
 
@@ -16,7 +16,7 @@ class FrameRecorder {
   FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force);
 
   // A row of /steps: kept until the next frame, which flushes it.
-  void add_step(const CvodeIntegrator& integrator);
+  void add_step(const Integrator& integrator);
   // A frame of the state `y` at `time`. Returns the largest stretch in it.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts);
   int frames() const { return writer_.frames(); }

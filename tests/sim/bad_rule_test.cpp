@@ -219,6 +219,48 @@ maximum_step = 1e-3
 )" + sheet,
        R"(case.toml:3:16: the maximum_step is 0.001 s
   expected more than the minimum_step, 0.001 s)"},
+      {"step_of_cvode",
+       R"([time]
+step = 1e-3
+)" + sheet,
+       R"(case.toml:2:1: "step" does not belong to method = "cvode"
+  expected only with method = "euler", "implicit_midpoint", "verlet")"},
+      {"newton_of_arkode",
+       R"([time]
+method = "arkode"
+newton = 1
+)" + sheet,
+       R"(case.toml:3:1: "newton" does not belong to method = "arkode"
+  expected only with method = "euler", "implicit_midpoint")"},
+      {"tolerance_of_verlet",
+       R"([time]
+method = "verlet"
+step = 1e-3
+position_tolerance = 1e-3
+)" + sheet,
+       R"(case.toml:4:1: "position_tolerance" does not belong to method = "verlet"
+  expected only with method = "cvode", "arkode", "euler", "static", "implicit_midpoint")"},
+      {"midpoint_without_step",
+       R"([time]
+method = "implicit_midpoint"
+)" + sheet,
+       R"(case.toml:2:10: this method needs a step
+  expected time.step)"},
+      {"step_and_longest_step",
+       R"([time]
+method = "euler"
+step = 1e-3
+maximum_step = 1e-2
+)" + sheet,
+       R"(case.toml:4:16: a maximum_step beside a fixed step
+  expected one of maximum_step and step)"},
+      {"step_below_the_shortest",
+       R"([time]
+method = "euler"
+step = 1e-8
+)" + sheet,
+       R"(case.toml:3:8: the step is 1e-08 s
+  expected more than the minimum_step, 1e-07 s)"},
       {"order_three_loose",
        R"([time]
 maximum_order = 3

@@ -21,17 +21,17 @@ void expect_nothing_passes_through(const std::string& name,
       build_scene(read_case(std::string(WEFT_CASES_DIR) + "/" + name + ".toml", overrides));
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
-  CvodeIntegrator integrator(*scene, dynamics);
+  const auto integrator = make_integrator(*scene, dynamics);
   std::vector<double> y(dynamics.state_size());
   std::vector<Vec3> position, velocity;
   double smallest_gap = 1;
   for (double frame = 1.0 / 60; frame <= duration; frame += 1.0 / 60) {
-    while (integrator.time() < frame) {
-      const auto failure = integrator.step();
+    while (integrator->time() < frame) {
+      const auto failure = integrator->step();
       ASSERT_FALSE(failure) << *failure;
       smallest_gap = std::min(smallest_gap, dynamics.contact()->smallest_gap().value_or(1));
     }
-    integrator.state_at(frame, y);
+    integrator->state_at(frame, y);
     dynamics.expand(frame, y, position, velocity);
     ASSERT_EQ(crossings_in(*scene, position), 0) << "t = " << frame;
     EXPECT_LT(dynamics.largest_stretch(position), 0.05);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/case/case_reader.h"
-#include "sim/integrator/cvode_integrator.h"
+#include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -18,19 +18,19 @@ class SimulatedCase {
   explicit SimulatedCase(const std::string& text, const std::vector<std::string>& overrides = {})
       : scene_(build_scene(parse_case(text, "test.toml", overrides))),
         dynamics_(*scene_, statistics_),
-        integrator_(*scene_, dynamics_) {}
+        integrator_(make_integrator(*scene_, dynamics_)) {}
 
   // Steps until `time` is reached and returns the state there (interpolated).
   std::vector<double> advance_to(double time) {
-    std::vector<double> y(integrator_.state().begin(), integrator_.state().end());
-    while (integrator_.time() < time) {
-      const auto failure = integrator_.step();
+    std::vector<double> y(integrator_->state().begin(), integrator_->state().end());
+    while (integrator_->time() < time) {
+      const auto failure = integrator_->step();
       if (failure) {
         ADD_FAILURE() << *failure;
         return y;
       }
     }
-    if (time > 0) integrator_.state_at(time, y);
+    if (time > 0) integrator_->state_at(time, y);
     return y;
   }
   // All particles, prescribed ones where they belong.
@@ -46,14 +46,14 @@ class SimulatedCase {
 
   const Scene& scene() const { return *scene_; }
   Dynamics& dynamics() { return dynamics_; }
-  CvodeIntegrator& integrator() { return integrator_; }
+  Integrator& integrator() { return *integrator_; }
   const Statistics& statistics() const { return statistics_; }
 
  private:
   std::unique_ptr<const Scene> scene_;
   Statistics statistics_;
   Dynamics dynamics_;
-  CvodeIntegrator integrator_;
+  std::unique_ptr<Integrator> integrator_;
 };
 
 // Root mean square distance of two states' positions, m.

@@ -1,0 +1,265 @@
+#include <arkode/arkode_arkstep.h>
+#include <arkode/arkode_ls.h>
+#include <nvector/nvector_serial.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/case/case_text.h"
+#include "sim/integrator/integrator_makers.h"
+#include "sim/integrator/newton_solver.h"
+#include "sim/integrator/one_step_integrator.h"
+#include "sim/integrator/spectral_estimate.h"
+#include "sim/integrator/tolerances.h"
+#include "sim/integrator/vector_operations.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::span<double> values(N_Vector v) {
+  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
+}
+
+// As for CVODE.
+constexpr double linear_tolerance_factor = 0.3;
+
+// Of the explicit method: step times fastest rate that error control was seen to settle at, and
+// its evaluations a step.
+constexpr double explicit_limit = 2.7;
+constexpr double explicit_stages = 6;
+
+// What an assembly and an iteration of the linear solver take, in evaluations of the forces.
+constexpr double assembly_cost = 3;
+constexpr double iteration_cost = 0.4;
+
+// Implicit steps whose cost is measured before explicit ones are considered, and explicit ones
+// after which implicit ones are tried again: twice as many each time.
+constexpr std::int64_t measured_steps = 20;
+constexpr std::int64_t first_explicit_steps = 500;
+// Explicit steps must promise this part of the cost, so that the two do not take turns.
+constexpr double worthwhile = 0.7;
+// Steps that still grow from the first, short ones say nothing about their cost.
+constexpr double growing = 1.5;
+
+class ArkodeIntegrator final : public OneStepIntegrator {
+ public:
+  ArkodeIntegrator(const Scene& scene, Dynamics& dynamics) : OneStepIntegrator(scene, dynamics) {
+    SUNContext_Create(nullptr, &context_);
+    y_ =
+        make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context_);
+    create(true);
+    decision_ = "implicit Runge-Kutta steps";
+  }
+  ~ArkodeIntegrator() override {
+    destroy();
+    N_VDestroy(y_);
+    SUNContext_Free(&context_);
+  }
+  ArkodeIntegrator(const ArkodeIntegrator&) = delete;
+  ArkodeIntegrator& operator=(const ArkodeIntegrator&) = delete;
+
+  int last_order() const override { return implicit_ ? 2 : 4; }
+  IntegratorCounts counts() const override {
+    IntegratorCounts counts = OneStepIntegrator::counts();
+    counts.error_test_failures += earlier_.error_test_failures + count(ARKStepGetNumErrTestFails);
+    if (!implicit_) {
+      counts.newton_iterations = earlier_.newton_iterations;
+      counts.linear_iterations = earlier_.linear_iterations;
+      counts.linear_setups = earlier_.linear_setups;
+      counts.convergence_failures += earlier_.convergence_failures;
+      return counts;
+    }
+    counts.newton_iterations = earlier_.newton_iterations + count(ARKStepGetNumNonlinSolvIters);
+    counts.linear_iterations = earlier_.linear_iterations + count(ARKStepGetNumLinIters);
+    counts.linear_setups = earlier_.linear_setups + count(ARKStepGetNumLinSolvSetups);
+    counts.convergence_failures +=
+        earlier_.convergence_failures + count(ARKStepGetNumNonlinSolvConvFails);
+    return counts;
+  }
+  std::string decision() const override { return decision_; }
+
+ private:
+  long count(int (*get)(void*, long*)) const {
+    long value = 0;
+    get(arkode_, &value);
+    return value;
+  }
+  void create(bool implicit);
+  void destroy();
+  void set_implicit_options();
+  Trouble attempt(double& end, std::span<double> y) override;
+  Trouble trouble_of(int flag, double& end);
+  double work() const;
+  void reconsider();
+  void use(bool implicit, double rate, double part_of_cost);
+
+  SUNContext context_ = nullptr;
+  void* arkode_ = nullptr;
+  N_Vector y_ = nullptr;
+  SUNLinearSolver newton_solver_ = nullptr;
+  bool implicit_ = true;
+  double arkode_time_ = 0;    // s: where ARKODE stands; not time() after a refused step
+  IntegratorCounts earlier_;  // of solvers that are gone
+  std::optional<ContactFault> fault_in_step_;
+  std::string decision_;
+  // Since the last look at what the other method would cost.
+  std::int64_t steps_at_look_ = 0, explicit_steps_ = first_explicit_steps;
+  double work_at_look_ = 0, time_at_look_ = 0;
+};
+
+void ArkodeIntegrator::create(bool implicit) {
+  implicit_ = implicit;
+  std::copy(state().begin(), state().end(), values(y_).begin());
+  const ARKRhsFn rate = [](realtype t, N_Vector y, N_Vector out, void* self_pointer) {
+    auto& self = *static_cast<ArkodeIntegrator*>(self_pointer);
+    auto fault = self.dynamics().rate(t, values(y), values(out));
+    if (fault) self.fault_in_step_ = fault;
+    return fault ? 1 : 0;
+  };
+  arkode_ =
+      ARKStepCreate(implicit ? nullptr : rate, implicit ? rate : nullptr, time(), y_, context_);
+  arkode_time_ = time();
+  ARKStepSetUserData(arkode_, this);
+  ARKStepSetErrHandlerFn(
+      arkode_, [](int, const char*, const char*, char*, void*) {}, nullptr);
+  ARKStepWFtolerances(arkode_, [](N_Vector y, N_Vector weight, void* self) {
+    const TimeCase& options = static_cast<ArkodeIntegrator*>(self)->scene().source.time;
+    return error_weights(options, values(y), values(weight)) ? 0 : -1;
+  });
+  if (implicit) {
+    ARKStepSetTableNum(arkode_, ARKODE_TRBDF2_3_3_2, ARKODE_ERK_NONE);
+    set_implicit_options();
+  } else {
+    ARKStepSetTableNum(arkode_, ARKODE_DIRK_NONE, ARKODE_ARK436L2SA_ERK_6_3_4);
+  }
+  const TimeCase& options = scene().source.time;
+  ARKStepSetMinStep(arkode_, options.minimum_step);
+  if (options.maximum_step) ARKStepSetMaxStep(arkode_, *options.maximum_step);
+  ARKStepSetMaxErrTestFails(arkode_, 40);
+  ARKStepSetMaxConvFails(arkode_, 40);
+}
+
+void ArkodeIntegrator::set_implicit_options() {
+  newton_solver_ = make_newton_solver(dynamics(),
+                                      {.gamma =
+                                           [this] {
+                                             double gamma = 0;
+                                             ARKStepGetCurrentGamma(arkode_, &gamma);
+                                             return gamma;
+                                           }},
+                                      context_);
+  ARKStepSetLinearSolver(arkode_, newton_solver_, nullptr);
+  ARKStepSetPreconditioner(
+      arkode_,
+      [](realtype t, N_Vector y, N_Vector, booleantype keep, booleantype* is_new, realtype,
+         void* self) {
+        *is_new = keep != 0 ? SUNFALSE : SUNTRUE;
+        if (keep == 0) static_cast<ArkodeIntegrator*>(self)->dynamics().assemble(t, values(y));
+        return 0;
+      },
+      nullptr);
+  ARKStepSetEpsLin(arkode_, linear_tolerance_factor);
+  // The stage's rate follows from its solution. Evaluated anew it could fail, which ARKODE takes
+  // for the end of the run.
+  ARKStepSetDeduceImplicitRhs(arkode_, SUNTRUE);
+  // Stages start from the polynomial of the step before: a quarter fewer linear iterations.
+  ARKStepSetPredictorMethod(arkode_, 1);
+}
+
+void ArkodeIntegrator::destroy() {
+  ARKStepFree(&arkode_);
+  if (newton_solver_ != nullptr) SUNLinSolFree(newton_solver_);
+  newton_solver_ = nullptr;
+}
+
+OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<double> y) {
+  if (!scene().source.contact.enabled) reconsider();
+  if (arkode_time_ != time()) {
+    std::copy(state().begin(), state().end(), values(y_).begin());
+    ARKStepReset(arkode_, time(), y_);
+    ARKStepSetInitStep(arkode_, end - time());
+  }
+  fault_in_step_.reset();
+  // The time asked for only tells ARKODE the direction; steps end where they fall.
+  const double far = time() + scene().source.time.duration;
+  const int flag = ARKStepEvolve(arkode_, far, y_, &arkode_time_, ARK_ONE_STEP);
+  if (flag < 0) return trouble_of(flag, end);
+  end = arkode_time_;
+  propose(end - time());
+  std::copy(values(y_).begin(), values(y_).end(), y.begin());
+  return Trouble::none;
+}
+
+// Where ARKODE has already tried shorter steps, `end` is put where no shorter one is left.
+OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
+  arkode_time_ = std::numeric_limits<double>::quiet_NaN();
+  set_fault(fault_in_step_);
+  double tried = 0;
+  ARKStepGetCurrentStep(arkode_, &tried);
+  end = time() + std::min(tried, end - time());
+  if (fault_in_step_) {
+    return fault_in_step_->kind == ContactFault::Kind::not_finite ? Trouble::not_finite
+                                                                  : Trouble::surfaces;
+  }
+  end = time();
+  propose(0);
+  return flag == ARK_CONV_FAILURE ? Trouble::not_converged : Trouble::error_too_large;
+}
+
+// What has been paid so far, in evaluations of the forces.
+double ArkodeIntegrator::work() const {
+  const Counters& counters = dynamics().statistics().counters;
+  return static_cast<double>(counters.force_evaluations) +
+         iteration_cost * static_cast<double>(counts().linear_iterations) +
+         assembly_cost * static_cast<double>(counters.matrix_assemblies);
+}
+
+// An explicit method steps no further than its stability allows, however smooth the motion. Where
+// that costs less than what the implicit one is seen to pay, it takes over; where its steps are
+// held back by stability, the implicit one is tried again now and then.
+void ArkodeIntegrator::reconsider() {
+  const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_look_;
+  if (steps < (implicit_ ? measured_steps : explicit_steps_)) return;
+  const double elapsed = time() - time_at_look_;
+  const double mean_step = elapsed / static_cast<double>(steps);
+  if (!implicit_ || last_step() < growing * mean_step) {
+    const double rate = estimate_spectrum(dynamics(), time(), state()).stiffest();
+    if (implicit_) {
+      const double cost = (work() - work_at_look_) / elapsed;
+      const double explicit_cost = explicit_stages * std::max(rate / explicit_limit, 1 / mean_step);
+      if (explicit_cost < worthwhile * cost) use(false, rate, explicit_cost / cost);
+    } else if (mean_step * rate > 0.5 * explicit_limit) {
+      explicit_steps_ *= 2;
+      use(true, rate, 0);
+    }
+  }
+  steps_at_look_ = OneStepIntegrator::counts().steps;
+  work_at_look_ = work();
+  time_at_look_ = time();
+}
+
+void ArkodeIntegrator::use(bool implicit, double rate, double part_of_cost) {
+  const IntegratorCounts own = OneStepIntegrator::counts();
+  earlier_ = counts();
+  earlier_.error_test_failures -= own.error_test_failures;
+  earlier_.convergence_failures -= own.convergence_failures;
+  destroy();
+  create(implicit);
+  ARKStepSetInitStep(arkode_, last_step());
+  const std::string when = " Runge-Kutta steps from t = " + number_text(time()) + " s: ";
+  const std::string fastest = "the fastest rate is " + number_text(rate) + " /s";
+  decision_ = implicit ? "implicit" + when + fastest + ", and holds explicit ones back"
+                       : "explicit" + when + "at a fastest rate of " + number_text(rate) +
+                             " /s they should cost " + number_text(std::round(100 * part_of_cost)) +
+                             " % of implicit ones";
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics& dynamics) {
+  return std::make_unique<ArkodeIntegrator>(scene, dynamics);
+}
+
+}  // namespace weft::sim

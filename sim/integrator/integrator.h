@@ -1,0 +1,52 @@
+// What every method of time integration offers, and the table of them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "sim/integrator/dynamics.h"
+
+namespace weft::sim {
+
+struct IntegratorCounts {
+  std::int64_t steps = 0;
+  std::int64_t vetoed_steps = 0;  // cut because surfaces would have touched or crossed
+  std::int64_t error_test_failures = 0;
+  std::int64_t convergence_failures = 0;
+  std::int64_t newton_iterations = 0;
+  std::int64_t linear_iterations = 0;
+  std::int64_t linear_setups = 0;
+};
+
+// Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
+// its path: one that might let surfaces touch or cross is not accepted.
+class Integrator {
+ public:
+  Integrator() = default;
+  virtual ~Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+
+  // Takes one step. On failure the state stays that of the last step, and the reason is returned:
+  // what failed, the bodies concerned and the time.
+  [[nodiscard]] virtual std::optional<std::string> step() = 0;
+  virtual double time() const = 0;       // s, reached so far
+  virtual double last_step() const = 0;  // s
+  virtual int last_order() const = 0;
+  virtual std::span<const double> state() const = 0;  // at time()
+  // State at a time within the last step, interpolated; where contact is on and the interpolated
+  // path is not certain to keep surfaces apart, along the straight path that is.
+  virtual void state_at(double time, std::span<double> y) const = 0;
+  virtual IntegratorCounts counts() const = 0;
+  // What the method has decided by itself so far; empty where there is nothing to decide.
+  virtual std::string decision() const { return {}; }
+};
+
+// The integrator of `time.method`: one line a method in the table of integrator.cpp. Both arguments
+// must outlive it.
+std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynamics);
+
+}  // namespace weft::sim

@@ -1,0 +1,30 @@
+// Makers of the integrators, one file each; called through make_integrator().
+#pragma once
+
+#include <memory>
+
+#include "sim/integrator/integrator.h"
+
+namespace weft::sim {
+
+// Runge-Kutta methods with error control by ARKODE: TR-BDF2, implicit, of order 2; or, without
+// contact, an explicit one of order 4 where that promises to cost less. decision() says which.
+std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics& dynamics);
+
+// Backward Euler by KINSOL: y1 - h f(t1, y1) = y0, of order 1. Steps of `time.step`, or, where that
+// is not given, as long as the tolerances allow.
+std::unique_ptr<Integrator> make_euler_integrator(const Scene& scene, Dynamics& dynamics);
+
+// Equilibrium under loads that grow with the time, by KINSOL: gravity times t / duration, and the
+// motions of pins and obstacles at t. Each frame is a load, reached through pseudo-steps
+// (static_integrator.cpp).
+std::unique_ptr<Integrator> make_static_integrator(const Scene& scene, Dynamics& dynamics);
+
+// Baselines, with steps of `time.step` only.
+// Implicit midpoint by KINSOL: y1 = y0 + h f(t + h/2, (y0 + y1) / 2), of order 2; keeps the energy
+// of linear motions.
+std::unique_ptr<Integrator> make_midpoint_integrator(const Scene& scene, Dynamics& dynamics);
+// Velocity Verlet: explicit, of order 2. Refuses a step beyond its limit of stability at the start.
+std::unique_ptr<Integrator> make_verlet_integrator(const Scene& scene, Dynamics& dynamics);
+
+}  // namespace weft::sim

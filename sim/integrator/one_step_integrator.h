@@ -1,0 +1,72 @@
+// What the methods have in common that go from one state to the next: steps on a grid or of chosen
+// length, shortened until they succeed and keep surfaces apart; states in between.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/integrator/integrator.h"
+
+namespace weft::sim {
+
+// With `time.step`, times are its multiples (of `static`: of the time between frames); a step that
+// fails is taken in shorter parts, halved until they succeed, and doubled again up to the next
+// multiple. Without, the method says how long the next step should be.
+class OneStepIntegrator : public Integrator {
+ public:
+  OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
+
+  [[nodiscard]] std::optional<std::string> step() final;
+  double time() const final { return time_; }
+  double last_step() const final { return time_ - previous_time_; }
+  std::span<const double> state() const final { return state_; }
+  // Cubic in the positions and their rates at both ends, and its rate for the velocities.
+  void state_at(double time, std::span<double> y) const override;
+  IntegratorCounts counts() const override { return counts_; }
+
+ protected:
+  enum class Trouble { none, not_converged, surfaces, not_finite, error_too_large };
+  // Tries a step from time() to `end` and leaves it in `y`, which holds state(). A method that has
+  // no fixed step may end elsewhere, and says where. On trouble, may name what stands in the way by
+  // set_fault() or set_place().
+  virtual Trouble attempt(double& end, std::span<double> y) = 0;
+  // The method has checked the way it took, which need not be straight.
+  virtual bool checks_its_own_path() const { return false; }
+  // Said before the first step; a reason not to begin.
+  virtual std::optional<std::string> refusal() { return std::nullopt; }
+
+  bool is_fixed() const { return step_.has_value(); }
+  // Without a fixed step: the length of the next step, or of the next try.
+  void propose(double h) { size_ = h; }
+  void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
+  void set_place(int particle) { place_ = particle; }
+
+  const Scene& scene() const { return scene_; }
+  Dynamics& dynamics() const { return dynamics_; }
+  // All particles, at time().
+  const std::vector<Vec3>& positions() const { return position_; }
+
+ private:
+  double grid_time() const;
+  double next_time() const;
+  Trouble check_path(double time);
+  void accept(double time);
+  void count(Trouble trouble);
+  std::string failure(Trouble trouble) const;
+
+  const Scene& scene_;
+  Dynamics& dynamics_;
+  std::optional<double> step_;  // s, of the grid
+  double time_ = 0, previous_time_ = 0;
+  double size_ = 0;                   // s, of the next try
+  std::int64_t completed_steps_ = 0;  // of the grid
+  std::vector<double> state_, previous_state_, trial_;
+  // Positions (all particles) that go with them; `interpolated_` is scratch.
+  std::vector<Vec3> position_, previous_position_, trial_position_;
+  mutable std::vector<Vec3> interpolated_, scratch_velocity_;
+  IntegratorCounts counts_;
+  std::optional<ContactFault> fault_;
+  int place_ = -1;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,250 @@
+#include "sim/integrator/stage_solver.h"
+
+#include <kinsol/kinsol.h>
+#include <kinsol/kinsol_ls.h>
+#include <nvector/nvector_serial.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/integrator/newton_solver.h"
+#include "sim/integrator/tolerances.h"
+#include "sim/integrator/vector_operations.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::span<double> values(N_Vector v) {
+  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
+}
+
+// The residual of a linear solve, as a fraction of that of the nonlinear system.
+constexpr double linear_fraction = 1e-2;
+// One iteration has no second one to make up for what it leaves.
+constexpr double linear_fraction_of_one = 1e-3;
+
+// Weighted size of a correction that ends the iteration.
+constexpr double largest_last_correction = 0.3;
+
+// KINSOL measures corrections by (u + 1 / uscale); so small a scale makes that 1 / uscale alone,
+// wherever the origin lies.
+constexpr double scale_of_corrections = 1e-9;
+
+constexpr int largest_newton_count = 60;
+
+// Below this fraction of a correction nothing is gained: a shorter step is.
+constexpr double shortest_correction = 1.0 / 256;
+
+}  // namespace
+
+struct StageSolver::Implementation {
+  Implementation(const Scene& scene_, Dynamics& dynamics_, int newton_count_)
+      : scene(scene_), dynamics(dynamics_), newton_count(newton_count_) {}
+  ~Implementation() {
+    KINFree(&kinsol);
+    SUNLinSolFree(newton_solver);
+    for (N_Vector v : {u, step_scale, residual_scale}) N_VDestroy(v);
+    SUNContext_Free(&context);
+  }
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  void create(bool may_factorise);
+  int residual(N_Vector state, N_Vector out);
+  int assemble(std::span<const double> state);
+  bool make_definite();
+  void limit(std::span<double> correction);
+  bool path_is_safe(std::span<const double> state);
+  Outcome outcome(int flag) const;
+
+  const Scene& scene;
+  Dynamics& dynamics;
+  int newton_count;
+  SUNContext context = nullptr;
+  void* kinsol = nullptr;
+  SUNLinearSolver newton_solver = nullptr;
+  N_Vector u = nullptr, step_scale = nullptr, residual_scale = nullptr;
+  std::int64_t newton_iterations = 0, linear_iterations = 0, linear_setups = 0;
+
+  // Of the stage in hand.
+  double time = 0, gamma = 0;
+  std::span<const double> right_side;
+  const std::vector<Vec3>* start = nullptr;
+  bool definite = false, shortened = false;
+  std::vector<double> linearised_at, trial, last_residual;
+  std::vector<Vec3> position, velocity;
+  std::optional<ContactFault> fault;
+};
+
+void StageSolver::Implementation::create(bool may_factorise) {
+  SUNContext_Create(nullptr, &context);
+  u = make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context);
+  step_scale = N_VClone(u);
+  residual_scale = N_VClone(u);
+  trial.resize(dynamics.state_size());
+  if (dynamics.contact() != nullptr) dynamics.contact()->keep_matrix_definite();
+  kinsol = KINCreate(context);
+  KINSetErrHandlerFn(
+      kinsol, [](int, const char*, const char*, char*, void*) {}, nullptr);
+  KINSetUserData(kinsol, this);
+  KINInit(
+      kinsol,
+      [](N_Vector state, N_Vector out, void* self) {
+        return static_cast<Implementation*>(self)->residual(state, out);
+      },
+      u);
+  newton_solver = make_newton_solver(
+      dynamics,
+      {.gamma = [this] { return gamma; },
+       .linear_fraction = newton_count == 1 ? linear_fraction_of_one : linear_fraction,
+       .make_definite = [this] { return make_definite(); },
+       .may_factorise = may_factorise,
+       .limit = [this](std::span<double> correction) { limit(correction); }},
+      context);
+  KINSetLinearSolver(kinsol, newton_solver, nullptr);
+  // KINSOL calls the setup only where there is a solve, too; ours is never called.
+  KINSetPreconditioner(
+      kinsol,
+      [](N_Vector state, N_Vector, N_Vector, N_Vector, void* self) {
+        return static_cast<Implementation*>(self)->assemble(values(state));
+      },
+      [](N_Vector, N_Vector, N_Vector, N_Vector, N_Vector, void*) { return 0; });
+  KINSetEtaForm(kinsol, KIN_ETACONSTANT);
+  KINSetEtaConstValue(kinsol, linear_fraction);
+  KINSetMaxSetupCalls(kinsol, 1);
+  KINSetNumMaxIters(kinsol, newton_count > 0 ? newton_count : largest_newton_count);
+  KINSetMaxNewtonStep(kinsol, 1 / scale_of_corrections);
+  KINSetScaledStepTol(kinsol, largest_last_correction * scale_of_corrections);
+  KINSetFuncNormTol(kinsol, largest_last_correction);
+}
+
+int StageSolver::Implementation::residual(N_Vector state, N_Vector out) {
+  const std::span<const double> y = values(state);
+  const std::span<double> r = values(out);
+  if (auto bad = dynamics.rate(time, y, r)) {
+    fault = bad;
+    // Recoverable: KINSOL halves the correction. With iterations by number there are none to come
+    // that would make up for it.
+    return newton_count > 0 ? -1 : 1;
+  }
+  for (std::size_t i = 0; i < r.size(); ++i) r[i] = y[i] - gamma * r[i] - right_side[i];
+  last_residual.assign(r.begin(), r.end());
+  return 0;
+}
+
+int StageSolver::Implementation::assemble(std::span<const double> state) {
+  ++linear_setups;
+  linearised_at.assign(state.begin(), state.end());
+  dynamics.assemble(time, state, definite ? Definiteness::semi_definite : Definiteness::exact);
+  return 0;
+}
+
+bool StageSolver::Implementation::make_definite() {
+  if (definite) return false;
+  definite = true;
+  dynamics.assemble(time, linearised_at, Definiteness::semi_definite);
+  return true;
+}
+
+bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
+  dynamics.expand(time, state, position, velocity);
+  auto crossing = dynamics.contact()->check_path(*start, position);
+  if (crossing) fault = crossing;
+  return !crossing;
+}
+
+void StageSolver::Implementation::limit(std::span<double> correction) {
+  shortened = false;
+  if (dynamics.contact() == nullptr || newton_count > 0) return;
+  for (double fraction = 1; fraction >= shortest_correction; fraction /= 2) {
+    for (std::size_t i = 0; i < trial.size(); ++i) {
+      trial[i] = linearised_at[i] + fraction * correction[i];
+    }
+    if (!path_is_safe(trial)) continue;
+    shortened = fraction < 1;
+    if (!shortened) return;
+    for (double& c : correction) c *= fraction;
+    return;
+  }
+  shortened = true;
+  std::fill(correction.begin(), correction.end(), 0.0);
+}
+
+StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
+  switch (flag) {
+    case KIN_SUCCESS:
+    case KIN_INITIAL_GUESS_OK:
+      return Outcome::solved;
+    case KIN_STEP_LT_STPTOL:  // a correction that is small because it was cut solves nothing
+      return shortened ? Outcome::blocked : Outcome::solved;
+    case KIN_MAXITER_REACHED:
+      if (newton_count > 0) return Outcome::solved;
+      return shortened ? Outcome::blocked : Outcome::not_converged;
+    case KIN_FIRST_SYSFUNC_ERR:
+    case KIN_REPTD_SYSFUNC_ERR:
+    case KIN_SYSFUNC_FAIL:
+      return Outcome::blocked;
+    default:
+      return Outcome::not_converged;
+  }
+}
+
+StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count,
+                         bool may_factorise)
+    : implementation_(std::make_unique<Implementation>(scene, dynamics, newton_count)) {
+  implementation_->create(may_factorise);
+}
+
+StageSolver::~StageSolver() = default;
+
+StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const double> a,
+                                        const std::vector<Vec3>& start, std::span<double> y) {
+  Implementation& self = *implementation_;
+  self.time = t;
+  self.gamma = gamma;
+  self.right_side = a;
+  self.start = &start;
+  self.definite = self.shortened = false;
+  self.fault.reset();
+  const std::span<double> u = values(self.u);
+  std::copy(y.begin(), y.end(), u.begin());
+  error_weights(self.scene.source.time, y, values(self.residual_scale));
+  N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
+  const int strategy = self.newton_count > 0 ? KIN_NONE : KIN_LINESEARCH;
+  const int flag = KINSol(self.kinsol, self.u, strategy, self.step_scale, self.residual_scale);
+  long newton = 0, linear = 0;
+  KINGetNumNonlinSolvIters(self.kinsol, &newton);
+  KINGetNumLinIters(self.kinsol, &linear);
+  self.newton_iterations += newton;
+  self.linear_iterations += linear;
+  const Outcome outcome = self.outcome(flag);
+  if (outcome == Outcome::solved) std::copy(u.begin(), u.end(), y.begin());
+  return outcome;
+}
+
+const std::optional<ContactFault>& StageSolver::fault() const { return implementation_->fault; }
+
+int StageSolver::worst_particle() const {
+  Implementation& self = *implementation_;
+  if (self.last_residual.empty()) return 0;
+  const StateView residual = StateView::of(self.last_residual);
+  const StateView weight = StateView::of(values(self.residual_scale));
+  int worst = 0;
+  double largest = -1;
+  for (std::size_t i = 0; i < residual.velocity.size(); ++i) {
+    const double size = residual.velocity[i].cwiseProduct(weight.velocity[i]).squaredNorm();
+    if (size <= largest) continue;
+    largest = size;
+    worst = static_cast<int>(i);
+  }
+  return worst;
+}
+
+void StageSolver::add_counts(IntegratorCounts& counts) const {
+  counts.newton_iterations += implementation_->newton_iterations;
+  counts.linear_iterations += implementation_->linear_iterations;
+  counts.linear_setups += implementation_->linear_setups;
+}
+
+}  // namespace weft::sim

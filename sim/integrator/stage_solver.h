@@ -1,0 +1,47 @@
+// One implicit stage, y - gamma f(t, y) = a, solved by SUNDIALS KINSOL.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/integrator/integrator.h"
+
+namespace weft::sim {
+
+// Newton's method with a line search on the residual; each correction by conjugate gradients
+// (newton_solver.h). Residuals and corrections are weighted as in the tolerances of the case:
+// positions by 1 / position_tolerance, velocities by 1 / (velocity_tolerance + relative_tolerance
+// |v|). Done when no weighted component of the last correction is above 0.3. Where conjugate
+// gradients meet negative curvature, the rest of the stage uses positive semi-definite matrices.
+// With contact, a correction is halved until the straight path from the last accepted positions to
+// where it leads is certain to keep surfaces apart, and the line search is confined to it.
+class StageSolver {
+ public:
+  // `newton_count`: so many iterations, with neither line search nor test of convergence nor
+  // halving; 0: until they converge.
+  // `may_factorise`: once conjugate gradients have failed, systems with as long a gamma are
+  // factorised (direct_solver.h).
+  StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count, bool may_factorise = false);
+  ~StageSolver();
+  StageSolver(const StageSolver&) = delete;
+  StageSolver& operator=(const StageSolver&) = delete;
+
+  enum class Outcome { solved, not_converged, blocked };  // blocked: surfaces stand in the way
+  // From the guess in `y` (6 * particles), which becomes the solution; `start` are the accepted
+  // positions of all particles.
+  Outcome solve(double t, double gamma, std::span<const double> a, const std::vector<Vec3>& start,
+                std::span<double> y);
+  // Of the last solve(): what stood in the way, and where the residual was largest.
+  const std::optional<ContactFault>& fault() const;
+  int worst_particle() const;
+  // Newton and linear iterations and setups so far.
+  void add_counts(IntegratorCounts& counts) const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace weft::sim

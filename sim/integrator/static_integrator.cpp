@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sim/integrator/integrator_makers.h"
+#include "sim/integrator/one_step_integrator.h"
+#include "sim/integrator/stage_solver.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Pseudo-steps of backward Euler, whose velocity is taken away whenever the kinetic energy has
+// passed a maximum: short ones fall towards the equilibrium, long ones are Newton's method on it.
+constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
+constexpr double longest_pseudo_step = 1e4;    // s
+constexpr double shortest_pseudo_step = 1e-6;  // s
+constexpr int most_pseudo_steps = 500;
+// What may be left of the forces, as a fraction of the weight.
+constexpr double residual_fraction = 1e-6;
+
+class StaticIntegrator final : public OneStepIntegrator {
+ public:
+  StaticIntegrator(const Scene& scene, Dynamics& dynamics)
+      : OneStepIntegrator(scene, dynamics), solver_(scene, dynamics, 0, true) {
+    reached_.assign(state().begin(), state().end());
+    stop(reached_);
+  }
+
+  int last_order() const override { return 0; }
+  IntegratorCounts counts() const override {
+    IntegratorCounts counts = OneStepIntegrator::counts();
+    solver_.add_counts(counts);
+    return counts;
+  }
+
+ private:
+  bool checks_its_own_path() const override { return true; }
+
+  Trouble attempt(double& end, std::span<double> y) override {
+    dynamics().set_load(end / scene().source.time.duration);
+    std::copy(y.begin(), y.end(), reached_.begin());
+    from_ = positions();
+    double h = pseudo_step_;
+    for (int k = 0; k < most_pseudo_steps; ++k) {
+      std::copy(reached_.begin(), reached_.end(), y.begin());
+      const std::int64_t before = counts().newton_iterations;
+      const StageSolver::Outcome outcome = solver_.solve(end, h, reached_, from_, y);
+      set_fault(solver_.fault());
+      set_place(solver_.worst_particle());
+      if (outcome != StageSolver::Outcome::solved || !path_is_safe(end, y)) {
+        h /= 4;
+        if (h < shortest_pseudo_step) return trouble(outcome);
+        continue;
+      }
+      if (is_at_rest(h, y)) {
+        pseudo_step_ = h;
+        stop(y);
+        return Trouble::none;
+      }
+      const bool slower = kinetic_energy(y) < kinetic_energy(reached_);
+      std::copy(y.begin(), y.end(), reached_.begin());
+      if (slower) stop(reached_);
+      // Many iterations mean that a step reaches beyond where its start tells anything.
+      const std::int64_t iterations = counts().newton_iterations - before;
+      h = std::min(h * (iterations <= 6 ? 2 : iterations <= 12 ? 1.2 : 0.6), longest_pseudo_step);
+    }
+    return Trouble::not_converged;
+  }
+
+  static void stop(std::span<double> y) {
+    std::fill(y.begin() + static_cast<std::ptrdiff_t>(y.size() / 2), y.end(), 0.0);
+  }
+
+  double kinetic_energy(std::span<const double> y) const {
+    const StateView state = StateView::of(y);
+    double sum = 0;
+    for (std::size_t i = 0; i < state.velocity.size(); ++i) {
+      sum += 0.5 * scene().mass[i] * state.velocity[i].squaredNorm();
+    }
+    return sum;
+  }
+
+  static Trouble trouble(StageSolver::Outcome outcome) {
+    return outcome == StageSolver::Outcome::not_converged ? Trouble::not_converged
+                                                          : Trouble::surfaces;
+  }
+
+  // From one pseudo-step to the next; makes `y` the start of the next path.
+  bool path_is_safe(double end, std::span<const double> y) {
+    dynamics().expand(end, y, to_, scratch_);
+    if (dynamics().contact() != nullptr) {
+      if (const auto fault = dynamics().contact()->check_path(from_, to_)) {
+        set_fault(fault);
+        return false;
+      }
+    }
+    from_.swap(to_);
+    return true;
+  }
+
+  // What is left of the forces is M (v1 - v0) / h.
+  bool is_at_rest(double h, std::span<const double> y) const {
+    const StateView now = StateView::of(y), before = StateView::of(reached_);
+    double largest_move = 0, force = 0, mass = 0;
+    for (std::size_t i = 0; i < now.position.size(); ++i) {
+      const double m = scene().mass[i];
+      largest_move = std::max(largest_move, (now.position[i] - before.position[i]).norm());
+      force += m * (now.velocity[i] - before.velocity[i]).squaredNorm() / (h * h);
+      mass += m;
+    }
+    const double weight = scene().source.world.gravity.norm();
+    return largest_move <= scene().source.time.position_tolerance &&
+           (weight == 0 || std::sqrt(force / mass) <= residual_fraction * weight);
+  }
+
+  StageSolver solver_;
+  double pseudo_step_ = first_pseudo_step;  // s, of the next load
+  std::vector<double> reached_;             // by pseudo-steps
+  std::vector<Vec3> from_, to_, scratch_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_static_integrator(const Scene& scene, Dynamics& dynamics) {
+  return std::make_unique<StaticIntegrator>(scene, dynamics);
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,404 @@
+// The methods of time integration against converged references, closed forms and each other.
+#include <cmath>
+
+#include "sim/integrator/spectral_estimate.h"
+#include "sim/trajectory/crossings.h"
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+using Overrides = std::vector<std::string>;
+
+std::string key(const std::string& name, double value) {
+  return "time." + name + "=" + std::to_string(value * 1e12) + "e-12";
+}
+
+Overrides method(const std::string& name, const Overrides& more = {}) {
+  Overrides all{"time.method=\"" + name + "\""};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+// A stretched sheet that swings under gravity, damped: smooth, so that orders show.
+const std::string stretched_sheet = R"(
+[time]
+duration = 1
+position_tolerance = 1e-9
+relative_tolerance = 1e-8
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+membrane_stiffness = 5
+stiffness_damping = 2e-2
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [5, 5] }
+[[body.pin]]
+edges = ["first_row", "last_row"]
+)";
+
+std::vector<double> reference() {
+  SimulatedCase sim(stretched_sheet,
+                    {"time.position_tolerance=1e-10", "time.relative_tolerance=1e-9"});
+  return sim.advance_to(0.25);
+}
+
+// Error with a step, over that with half of it.
+double ratio_of_errors(const std::string& name, double step, const Overrides& more = {}) {
+  const std::vector<double> exact = reference();
+  std::vector<double> error;
+  for (double h : {step, step / 2}) {
+    Overrides options = method(name, more);
+    options.push_back(key("step", h));
+    SimulatedCase sim(stretched_sheet, options);
+    error.push_back(position_difference(sim.advance_to(0.25), exact));
+  }
+  EXPECT_LT(error[1], 5e-3);
+  return error[0] / error[1];
+}
+
+TEST(Methods, FixedStepsConvergeWithTheirOrder) {
+  EXPECT_NEAR(ratio_of_errors("euler", 1.0 / 512), 2, 0.2);
+  EXPECT_NEAR(ratio_of_errors("euler", 1.0 / 512, {"time.newton=1"}), 2, 0.2);
+  EXPECT_NEAR(ratio_of_errors("implicit_midpoint", 1.0 / 128), 4, 0.4);
+  EXPECT_NEAR(ratio_of_errors("verlet", 1.0 / 128), 4, 0.4);
+}
+
+// The frame is between two steps: what is interpolated has the order of the method, too.
+TEST(Methods, FramesBetweenStepsAreAsGood) {
+  SimulatedCase exact(stretched_sheet,
+                      {"time.position_tolerance=1e-10", "time.relative_tolerance=1e-9"});
+  SimulatedCase sim(stretched_sheet, method("implicit_midpoint", {"time.step=0.01"}));
+  const double at_step = position_difference(sim.advance_to(0.25), exact.advance_to(0.25));
+  const double between = position_difference(sim.advance_to(0.255), exact.advance_to(0.255));
+  EXPECT_LT(between, 1.5 * at_step);
+}
+
+TEST(Methods, AdaptiveStepsConvergeWithTheTolerance) {
+  const std::vector<double> exact = reference();
+  for (const char* name : {"arkode", "euler"}) {
+    std::vector<double> error;
+    for (const char* tolerance : {"1e-4", "1e-5", "1e-6"}) {
+      SimulatedCase sim(stretched_sheet,
+                        method(name, {std::string("time.position_tolerance=") + tolerance}));
+      error.push_back(position_difference(sim.advance_to(0.25), exact));
+    }
+    // Of order 1, the error goes with the root of the tolerance; two thirds of it asked for.
+    EXPECT_LT(error[2], error[0] / 4.6) << name << ' ' << error[0] << ' ' << error[2];
+    EXPECT_LT(error[2], 2e-3) << name;
+  }
+}
+
+// Nothing holds the sheet.
+TEST(Methods, FreeFallIsExactToTheOrder) {
+  const std::string text = R"(
+[time]
+duration = 1
+[contact]
+enabled = false
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [3, 3] }
+)";
+  constexpr double h = 0.01, g = 9.81, t = 0.5;
+  for (const char* name : {"implicit_midpoint", "verlet"}) {
+    SimulatedCase sim(text,
+                      method(name, {key("step", h), "material.default.membrane_stiffness=1"}));
+    EXPECT_NEAR(sim.positions_at(t)[0].z(), -0.5 * g * t * t, 1e-10) << name;
+  }
+  // Backward Euler: the sum of v_k h with v_k = -g k h.
+  SimulatedCase euler(text, method("euler", {key("step", h), "time.newton=1"}));
+  EXPECT_NEAR(euler.positions_at(t)[0].z(), -0.5 * g * t * (t + h), 1e-9);
+  SimulatedCase arkode(text, method("arkode"));
+  EXPECT_NEAR(arkode.positions_at(t)[0].z(), -0.5 * g * t * t, 1e-4);
+}
+
+// A spring between a pinned and a free row, moved along itself: x'' = -omega^2 x. Backward Euler
+// shrinks the amplitude by (1 + h^2 omega^2)^(-1/2) a step, midpoint and Verlet keep it.
+TEST(Methods, EnergyOfAnOscillatorIsLostByEulerAloneAndAsMuchAsItsFormulaSays) {
+  const std::string text = R"(
+[time]
+duration = 10
+position_tolerance = 1e-10
+velocity_tolerance = 1e-8
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.spring]
+density = 1
+membrane = "springs"
+structural_stiffness = 100
+shear_stiffness = 0
+[[body]]
+name = "rod"
+velocity = [0.1, 0, 0]
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
+[[body.pin]]
+edges = ["first_col"]
+)";
+  constexpr double h = 0.004, time = 2;
+  const auto energy_left = [&](const Overrides& options) {
+    SimulatedCase sim(text, options);
+    const double start = sim.energy(0, sim.advance_to(0));
+    return sim.energy(time, sim.advance_to(time)) / start;
+  };
+  // Mass of a corner of two triangles: 1/3 kg, of one: 1/6 kg.
+  double expected = 0;
+  for (double mass : {1.0 / 3, 1.0 / 6}) {
+    const double omega_squared = 100 / mass;
+    expected += mass * std::pow(1 + h * h * omega_squared, -time / h);
+  }
+  expected /= 0.5;
+  EXPECT_NEAR(energy_left(method("euler", {key("step", h)})) / expected, 1, 1e-3);
+  EXPECT_NEAR(energy_left(method("implicit_midpoint", {key("step", h)})), 1, 1e-6);
+  EXPECT_NEAR(energy_left(method("verlet", {key("step", h)})), 1, 0.01);
+}
+
+TEST(Methods, SpectralEstimateIsThatOfTheOscillator) {
+  SimulatedCase sim(R"(
+[time]
+duration = 1
+[contact]
+enabled = false
+[material.spring]
+density = 1
+membrane = "springs"
+structural_stiffness = 100
+shear_stiffness = 0
+mass_damping = 7
+[[body]]
+name = "rod"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
+[[body.pin]]
+edges = ["first_col"]
+)");
+  const SpectralEstimate estimate = estimate_spectrum(sim.dynamics(), 0, sim.integrator().state());
+  // Along y the free corners (1/3 and 1/6 kg) share a spring: k (1/m1 + 1/m2).
+  EXPECT_NEAR(estimate.frequency, std::sqrt(100 * (3.0 + 6.0)), 0.01);
+  EXPECT_NEAR(estimate.decay, 7, 1e-6);
+}
+
+TEST(Methods, ArkodeTakesExplicitStepsWhereNothingIsStiffAndImplicitOnesElsewhere) {
+  const std::string soft_or_stiff = R"(
+[time]
+duration = 1
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+bending_stiffness = 1e-4
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [9, 9] }
+[[body.pin]]
+corners = ["first_first", "first_last"]
+)";
+  SimulatedCase soft(soft_or_stiff, method("arkode", {"material.cloth.membrane_stiffness=100"}));
+  soft.advance_to(0.3);
+  EXPECT_EQ(soft.integrator().decision().find("explicit"), 0U) << soft.integrator().decision();
+  SimulatedCase stiff(soft_or_stiff, method("arkode", {"material.cloth.membrane_stiffness=1e8",
+                                                       "material.cloth.stiffness_damping=1e-3"}));
+  stiff.advance_to(0.3);
+  EXPECT_EQ(stiff.integrator().decision().find("implicit"), 0U) << stiff.integrator().decision();
+}
+
+TEST(Methods, VerletRefusesAStepBeyondItsStability) {
+  SimulatedCase sim(stretched_sheet, method("verlet", {"time.step=0.1"}));
+  const auto reason = sim.integrator().step();
+  ASSERT_TRUE(reason);
+  EXPECT_NE(reason->find("limit of stability"), std::string::npos) << *reason;
+  EXPECT_EQ(sim.integrator().time(), 0);
+}
+
+// Cloth that hits a ball at 20 m/s, with steps in which it would fly right through.
+const std::string fast_impact = R"(
+[time]
+duration = 0.04
+[material.cloth]
+density = 0.2
+membrane_stiffness = 500
+bending_stiffness = 1e-4
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+position = [0, 0, 0.6]
+velocity = [0, 0, -20]
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [11, 11] }
+[[obstacle]]
+name = "ball"
+shape = { type = "sphere", radius = 0.3, resolution = [7] }
+)";
+
+int crossings(const Scene& scene, const std::vector<Vec3>& position) {
+  std::vector<CrossingSurface> surfaces;
+  for (const SceneBody& body : scene.bodies) {
+    surfaces.push_back({std::span(position).subspan(body.first_particle, body.particle_count()),
+                        body.mesh.triangles, body.dynamic});
+  }
+  return static_cast<int>(find_crossings(surfaces).size());
+}
+
+TEST(Methods, NothingPassesThroughHoweverLongTheStep) {
+  for (const Overrides& options :
+       {method("euler", {"time.step=0.0166667"}), method("euler", {"time.step=0.002"}),
+        method("euler", {"time.step=0.0166667", "time.newton=1"}),
+        method("implicit_midpoint", {"time.step=0.002"}), method("arkode")}) {
+    SimulatedCase sim(fast_impact, options);
+    std::optional<double> smallest_gap;
+    for (double time = 0.002; time <= 0.04; time += 0.002) {
+      ASSERT_EQ(crossings(sim.scene(), sim.positions_at(time)), 0) << options[0] << " at " << time;
+      const auto gap = sim.dynamics().contact()->smallest_gap();
+      if (gap)
+        smallest_gap = std::min(gap, smallest_gap.value_or(*gap) < *gap ? smallest_gap : gap);
+    }
+    ASSERT_TRUE(smallest_gap) << options[0];  // they have met
+    // The ball holds the middle up: it has not flown through with all of its speed.
+    EXPECT_GT(sim.positions_at(0.04)[60].z(), 0.28) << options[0];
+  }
+}
+
+// What stands in the way, and where, is said; the last good state is kept.
+TEST(Methods, AFailureNamesTheCauseAndKeepsTheState) {
+  SimulatedCase sim(fast_impact, method("euler", {"time.step=0.01", "time.minimum_step=0.005"}));
+  std::optional<std::string> reason;
+  while (!(reason = sim.integrator().step()) && sim.integrator().time() < 0.04) continue;
+  ASSERT_TRUE(reason);
+  EXPECT_NE(reason->find("\"sheet\""), std::string::npos) << *reason;
+  EXPECT_NE(reason->find("time.minimum_step"), std::string::npos) << *reason;
+  const std::vector<double> kept(sim.integrator().state().begin(), sim.integrator().state().end());
+  EXPECT_EQ(crossings(sim.scene(), sim.positions(sim.integrator().time(), kept)), 0);
+}
+
+TEST(Methods, SameBitsForAnyNumberOfThreads) {
+  const std::string text = R"(
+[time]
+duration = 1
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+membrane_stiffness = 50
+bending_stiffness = 1e-5
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [53, 53] }
+[[body.pin]]
+corners = ["first_first", "first_last"]
+)";
+  for (const Overrides& options : {method("euler", {"time.step=0.01"}), method("arkode")}) {
+    Overrides threaded = options;
+    threaded.push_back("compute.threads=2");
+    SimulatedCase one(text, options), two(text, threaded);
+    EXPECT_EQ(one.advance_to(0.01), two.advance_to(0.01)) << options[0];
+  }
+}
+
+// A strip of length L that hangs from its upper end: below each edge between rows the weight is
+// known, and St. Venant-Kirchhoff stretches it by E h (l^2 - 1) / 2 l = force per width.
+TEST(Methods, StaticStripStretchesUnderItsWeight) {
+  const std::string text = R"(
+[time]
+duration = 1
+frames_per_second = 2
+method = "static"
+position_tolerance = 1e-7
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+membrane_stiffness = 20
+poisson_ratio = 0
+[[body]]
+name = "strip"
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.5, 1.0], resolution = [11, 6] }
+[[body.pin]]
+edges = ["last_row"]
+)";
+  SimulatedCase sim(text);
+  const std::vector<Vec3> half = sim.positions_at(0.5), whole = sim.positions_at(1);
+  const auto length = [](double load) {
+    double sum = 0;
+    for (int edge = 0; edge < 10; ++edge) {
+      const double force = load * 0.2 * 9.81 * (edge + 0.5) * 0.1;
+      double stretch = 1;
+      for (int i = 0; i < 50; ++i) {
+        stretch -= (20 * stretch * (stretch * stretch - 1) / 2 - force) /
+                   (20 * (3 * stretch * stretch - 1) / 2);
+      }
+      sum += 0.1 * stretch;
+    }
+    return sum;
+  };
+  EXPECT_NEAR(0.5 - half[2].z(), length(0.5), 2e-4);
+  EXPECT_NEAR(0.5 - whole[2].z(), length(1), 2e-4);
+  EXPECT_GT(length(1), 1.04);
+}
+
+// One end moves towards the other: the end state is that of a long damped run.
+TEST(Methods, StaticEndsWhereADampedRunComesToRest) {
+  const std::string text = R"(
+[time]
+duration = 1
+frames_per_second = 4
+[contact]
+enabled = false
+[material.chain]
+density = 0.2
+membrane_stiffness = 500
+poisson_ratio = 0.0
+mass_damping = 4.0
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [1.25, 0.1], resolution = [2, 14] }
+[[body.pin]]
+edges = ["first_col"]
+[[body.pin]]
+edges = ["last_col"]
+[body.pin.motion]
+keyframes = [{ time = 0.0 }, { time = 1.0, translation = [-0.25, 0, 0] }]
+)";
+  SimulatedCase still(text, method("static")), swinging(text, {"time.duration=20"});
+  const std::vector<Vec3> found = still.positions_at(1), damped = swinging.positions_at(12);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_LT((found[i] - damped[i]).norm(), 1e-4) << i;
+  }
+}
+
+// A sheet on a ball that carries its middle; its corners hang.
+TEST(Methods, StaticKeepsSurfacesApart) {
+  const std::string text = R"(
+[time]
+duration = 1
+frames_per_second = 2
+method = "static"
+[material.cloth]
+density = 0.2
+membrane_stiffness = 200
+bending_stiffness = 1e-3
+[[body]]
+name = "sheet"
+position = [0, 0, 0.503]
+thickness = 1e-3
+self_contact = false
+shape = { type = "rectangle", size = [0.4, 0.4], resolution = [7, 7] }
+[[body.pin]]
+rows = [3, 3]
+cols = [3, 3]
+[[obstacle]]
+name = "ball"
+thickness = 1e-3
+shape = { type = "sphere", radius = 0.5, resolution = [9] }
+)";
+  SimulatedCase sim(text);
+  const std::vector<Vec3> x = sim.positions_at(1);
+  EXPECT_EQ(crossings(sim.scene(), x), 0);
+  EXPECT_GT(sim.dynamics().contact()->pairs_in_reach(), 0U);
+  EXPECT_LT(x[0].z(), 0.45);
+}
+
+}  // namespace
+}  // namespace weft::sim
