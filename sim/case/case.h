@@ -19,6 +19,8 @@ struct SourceLocation {
   int column = 0;
 };
 
+enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
+
 struct TimeCase {
   double duration = 1.0;                     // s, > 0
   double frames_per_second = 60.0;           // 1/s, > 0
@@ -28,6 +30,7 @@ struct TimeCase {
   int maximum_order = 2;                     // BDF order, 1..5
   double minimum_step = 1e-7;                // s
   std::optional<double> maximum_step;        // s
+  PreconditionerChoice preconditioner = PreconditionerChoice::automatic;  // of the linear solver
 };
 
 struct WorldCase {

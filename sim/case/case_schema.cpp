@@ -70,7 +70,7 @@ TableList tables(std::vector<Struct>* target, bool named = false) {
 
 Table describe(TimeCase& target) {
   auto& [duration, frames, position_tolerance, velocity_tolerance, relative_tolerance, order,
-         minimum_step, maximum_step] = target;
+         minimum_step, maximum_step, preconditioner] = target;
   return {{
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
@@ -87,6 +87,8 @@ Table describe(TimeCase& target) {
       field("minimum_step", &minimum_step, "s", positive,
             "A step that must be shorter than this stops the run; less than a frame."),
       field("maximum_step", &maximum_step, "s", positive, "Longest step.").with_default("no limit"),
+      field("preconditioner", choice(&preconditioner, {"automatic", "block_jacobi", "multigrid"}),
+            "Advanced: how linear systems are preconditioned. The choice changes the run time."),
   }};
 }
 

@@ -54,6 +54,14 @@ class Contact {
   // Subtracts factor * K * in.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  // The part of one pair in reach: weight_i weight_j block between its nodes i and j, where these are
+  // dynamic. Made positive semi-definite, for preconditioners.
+  struct Coupling {
+    std::array<int, 4> nodes;
+    std::array<double, 4> weight;
+    Mat3 block;
+  };
+  Coupling definite_coupling(std::size_t pair, double gamma) const;
   // What its search runs on.
   const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return active_.size(); }
