@@ -44,6 +44,7 @@ class BlockMatrixOf {
   explicit BlockMatrixOf(std::shared_ptr<const BlockPattern> pattern);
 
   const BlockPattern& pattern() const { return *pattern_; }
+  const std::shared_ptr<const BlockPattern>& shared_pattern() const { return pattern_; }
   void set_zero();
   Eigen::Map<Block> block(int slot) { return Eigen::Map<Block>(at(slot)); }
   Eigen::Map<const Block> block(int slot) const { return Eigen::Map<const Block>(at(slot)); }
@@ -66,6 +67,15 @@ class BlockMatrixOf {
     sum0 += sum1 + sum2;
     return sum0.head<3>();
   }
+  // Asks for the blocks of slots [first, last) ahead of time, where rows are not read one after
+  // the other from first to last and the processor does not foresee it. Slots beyond the ends are
+  // allowed.
+  void prefetch(int first, int last) const {
+    const auto* const begin = reinterpret_cast<const char*>(values_.data());
+    const std::ptrdiff_t bytes_a_block = 9 * sizeof(Scalar);
+    for (std::ptrdiff_t at = first * bytes_a_block; at < last * bytes_a_block; at += 64)
+      __builtin_prefetch(begin + at);
+  }
   Vec3 row_product(int row, const Vec3* in) const {
     return partial_row_product(pattern_->row_begin(row), pattern_->row_end(row), in);
   }
@@ -86,5 +96,6 @@ class BlockMatrixOf {
   std::vector<Scalar> values_ = std::vector<Scalar>(padding);  // 9 a slot, column-major
 };
 using BlockMatrix = BlockMatrixOf<double>;
+using SingleBlockMatrix = BlockMatrixOf<float>;
 
 }  // namespace weft::sim

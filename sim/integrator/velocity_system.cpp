@@ -104,7 +104,8 @@ bool VelocitySystem::set_up_multigrid(Outcome& outcome) {
 void VelocitySystem::prepare(Outcome& outcome) {
   if (wants_multigrid()) {
     if (multigrid_ == nullptr)
-      multigrid_ = std::make_unique<Multigrid>(dynamics_.scene(), matrix_.blocks().pattern());
+      multigrid_ =
+          std::make_unique<Multigrid>(dynamics_.scene(), matrix_.blocks().shared_pattern());
     const bool is_worn = !is_set_up_ || excess_iterations_ > set_up_iterations;
     if (multigrid_->update(matrix_) && (!is_worn || set_up_multigrid(outcome))) {
       preconditioner_ = multigrid_.get();

@@ -8,28 +8,39 @@ namespace weft::sim {
 
 namespace {
 
-// Sums blocks by column: `place[column]` says where in the list, or -1.
-struct RowSum {
-  std::vector<int> place;
-  std::vector<int> columns;
-  std::vector<std::array<double, 9>> blocks;
-
-  explicit RowSum(int column_count) : place(column_count, -1) {}
+// A row of blocks that are found by column: `place[column]` says where in the list, or -1.
+class RowSum {
+ public:
+  void prepare(int column_count) {
+    if (place_.size() < static_cast<std::size_t>(column_count)) place_.resize(column_count, -1);
+  }
   template <class Scalar>
   void add(int column, double weight, const Scalar* block) {
-    if (place[column] < 0) {
-      place[column] = static_cast<int>(columns.size());
-      columns.push_back(column);
-      blocks.emplace_back();
+    if (place_[column] < 0) {
+      place_[column] = count_++;
+      if (entries_.size() < static_cast<std::size_t>(count_)) entries_.emplace_back();
+      entries_[count_ - 1] = {column, {}};
     }
-    double* sum = blocks[place[column]].data();
+    auto& sum = entries_[place_[column]].block;
     for (int k = 0; k < 9; ++k) sum[k] += weight * static_cast<double>(block[k]);
   }
+  int count() const { return count_; }
+  int column(int i) const { return entries_[i].column; }
+  const double* block(int i) const { return entries_[i].block.data(); }
+  const double* block_of_column(int column) const { return block(place_[column]); }
   void clear() {
-    for (int column : columns) place[column] = -1;
-    columns.clear();
-    blocks.clear();
+    for (int i = 0; i < count_; ++i) place_[entries_[i].column] = -1;
+    count_ = 0;
   }
+
+ private:
+  struct Entry {
+    int column = 0;
+    std::array<double, 9> block{};
+  };
+  std::vector<int> place_;
+  std::vector<Entry> entries_;
+  int count_ = 0;
 };
 
 }  // namespace
@@ -55,15 +66,17 @@ std::shared_ptr<const BlockPattern> galerkin_pattern(const BlockPattern& fine,
   return std::make_shared<const BlockPattern>(neighbours);
 }
 
-template <class FineScalar, class CoarseScalar>
-void galerkin_product(const BlockMatrixOf<FineScalar>& fine, const Prolongation& prolongation,
-                      BlockMatrixOf<CoarseScalar>& coarse, int threads) {
+void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolongation,
+                      SingleBlockMatrix& coarse, int threads) {
   const BlockPattern& rows = fine.pattern();
   const BlockPattern& coarse_rows = coarse.pattern();
-  const FineScalar* values = fine.values().data();
+  const float* values = fine.values().data();
   parallel_chunks(coarse_rows.rows(), threads, [&](int first, int last) {
-    // First P^T A for a row, over fine columns, then times P.
-    RowSum left(rows.rows()), sum(coarse_rows.rows());
+    // First P^T A for a row, over fine columns, then times P. Kept from chunk to chunk, as their
+    // places are as many as there are columns.
+    thread_local RowSum left, sum;
+    left.prepare(rows.rows());
+    sum.prepare(coarse_rows.rows());
     for (int row = first; row < last; ++row) {
       for (int c = prolongation.child_start[row]; c < prolongation.child_start[row + 1]; ++c) {
         const int child = prolongation.child[c];
@@ -72,26 +85,19 @@ void galerkin_product(const BlockMatrixOf<FineScalar>& fine, const Prolongation&
                    values + 9 * static_cast<std::size_t>(slot));
         }
       }
-      for (std::size_t i = 0; i < left.columns.size(); ++i) {
-        const int column = left.columns[i];
+      for (int i = 0; i < left.count(); ++i) {
+        const int column = left.column(i);
         for (int k = prolongation.row_start[column]; k < prolongation.row_start[column + 1]; ++k)
-          sum.add(prolongation.column[k], prolongation.weight[k], left.blocks[i].data());
+          sum.add(prolongation.column[k], prolongation.weight[k], left.block(i));
       }
       for (int slot = coarse_rows.row_begin(row); slot < coarse_rows.row_end(row); ++slot) {
-        const auto& block = sum.blocks[sum.place[coarse_rows.column(slot)]];
-        coarse.block(slot) = Eigen::Map<const Mat3>(block.data()).template cast<CoarseScalar>();
+        coarse.block(slot) =
+            Eigen::Map<const Mat3>(sum.block_of_column(coarse_rows.column(slot))).cast<float>();
       }
       left.clear();
       sum.clear();
     }
   });
 }
-
-template void galerkin_product(const BlockMatrixOf<double>&, const Prolongation&,
-                               BlockMatrixOf<double>&, int);
-template void galerkin_product(const BlockMatrixOf<double>&, const Prolongation&,
-                               BlockMatrixOf<float>&, int);
-template void galerkin_product(const BlockMatrixOf<float>&, const Prolongation&,
-                               BlockMatrixOf<float>&, int);
 
 }  // namespace weft::sim

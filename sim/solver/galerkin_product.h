@@ -13,10 +13,9 @@ namespace weft::sim {
 std::shared_ptr<const BlockPattern> galerkin_pattern(const BlockPattern& fine,
                                                      const Prolongation& prolongation);
 
-// coarse = P^T (A + diagonal) P; coarse has the pattern above. `diagonal` is one block a row, or
-// empty. Summed in double, row by row of the result: the same bits on any number of threads.
-template <class FineScalar, class CoarseScalar>
-void galerkin_product(const BlockMatrixOf<FineScalar>& fine, const Prolongation& prolongation,
-                      BlockMatrixOf<CoarseScalar>& coarse, int threads);
+// coarse = P^T fine P; coarse has the pattern above. Summed in double, row by row of the result:
+// the same bits on any number of threads. O(blocks).
+void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolongation,
+                      SingleBlockMatrix& coarse, int threads);
 
 }  // namespace weft::sim

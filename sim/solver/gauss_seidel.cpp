@@ -4,6 +4,14 @@
 
 namespace weft::sim {
 
+namespace {
+
+// How far ahead a sweep asks for what it will read: the processor foresees neither rows in reverse
+// nor half rows, which made sweeps take twice as long.
+constexpr int prefetched_rows = 16;
+
+}  // namespace
+
 GaussSeidel::GaussSeidel(const BlockPattern& pattern) : rows_(pattern.rows()) {
   const int chunks = (rows_ + rows_a_chunk - 1) / rows_a_chunk;
   for (int c = 0; c < chunks; ++c) {
@@ -34,8 +42,7 @@ void GaussSeidel::run_chunks(const std::vector<int>& chunks, int threads, const 
   }
 }
 
-template <class Scalar>
-void GaussSeidel::solve_forward(const BlockMatrixOf<Scalar>& matrix,
+void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
                                 std::span<const Mat3> inverse_diagonal, std::span<const Vec3> b,
                                 std::span<Vec3> x, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
@@ -44,6 +51,8 @@ void GaussSeidel::solve_forward(const BlockMatrixOf<Scalar>& matrix,
   for (const auto& chunks : colours_) {
     run_chunks(chunks, threads, [&](int first, int last) {
       for (int row = first; row < last; ++row) {
+        const int ahead = prefetched_rows * (pattern.row_end(row) - pattern.row_begin(row));
+        matrix.prefetch(pattern.row_begin(row) + ahead, pattern.diagonal_slot(row) + ahead);
         int outside = pattern.row_end(row);
         while (pattern.column(outside - 1) >= last) --outside;
         Vec3 sum = matrix.partial_row_product(pattern.row_begin(row), pattern.diagonal_slot(row),
@@ -56,13 +65,14 @@ void GaussSeidel::solve_forward(const BlockMatrixOf<Scalar>& matrix,
   }
 }
 
-template <class Scalar>
-void GaussSeidel::remaining(const BlockMatrixOf<Scalar>& matrix, std::span<const Vec3> x,
+void GaussSeidel::remaining(const SingleBlockMatrix& matrix, std::span<const Vec3> x,
                             std::span<Vec3> r, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
   for (std::size_t colour = 0; colour < colours_.size(); ++colour) {
     run_chunks(colours_[colour], threads, [&](int first, int last) {
       for (int row = first; row < last; ++row) {
+        const int ahead = prefetched_rows * (pattern.row_end(row) - pattern.row_begin(row));
+        matrix.prefetch(pattern.diagonal_slot(row) + 1 + ahead, pattern.row_end(row) + ahead);
         int inside = pattern.row_end(row);
         Vec3 sum = Vec3::Zero();
         const auto add_if_later = [&](int slot) {
@@ -79,28 +89,19 @@ void GaussSeidel::remaining(const BlockMatrixOf<Scalar>& matrix, std::span<const
   }
 }
 
-template <class Scalar>
-void GaussSeidel::sweep_backward(const BlockMatrixOf<Scalar>& matrix,
+void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
                                  std::span<const Mat3> inverse_diagonal, std::span<const Vec3> b,
                                  std::span<Vec3> x, int threads) const {
+  const BlockPattern& pattern = matrix.pattern();
   for (auto chunks = colours_.rbegin(); chunks != colours_.rend(); ++chunks) {
     run_chunks(*chunks, threads, [&](int first, int last) {
       for (int row = last - 1; row >= first; --row) {
+        const int ahead = prefetched_rows * (pattern.row_end(row) - pattern.row_begin(row));
+        matrix.prefetch(pattern.row_begin(row) - ahead, pattern.row_end(row) - ahead);
         x[row] += inverse_diagonal[row] * (b[row] - matrix.row_product(row, x.data()));
       }
     });
   }
 }
-
-#define WEFT_INSTANTIATE(Scalar)                                                                 \
-  template void GaussSeidel::solve_forward(const BlockMatrixOf<Scalar>&, std::span<const Mat3>,  \
-                                           std::span<const Vec3>, std::span<Vec3>, int) const;   \
-  template void GaussSeidel::remaining(const BlockMatrixOf<Scalar>&, std::span<const Vec3>,      \
-                                       std::span<Vec3>, int) const;                              \
-  template void GaussSeidel::sweep_backward(const BlockMatrixOf<Scalar>&, std::span<const Mat3>, \
-                                            std::span<const Vec3>, std::span<Vec3>, int) const;
-WEFT_INSTANTIATE(double)
-WEFT_INSTANTIATE(float)
-#undef WEFT_INSTANTIATE
 
 }  // namespace weft::sim

@@ -20,16 +20,13 @@ class GaussSeidel {
   explicit GaussSeidel(const BlockPattern& pattern);
 
   // x = (L + D)^-1 b. Reads about half of the matrix.
-  template <class Scalar>
-  void solve_forward(const BlockMatrixOf<Scalar>& matrix, std::span<const Mat3> inverse_diagonal,
+  void solve_forward(const SingleBlockMatrix& matrix, std::span<const Mat3> inverse_diagonal,
                      std::span<const Vec3> b, std::span<Vec3> x, int threads) const;
   // r = -U x: what the sweep above leaves of b where D is A's own. Reads the other half.
-  template <class Scalar>
-  void remaining(const BlockMatrixOf<Scalar>& matrix, std::span<const Vec3> x, std::span<Vec3> r,
+  void remaining(const SingleBlockMatrix& matrix, std::span<const Vec3> x, std::span<Vec3> r,
                  int threads) const;
   // x = x + (U + D)^-1 (b - A x), in the reverse order. Reads the matrix once.
-  template <class Scalar>
-  void sweep_backward(const BlockMatrixOf<Scalar>& matrix, std::span<const Mat3> inverse_diagonal,
+  void sweep_backward(const SingleBlockMatrix& matrix, std::span<const Mat3> inverse_diagonal,
                       std::span<const Vec3> b, std::span<Vec3> x, int threads) const;
 
  private:

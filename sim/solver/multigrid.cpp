@@ -38,36 +38,26 @@ std::vector<CoarseWeight> coarse_weights(const Contact::Coupling& coupling,
 
 }  // namespace
 
-Multigrid::Level::Level(Prolongation from_coarse, std::shared_ptr<const BlockPattern> pattern)
-    : prolongation(std::move(from_coarse)),
-      matrix(pattern),
-      sweeps(*pattern),
-      inverse_diagonal(pattern->rows()),
-      b(pattern->rows()),
-      x(pattern->rows()),
-      residual(pattern->rows()) {}
+Multigrid::Level::Level(std::shared_ptr<const BlockPattern> pattern)
+    : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
-Multigrid::Multigrid(const Scene& scene, const BlockPattern& pattern)
-    : sweeps_(pattern), inverse_diagonal_(pattern.rows()), residual_(pattern.rows()) {
-  const BlockPattern* finer = &pattern;
-  for (Prolongation& prolongation : coarsen_images(scene)) {
-    auto coarse = galerkin_pattern(*finer, prolongation);
-    coarse_.emplace_back(std::move(prolongation), std::move(coarse));
-    finer = &coarse_.back().matrix.pattern();
+Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern)
+    : prolongations_(coarsen_images(scene)), residual_(pattern->rows()) {
+  levels_.emplace_back(pattern);
+  for (const Prolongation& prolongation : prolongations_) {
+    pattern = galerkin_pattern(*pattern, prolongation);
+    Level& level = levels_.emplace_back(pattern);
+    level.b.resize(pattern->rows());
+    level.x.resize(pattern->rows());
   }
 }
 
 bool Multigrid::set_up(const VelocityMatrix& matrix) {
-  const int threads = matrix.threads();
-  for (std::size_t i = 0; i < coarse_.size(); ++i) {
-    Level& level = coarse_[i];
-    if (i == 0) {
-      galerkin_product(matrix.blocks(), level.prolongation, level.matrix, threads);
-      if (matrix.has_contact()) add_contact(matrix, level);
-    } else {
-      galerkin_product(coarse_[i - 1].matrix, level.prolongation, level.matrix, threads);
-    }
-    if (i + 1 == coarse_.size()) break;
+  for (std::size_t i = 1; i < levels_.size(); ++i) {
+    Level& level = levels_[i];
+    galerkin_product(levels_[i - 1].matrix, prolongations_[i - 1], level.matrix, matrix.threads());
+    if (i == 1 && matrix.has_contact()) add_contact(matrix);
+    if (i + 1 == levels_.size()) break;
     for (std::size_t row = 0; row < level.inverse_diagonal.size(); ++row) {
       const int slot = level.matrix.pattern().diagonal_slot(static_cast<int>(row));
       if (!invert_definite(level.matrix.block(slot).cast<double>(), level.inverse_diagonal[row]))
@@ -80,20 +70,21 @@ bool Multigrid::set_up(const VelocityMatrix& matrix) {
 // P^T E P of the contact part E. Couplings beyond the pattern, of surfaces that touch, are replaced
 // by more on the diagonal: w_i w_j x_i.B x_j is at most the mean of |w_i w_j| x_i.B x_i and the
 // same of j, so that nothing becomes indefinite.
-void Multigrid::add_contact(const VelocityMatrix& matrix, Level& level) const {
+void Multigrid::add_contact(const VelocityMatrix& matrix) {
   const Contact& contact = *matrix.dynamics().contact();
-  const BlockPattern& pattern = level.matrix.pattern();
+  SingleBlockMatrix& coarse = levels_[1].matrix;
+  const BlockPattern& pattern = coarse.pattern();
   for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
     const Contact::Coupling coupling = contact.definite_coupling(pair, matrix.gamma());
-    const std::vector<CoarseWeight> weights = coarse_weights(coupling, level.prolongation);
+    const std::vector<CoarseWeight> weights = coarse_weights(coupling, prolongations_[0]);
     for (const CoarseWeight& a : weights) {
       for (const CoarseWeight& b : weights) {
         const double weight = a.weight * b.weight;
         const int slot = pattern.find_slot(a.node, b.node);
         if (slot >= 0) {
-          level.matrix.block(slot) += (weight * coupling.block).cast<float>();
+          coarse.block(slot) += (weight * coupling.block).cast<float>();
         } else {
-          level.matrix.block(pattern.diagonal_slot(a.node)) +=
+          coarse.block(pattern.diagonal_slot(a.node)) +=
               (std::abs(weight) * coupling.block).cast<float>();
         }
       }
@@ -102,7 +93,7 @@ void Multigrid::add_contact(const VelocityMatrix& matrix, Level& level) const {
 }
 
 bool Multigrid::factor_coarsest() {
-  const CoarseMatrix& matrix = coarse_.back().matrix;
+  const SingleBlockMatrix& matrix = levels_.back().matrix;
   const BlockPattern& pattern = matrix.pattern();
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(matrix.values().size());
@@ -123,7 +114,7 @@ bool Multigrid::factor_coarsest() {
 }
 
 void Multigrid::solve_coarsest() {
-  Level& level = coarse_.back();
+  Level& level = levels_.back();
   if (level.b.empty()) return;  // all particles are pinned
   const auto size = static_cast<Eigen::Index>(3 * level.b.size());
   Eigen::Map<Eigen::VectorXd>(level.x[0].data(), size) =
@@ -131,9 +122,23 @@ void Multigrid::solve_coarsest() {
 }
 
 bool Multigrid::update(const VelocityMatrix& matrix) {
+  Level& finest = levels_.front();
   const BlockPattern& pattern = matrix.blocks().pattern();
-  for (int i = 0; i < pattern.rows(); ++i)
-    inverse_diagonal_[i] = matrix.blocks().block(pattern.diagonal_slot(i));
+  const int count = pattern.rows();
+  if (version_ != matrix.version()) {
+    version_ = matrix.version();
+    const double* from = matrix.blocks().values().data();
+    float* to = finest.matrix.values().data();
+    parallel_chunks(count, matrix.threads(), [&](int first, int last) {
+      const std::size_t end = 9 * static_cast<std::size_t>(pattern.row_end(last - 1));
+      for (std::size_t i = 9 * static_cast<std::size_t>(pattern.row_begin(first)); i < end; ++i)
+        to[i] = static_cast<float>(from[i]);
+    });
+  }
+  std::vector<Mat3>& inverse = finest.inverse_diagonal;
+  // Of what the sweeps read: the cycle is symmetric only if they agree to the last bit.
+  for (int i = 0; i < count; ++i)
+    inverse[i] = finest.matrix.block(pattern.diagonal_slot(i)).cast<double>();
   if (matrix.has_contact()) {
     // The sweeps leave contact out of their couplings. They reduce the energy of any error if twice
     // the diagonal exceeds A: |w_i| B does, as (sum w_i x_i).B(sum w_j x_j) is at most
@@ -142,62 +147,62 @@ bool Multigrid::update(const VelocityMatrix& matrix) {
     for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
       const Contact::Coupling coupling = contact.definite_coupling(pair, matrix.gamma());
       for (int k = 0; k < 4; ++k) {
-        if (coupling.nodes[k] < pattern.rows())
-          inverse_diagonal_[coupling.nodes[k]] += std::abs(coupling.weight[k]) * coupling.block;
+        if (coupling.nodes[k] < count)
+          inverse[coupling.nodes[k]] += std::abs(coupling.weight[k]) * coupling.block;
       }
     }
   }
   const std::vector<char>& pinned = matrix.scene().pinned;
-  for (int i = 0; i < pattern.rows(); ++i) {
-    const Mat3 block = inverse_diagonal_[i];
+  for (int i = 0; i < count; ++i) {
+    const Mat3 block = inverse[i];
     if (pinned[i] != 0) {
-      inverse_diagonal_[i].setZero();
-    } else if (!invert_definite(block, inverse_diagonal_[i])) {
+      inverse[i].setZero();
+    } else if (!invert_definite(block, inverse[i])) {
       return false;
     }
   }
   return true;
 }
 
-// x of the level before += P (correction of its residual).
+// Adds to x of a level the correction of residual_ that the coarser ones find.
+void Multigrid::correct(std::size_t i, std::span<Vec3> x, int threads) {
+  const std::span<const Vec3> residual = std::span(residual_).first(x.size());
+  prolongations_[i].restrict_to(residual, levels_[i + 1].b, threads);
+  cycle(i + 1, threads);
+  prolongations_[i].add_to(levels_[i + 1].x, x, threads);
+}
+
 void Multigrid::cycle(std::size_t i, int threads) {
-  if (i + 1 == coarse_.size()) {
+  if (i + 1 == levels_.size()) {
     solve_coarsest();
     return;
   }
-  Level& level = coarse_[i];
-  Level& coarser = coarse_[i + 1];
+  Level& level = levels_[i];
   level.sweeps.solve_forward(level.matrix, level.inverse_diagonal, level.b, level.x, threads);
-  level.sweeps.remaining(level.matrix, level.x, level.residual, threads);
-  coarser.prolongation.restrict_to(level.residual, coarser.b, threads);
-  cycle(i + 1, threads);
-  coarser.prolongation.add_to(coarser.x, level.x, threads);
+  level.sweeps.remaining(level.matrix, level.x, std::span(residual_).first(level.x.size()),
+                         threads);
+  correct(i, level.x, threads);
   level.sweeps.sweep_backward(level.matrix, level.inverse_diagonal, level.b, level.x, threads);
 }
 
 void Multigrid::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
   const int threads = matrix.threads();
-  const BlockMatrix& blocks = matrix.blocks();
-  const bool contact = matrix.has_contact();
-  Level& coarse = coarse_.front();
-  sweeps_.solve_forward(blocks, inverse_diagonal_, r, z, threads);
-  if (contact) {
-    matrix.multiply(z, residual_);
-    for (std::size_t i = 0; i < residual_.size(); ++i) residual_[i] = r[i] - residual_[i];
-  } else {
-    sweeps_.remaining(blocks, z, residual_, threads);
-  }
-  coarse.prolongation.restrict_to(residual_, coarse.b, threads);
-  cycle(0, threads);
-  coarse.prolongation.add_to(coarse.x, z, threads);
-  if (!contact) {
-    sweeps_.sweep_backward(blocks, inverse_diagonal_, r, z, threads);
+  const Level& finest = levels_.front();
+  finest.sweeps.solve_forward(finest.matrix, finest.inverse_diagonal, r, z, threads);
+  if (!matrix.has_contact()) {
+    finest.sweeps.remaining(finest.matrix, z, residual_, threads);
+    correct(0, z, threads);
+    finest.sweeps.sweep_backward(finest.matrix, finest.inverse_diagonal, r, z, threads);
     return;
   }
+  finest.matrix.multiply(z, residual_, threads);
+  matrix.add_contact_product(z, residual_);
+  for (std::size_t i = 0; i < residual_.size(); ++i) residual_[i] = r[i] - residual_[i];
+  correct(0, z, threads);
   std::fill(residual_.begin(), residual_.end(), Vec3::Zero());
   matrix.add_contact_product(z, residual_);
   for (std::size_t i = 0; i < residual_.size(); ++i) residual_[i] = r[i] - residual_[i];
-  sweeps_.sweep_backward(blocks, inverse_diagonal_, residual_, z, threads);
+  finest.sweeps.sweep_backward(finest.matrix, finest.inverse_diagonal, residual_, z, threads);
 }
 
 }  // namespace weft::sim

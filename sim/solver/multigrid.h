@@ -12,47 +12,46 @@
 namespace weft::sim {
 
 // Coarse matrices are P^T A P level by level; a forward block Gauss-Seidel sweep before and a
-// backward one after each coarse correction; sparse Cholesky on the coarsest level.
+// backward one after each coarse correction; sparse Cholesky on the coarsest level. All matrices
+// are in single precision, all sums in double: the traffic is halved, and the iterations stay the
+// same.
 //
 // The finest level always works with the current A, the coarse ones with that of the last
 // set_up(): the cycle stays symmetric and positive definite however old these are.
 class Multigrid : public Preconditioner {
  public:
   // Finds the coarse images and patterns. O(blocks).
-  Multigrid(const Scene& scene, const BlockPattern& pattern);
+  Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern);
 
-  // Forms the coarse matrices. False where one of them is not positive definite; the cycle must
-  // then not be used. O(blocks).
+  // Takes over A and inverts its diagonal. O(blocks) for another A, O(particles + pairs) otherwise.
+  [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
+  // Forms the coarse matrices; update() comes first. False where one of them is not positive
+  // definite; the cycle must then not be used. O(blocks).
   [[nodiscard]] bool set_up(const VelocityMatrix& matrix);
-  // Inverts the finest diagonal.
-  bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
 
-  int level_count() const { return static_cast<int>(coarse_.size()) + 1; }
+  int level_count() const { return static_cast<int>(levels_.size()); }
 
  private:
-  // Of the coarse levels. Sums are in double; single precision of the entries is enough here.
-  using CoarseMatrix = BlockMatrixOf<float>;
   struct Level {
-    Level(Prolongation from_coarse, std::shared_ptr<const BlockPattern> pattern);
+    explicit Level(std::shared_ptr<const BlockPattern> pattern);
 
-    Prolongation prolongation;  // to the next finer level
-    CoarseMatrix matrix;
+    SingleBlockMatrix matrix;
     GaussSeidel sweeps;
     std::vector<Mat3> inverse_diagonal;
-    std::vector<Vec3> b, x, residual;
+    std::vector<Vec3> b, x;  // of the coarse levels
   };
 
-  void add_contact(const VelocityMatrix& matrix, Level& level) const;
+  void add_contact(const VelocityMatrix& matrix);
   bool factor_coarsest();
   void solve_coarsest();
-  void correct_from(std::size_t level, int threads);
+  void correct(std::size_t level, std::span<Vec3> x, int threads);
   void cycle(std::size_t level, int threads);
 
-  GaussSeidel sweeps_;
-  std::vector<Mat3> inverse_diagonal_;
-  std::vector<Vec3> residual_;
-  std::vector<Level> coarse_;
+  std::vector<Level> levels_;                // from the finest
+  std::vector<Prolongation> prolongations_;  // of level i + 1 to level i
+  std::vector<Vec3> residual_;               // of the level at work
+  std::int64_t version_ = -1;                // of A
   Eigen::SparseMatrix<double> coarsest_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky_;
   bool analysed_ = false;

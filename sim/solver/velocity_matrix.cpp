@@ -6,6 +6,7 @@ namespace weft::sim {
 
 void VelocityMatrix::form(double gamma) {
   gamma_ = gamma;
+  ++version_;
   const double square = gamma * gamma;
   const double* stiffness = dynamics_.stiffness().values().data();
   const double* damping = dynamics_.damping().values().data();

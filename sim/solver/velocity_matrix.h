@@ -1,6 +1,7 @@
 // The Newton matrix of an implicit step, reduced to the velocities.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "sim/integrator/dynamics.h"
@@ -18,6 +19,8 @@ class VelocityMatrix {
   // Takes the K and D last assembled by the dynamics. O(blocks).
   void form(double gamma);
   double gamma() const { return gamma_; }
+  // How often it was formed: another number, another matrix.
+  std::int64_t version() const { return version_; }
   const Dynamics& dynamics() const { return dynamics_; }
   const Scene& scene() const { return dynamics_.scene(); }
   int threads() const { return dynamics_.threads(); }
@@ -36,6 +39,7 @@ class VelocityMatrix {
   const Dynamics& dynamics_;
   BlockMatrix blocks_;
   double gamma_ = 0;
+  std::int64_t version_ = 0;
 };
 
 }  // namespace weft::sim
