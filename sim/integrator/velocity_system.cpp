@@ -159,11 +159,13 @@ void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const double gamma = matrix_.gamma();
   dynamics_.stiffness().multiply(right.position, product_, dynamics_.threads());
-  for (std::size_t i = 0; i < residual_.size(); ++i) residual_[i] = -gamma * product_[i];
+  parallel_chunks(dynamics_.particle_count(), dynamics_.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i)
+      residual_[i] = scene.mass[i] * right.velocity[i] - gamma * product_[i];
+  });
   if (dynamics_.contact() != nullptr)
     dynamics_.contact()->subtract_stiffness(gamma, right.position, residual_);
   for (std::size_t i = 0; i < residual_.size(); ++i) {
-    residual_[i] += scene.mass[i] * right.velocity[i];
     if (scene.pinned[i] != 0) residual_[i].setZero();
   }
 }

@@ -47,9 +47,6 @@ class VelocitySystem {
   // sqrt of the largest eigenvalue of M^-1 K on the free particles (1/s), from below.
   double highest_frequency();
 
-  // The next solve forms the coarse matrices anew.
-  void forget() { is_set_up_ = false; }
-
  private:
   void form_right_side(const StateView& right);
   double precondition();  // z = P r; returns r.z

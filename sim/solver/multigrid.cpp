@@ -36,6 +36,25 @@ std::vector<CoarseWeight> coarse_weights(const Contact::Coupling& coupling,
   return result;
 }
 
+// Inverts blocks in place, zero for those that are left out; false where one is not positive
+// definite.
+template <class LeftOut>
+bool invert_all(std::vector<Mat3>& blocks, int threads, const LeftOut& left_out) {
+  const auto bad = parallel_sum(static_cast<int>(blocks.size()), threads, [&](int first, int last) {
+    int count = 0;
+    for (int i = first; i < last; ++i) {
+      const Mat3 block = blocks[i];
+      if (left_out(i)) {
+        blocks[i].setZero();
+      } else if (!invert_definite(block, blocks[i])) {
+        ++count;
+      }
+    }
+    return count;
+  });
+  return bad == 0;
+}
+
 }  // namespace
 
 Multigrid::Level::Level(std::shared_ptr<const BlockPattern> pattern)
@@ -58,11 +77,12 @@ bool Multigrid::set_up(const VelocityMatrix& matrix) {
     galerkin_product(levels_[i - 1].matrix, prolongations_[i - 1], level.matrix, matrix.threads());
     if (i == 1 && matrix.has_contact()) add_contact(matrix);
     if (i + 1 == levels_.size()) break;
-    for (std::size_t row = 0; row < level.inverse_diagonal.size(); ++row) {
-      const int slot = level.matrix.pattern().diagonal_slot(static_cast<int>(row));
-      if (!invert_definite(level.matrix.block(slot).cast<double>(), level.inverse_diagonal[row]))
-        return false;
+    const BlockPattern& pattern = level.matrix.pattern();
+    for (int row = 0; row < pattern.rows(); ++row) {
+      level.inverse_diagonal[row] = level.matrix.block(pattern.diagonal_slot(row)).cast<double>();
     }
+    if (!invert_all(level.inverse_diagonal, matrix.threads(), [](int) { return false; }))
+      return false;
   }
   return factor_coarsest();
 }
@@ -137,8 +157,10 @@ bool Multigrid::update(const VelocityMatrix& matrix) {
   }
   std::vector<Mat3>& inverse = finest.inverse_diagonal;
   // Of what the sweeps read: the cycle is symmetric only if they agree to the last bit.
-  for (int i = 0; i < count; ++i)
-    inverse[i] = finest.matrix.block(pattern.diagonal_slot(i)).cast<double>();
+  parallel_chunks(count, matrix.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i)
+      inverse[i] = finest.matrix.block(pattern.diagonal_slot(i)).cast<double>();
+  });
   if (matrix.has_contact()) {
     // The sweeps leave contact out of their couplings. They reduce the energy of any error if twice
     // the diagonal exceeds A: |w_i| B does, as (sum w_i x_i).B(sum w_j x_j) is at most
@@ -153,15 +175,7 @@ bool Multigrid::update(const VelocityMatrix& matrix) {
     }
   }
   const std::vector<char>& pinned = matrix.scene().pinned;
-  for (int i = 0; i < count; ++i) {
-    const Mat3 block = inverse[i];
-    if (pinned[i] != 0) {
-      inverse[i].setZero();
-    } else if (!invert_definite(block, inverse[i])) {
-      return false;
-    }
-  }
-  return true;
+  return invert_all(inverse, matrix.threads(), [&](int i) { return pinned[i] != 0; });
 }
 
 // Adds to x of a level the correction of residual_ that the coarser ones find.

@@ -4,6 +4,13 @@
 
 namespace weft::sim {
 
+VelocityMatrix::VelocityMatrix(const Dynamics& dynamics)
+    : dynamics_(dynamics), blocks_(dynamics.stiffness()) {
+  for (int i = 0; i < dynamics.particle_count(); ++i) {
+    if (dynamics.scene().pinned[i] != 0) pinned_.push_back(i);
+  }
+}
+
 void VelocityMatrix::form(double gamma) {
   gamma_ = gamma;
   ++version_;
@@ -35,10 +42,8 @@ void VelocityMatrix::add_contact_product(std::span<const Vec3> in, std::span<Vec
 void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) const {
   blocks_.multiply(in, out, dynamics_.threads());
   add_contact_product(in, out);
-  const std::vector<char>& pinned = dynamics_.scene().pinned;
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (pinned[i] != 0) out[i].setZero();
-  }
+  // Few: the list costs less than a pass over all.
+  for (int i : pinned_) out[i].setZero();
 }
 
 }  // namespace weft::sim

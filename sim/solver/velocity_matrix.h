@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "sim/integrator/dynamics.h"
 
@@ -13,8 +14,7 @@ namespace weft::sim {
 // they were at the last force evaluation; the rest through a block matrix.
 class VelocityMatrix {
  public:
-  explicit VelocityMatrix(const Dynamics& dynamics)
-      : dynamics_(dynamics), blocks_(dynamics.stiffness()) {}
+  explicit VelocityMatrix(const Dynamics& dynamics);
 
   // Takes the K and D last assembled by the dynamics. O(blocks).
   void form(double gamma);
@@ -38,6 +38,7 @@ class VelocityMatrix {
  private:
   const Dynamics& dynamics_;
   BlockMatrix blocks_;
+  std::vector<int> pinned_;
   double gamma_ = 0;
   std::int64_t version_ = 0;
 };
