@@ -135,11 +135,11 @@ class Measurement {
         multigrid = std::make_unique<Multigrid>(*problem.scene, matrix.blocks().shared_pattern());
       }));
       matrix.form(gamma);
-      static_cast<void>(multigrid->update(matrix) && multigrid->set_up(matrix));
+      static_cast<void>(multigrid->set_up(matrix));
     }
     set_ups.push_back(ms(row.threads, [&] {
       matrix.form(gamma);
-      if (multigrid) static_cast<void>(multigrid->update(matrix) && multigrid->set_up(matrix));
+      if (multigrid) static_cast<void>(multigrid->set_up(matrix));
     }));
     problem.system.set_up(gamma);
     problem.solve(gamma, options_.tolerance);  // forms the coarse matrices

@@ -54,8 +54,9 @@ class Contact {
   // Subtracts factor * K * in.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
-  // The part of one pair in reach: weight_i weight_j block between its nodes i and j, where these are
-  // dynamic. Made positive semi-definite, for preconditioners.
+  const std::array<int, 4>& pair_nodes(std::size_t pair) const { return active_[pair].nodes; }
+  // The part of one pair in reach: weight_i weight_j block between its nodes i and j, where these
+  // are dynamic. Made positive semi-definite, for preconditioners.
   struct Coupling {
     std::array<int, 4> nodes;
     std::array<double, 4> weight;

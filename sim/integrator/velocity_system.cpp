@@ -107,7 +107,7 @@ void VelocitySystem::prepare(Outcome& outcome) {
       multigrid_ =
           std::make_unique<Multigrid>(dynamics_.scene(), matrix_.blocks().shared_pattern());
     const bool is_worn = !is_set_up_ || excess_iterations_ > set_up_iterations;
-    if (multigrid_->update(matrix_) && (!is_worn || set_up_multigrid(outcome))) {
+    if (is_worn ? set_up_multigrid(outcome) : multigrid_->update(matrix_)) {
       preconditioner_ = multigrid_.get();
       return;
     }

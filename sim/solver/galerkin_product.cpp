@@ -8,36 +8,50 @@ namespace weft::sim {
 
 namespace {
 
+// A block as its columns, each a vector of four, the last of which is ignored.
+struct Columns {
+  Eigen::Array4d column[3];
+
+  // `block` may be read up to its tenth number.
+  static Columns of(const float* block) {
+    Columns result;
+    for (int c = 0; c < 3; ++c)
+      result.column[c] = Eigen::Map<const Eigen::Array4f>(block + 3 * c).cast<double>();
+    return result;
+  }
+};
+
 // A row of blocks that are found by column: `place[column]` says where in the list, or -1.
 class RowSum {
  public:
+  struct Entry {
+    Columns block;
+    int column = 0;
+  };
+
   void prepare(int column_count) {
     if (place_.size() < static_cast<std::size_t>(column_count)) place_.resize(column_count, -1);
   }
-  template <class Scalar>
-  void add(int column, double weight, const Scalar* block) {
+  void add(int column, double weight, const Columns& block) {
     if (place_[column] < 0) {
       place_[column] = count_++;
       if (entries_.size() < static_cast<std::size_t>(count_)) entries_.emplace_back();
-      entries_[count_ - 1] = {column, {}};
+      Entry& entry = entries_[count_ - 1];
+      entry.column = column;
+      for (int c = 0; c < 3; ++c) entry.block.column[c] = weight * block.column[c];
+      return;
     }
-    auto& sum = entries_[place_[column]].block;
-    for (int k = 0; k < 9; ++k) sum[k] += weight * static_cast<double>(block[k]);
+    Columns& sum = entries_[place_[column]].block;
+    for (int c = 0; c < 3; ++c) sum.column[c] += weight * block.column[c];
   }
-  int count() const { return count_; }
-  int column(int i) const { return entries_[i].column; }
-  const double* block(int i) const { return entries_[i].block.data(); }
-  const double* block_of_column(int column) const { return block(place_[column]); }
+  std::span<const Entry> entries() const { return std::span(entries_).first(count_); }
+  const Columns& block_of_column(int column) const { return entries_[place_[column]].block; }
   void clear() {
-    for (int i = 0; i < count_; ++i) place_[entries_[i].column] = -1;
+    for (const Entry& entry : entries()) place_[entry.column] = -1;
     count_ = 0;
   }
 
  private:
-  struct Entry {
-    int column = 0;
-    std::array<double, 9> block{};
-  };
   std::vector<int> place_;
   std::vector<Entry> entries_;
   int count_ = 0;
@@ -82,17 +96,18 @@ void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolong
         const int child = prolongation.child[c];
         for (int slot = rows.row_begin(child); slot < rows.row_end(child); ++slot) {
           left.add(rows.column(slot), prolongation.child_weight[c],
-                   values + 9 * static_cast<std::size_t>(slot));
+                   Columns::of(values + 9 * static_cast<std::size_t>(slot)));
         }
       }
-      for (int i = 0; i < left.count(); ++i) {
-        const int column = left.column(i);
+      for (const RowSum::Entry& entry : left.entries()) {
+        const int column = entry.column;
         for (int k = prolongation.row_start[column]; k < prolongation.row_start[column + 1]; ++k)
-          sum.add(prolongation.column[k], prolongation.weight[k], left.block(i));
+          sum.add(prolongation.column[k], prolongation.weight[k], entry.block);
       }
       for (int slot = coarse_rows.row_begin(row); slot < coarse_rows.row_end(row); ++slot) {
-        coarse.block(slot) =
-            Eigen::Map<const Mat3>(sum.block_of_column(coarse_rows.column(slot))).cast<float>();
+        const Columns& block = sum.block_of_column(coarse_rows.column(slot));
+        for (int c = 0; c < 3; ++c)
+          coarse.block(slot).col(c) = block.column[c].head<3>().matrix().cast<float>();
       }
       left.clear();
       sum.clear();

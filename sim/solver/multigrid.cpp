@@ -9,44 +9,81 @@ namespace weft::sim {
 
 namespace {
 
-// What a contact pair weighs on the nodes of a coarse level.
-struct CoarseWeight {
-  int node = 0;
-  double weight = 0;
-};
-
-std::vector<CoarseWeight> coarse_weights(const Contact::Coupling& coupling,
-                                         const Prolongation& prolongation) {
-  std::vector<CoarseWeight> result;
-  for (int i = 0; i < 4; ++i) {
-    const int node = coupling.nodes[i];
-    if (node >= prolongation.fine_count()) continue;  // of an obstacle
-    for (int k = prolongation.row_start[node]; k < prolongation.row_start[node + 1]; ++k) {
-      const double weight = coupling.weight[i] * prolongation.weight[k];
-      const auto same = std::find_if(result.begin(), result.end(), [&](const CoarseWeight& known) {
-        return known.node == prolongation.column[k];
-      });
-      if (same != result.end()) {
-        same->weight += weight;
-      } else {
-        result.push_back({prolongation.column[k], weight});
+// Adds to a pattern the pairs in reach.
+std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
+                                               const Contact& contact) {
+  const int count = pattern.rows();
+  std::vector<std::vector<int>> neighbours(count);
+  for (int row = 0; row < count; ++row) {
+    for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot)
+      neighbours[row].push_back(pattern.column(slot));
+  }
+  for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
+    const std::array<int, 4>& nodes = contact.pair_nodes(pair);
+    for (int a : nodes) {
+      for (int b : nodes) {
+        if (a < count && b < count) neighbours[a].push_back(b);
       }
     }
   }
-  return result;
+  return std::make_shared<const BlockPattern>(neighbours);
 }
 
-// Inverts blocks in place, zero for those that are left out; false where one is not positive
+// to = from, whose pattern is part of the other one.
+void copy_into_larger(const BlockMatrix& from, SingleBlockMatrix& to, int threads) {
+  const BlockPattern& pattern = from.pattern();
+  const BlockPattern& larger = to.pattern();
+  to.set_zero();
+  parallel_chunks(pattern.rows(), threads, [&](int first, int last) {
+    for (int row = first; row < last; ++row) {
+      int slot = larger.row_begin(row);
+      for (int source = pattern.row_begin(row); source < pattern.row_end(row); ++source) {
+        while (larger.column(slot) != pattern.column(source)) ++slot;
+        to.block(slot) = from.block(source).cast<float>();
+      }
+    }
+  });
+}
+
+// to = from, of the same pattern.
+void copy(const BlockMatrix& from, SingleBlockMatrix& to, int threads) {
+  const BlockPattern& pattern = from.pattern();
+  const double* source = from.values().data();
+  float* target = to.values().data();
+  parallel_chunks(pattern.rows(), threads, [&](int first, int last) {
+    const std::size_t end = 9 * static_cast<std::size_t>(pattern.row_end(last - 1));
+    for (std::size_t i = 9 * static_cast<std::size_t>(pattern.row_begin(first)); i < end; ++i)
+      target[i] = static_cast<float>(source[i]);
+  });
+}
+
+void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) {
+  const BlockPattern& pattern = matrix.pattern();
+  for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
+    const Contact::Coupling coupling = contact.definite_coupling(pair, gamma);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        if (coupling.nodes[i] >= pattern.rows() || coupling.nodes[j] >= pattern.rows()) continue;
+        matrix.block(pattern.slot(coupling.nodes[i], coupling.nodes[j])) +=
+            (coupling.weight[i] * coupling.weight[j] * coupling.block).cast<float>();
+      }
+    }
+  }
+}
+
+// Inverts the diagonal blocks, zero for those that are left out; false where one is not positive
 // definite.
 template <class LeftOut>
-bool invert_all(std::vector<Mat3>& blocks, int threads, const LeftOut& left_out) {
-  const auto bad = parallel_sum(static_cast<int>(blocks.size()), threads, [&](int first, int last) {
+bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut& left_out,
+                     std::vector<Mat3>& inverse) {
+  const BlockPattern& pattern = matrix.pattern();
+  const double bad = parallel_sum(pattern.rows(), threads, [&](int first, int last) {
     int count = 0;
     for (int i = first; i < last; ++i) {
-      const Mat3 block = blocks[i];
       if (left_out(i)) {
-        blocks[i].setZero();
-      } else if (!invert_definite(block, blocks[i])) {
+        inverse[i].setZero();
+      } else if (!invert_definite(matrix.block(pattern.diagonal_slot(i)).cast<double>(),
+                                  inverse[i])) {
         ++count;
       }
     }
@@ -61,55 +98,61 @@ Multigrid::Level::Level(std::shared_ptr<const BlockPattern> pattern)
     : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
 Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern)
-    : prolongations_(coarsen_images(scene)), residual_(pattern->rows()) {
-  levels_.emplace_back(pattern);
+    : pattern_(std::move(pattern)),
+      prolongations_(coarsen_images(scene)),
+      residual_(pattern_->rows()) {
+  find_patterns(pattern_);
+}
+
+void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
+  levels_.clear();
+  levels_.emplace_back(finest);
   for (const Prolongation& prolongation : prolongations_) {
-    pattern = galerkin_pattern(*pattern, prolongation);
-    Level& level = levels_.emplace_back(pattern);
-    level.b.resize(pattern->rows());
-    level.x.resize(pattern->rows());
+    finest = galerkin_pattern(*finest, prolongation);
+    Level& level = levels_.emplace_back(finest);
+    level.b.resize(finest->rows());
+    level.x.resize(finest->rows());
   }
+  analysed_ = false;
+}
+
+// A on the finest level.
+bool Multigrid::take_finest(const VelocityMatrix& matrix) {
+  version_ = matrix.version();
+  Level& finest = levels_.front();
+  if (with_contact_) {
+    copy_into_larger(matrix.blocks(), finest.matrix, matrix.threads());
+    add_pairs(*matrix.dynamics().contact(), matrix.gamma(), finest.matrix);
+  } else {
+    copy(matrix.blocks(), finest.matrix, matrix.threads());
+  }
+  const std::vector<char>& pinned = matrix.scene().pinned;
+  return invert_diagonal(
+      finest.matrix, matrix.threads(), [&](int i) { return pinned[i] != 0; },
+      finest.inverse_diagonal);
 }
 
 bool Multigrid::set_up(const VelocityMatrix& matrix) {
+  if (matrix.has_contact()) {
+    find_patterns(with_pairs(*pattern_, *matrix.dynamics().contact()));
+  } else if (with_contact_) {
+    find_patterns(pattern_);
+  }
+  with_contact_ = matrix.has_contact();
+  if (!take_finest(matrix)) return false;
   for (std::size_t i = 1; i < levels_.size(); ++i) {
     Level& level = levels_[i];
     galerkin_product(levels_[i - 1].matrix, prolongations_[i - 1], level.matrix, matrix.threads());
-    if (i == 1 && matrix.has_contact()) add_contact(matrix);
-    if (i + 1 == levels_.size()) break;
-    const BlockPattern& pattern = level.matrix.pattern();
-    for (int row = 0; row < pattern.rows(); ++row) {
-      level.inverse_diagonal[row] = level.matrix.block(pattern.diagonal_slot(row)).cast<double>();
-    }
-    if (!invert_all(level.inverse_diagonal, matrix.threads(), [](int) { return false; }))
+    if (i + 1 < levels_.size() &&
+        !invert_diagonal(
+            level.matrix, matrix.threads(), [](int) { return false; }, level.inverse_diagonal))
       return false;
   }
   return factor_coarsest();
 }
 
-// P^T E P of the contact part E. Couplings beyond the pattern, of surfaces that touch, are replaced
-// by more on the diagonal: w_i w_j x_i.B x_j is at most the mean of |w_i w_j| x_i.B x_i and the
-// same of j, so that nothing becomes indefinite.
-void Multigrid::add_contact(const VelocityMatrix& matrix) {
-  const Contact& contact = *matrix.dynamics().contact();
-  SingleBlockMatrix& coarse = levels_[1].matrix;
-  const BlockPattern& pattern = coarse.pattern();
-  for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
-    const Contact::Coupling coupling = contact.definite_coupling(pair, matrix.gamma());
-    const std::vector<CoarseWeight> weights = coarse_weights(coupling, prolongations_[0]);
-    for (const CoarseWeight& a : weights) {
-      for (const CoarseWeight& b : weights) {
-        const double weight = a.weight * b.weight;
-        const int slot = pattern.find_slot(a.node, b.node);
-        if (slot >= 0) {
-          coarse.block(slot) += (weight * coupling.block).cast<float>();
-        } else {
-          coarse.block(pattern.diagonal_slot(a.node)) +=
-              (std::abs(weight) * coupling.block).cast<float>();
-        }
-      }
-    }
-  }
+bool Multigrid::update(const VelocityMatrix& matrix) {
+  return with_contact_ || version_ == matrix.version() || take_finest(matrix);
 }
 
 bool Multigrid::factor_coarsest() {
@@ -141,82 +184,24 @@ void Multigrid::solve_coarsest() {
       cholesky_.solve(Eigen::Map<const Eigen::VectorXd>(level.b[0].data(), size));
 }
 
-bool Multigrid::update(const VelocityMatrix& matrix) {
-  Level& finest = levels_.front();
-  const BlockPattern& pattern = matrix.blocks().pattern();
-  const int count = pattern.rows();
-  if (version_ != matrix.version()) {
-    version_ = matrix.version();
-    const double* from = matrix.blocks().values().data();
-    float* to = finest.matrix.values().data();
-    parallel_chunks(count, matrix.threads(), [&](int first, int last) {
-      const std::size_t end = 9 * static_cast<std::size_t>(pattern.row_end(last - 1));
-      for (std::size_t i = 9 * static_cast<std::size_t>(pattern.row_begin(first)); i < end; ++i)
-        to[i] = static_cast<float>(from[i]);
-    });
-  }
-  std::vector<Mat3>& inverse = finest.inverse_diagonal;
-  // Of what the sweeps read: the cycle is symmetric only if they agree to the last bit.
-  parallel_chunks(count, matrix.threads(), [&](int first, int last) {
-    for (int i = first; i < last; ++i)
-      inverse[i] = finest.matrix.block(pattern.diagonal_slot(i)).cast<double>();
-  });
-  if (matrix.has_contact()) {
-    // The sweeps leave contact out of their couplings. They reduce the energy of any error if twice
-    // the diagonal exceeds A: |w_i| B does, as (sum w_i x_i).B(sum w_j x_j) is at most
-    // sum |w_j| times sum |w_i| x_i.B x_i, and the weights' sizes sum to 2.
-    const Contact& contact = *matrix.dynamics().contact();
-    for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
-      const Contact::Coupling coupling = contact.definite_coupling(pair, matrix.gamma());
-      for (int k = 0; k < 4; ++k) {
-        if (coupling.nodes[k] < count)
-          inverse[coupling.nodes[k]] += std::abs(coupling.weight[k]) * coupling.block;
-      }
-    }
-  }
-  const std::vector<char>& pinned = matrix.scene().pinned;
-  return invert_all(inverse, matrix.threads(), [&](int i) { return pinned[i] != 0; });
-}
-
-// Adds to x of a level the correction of residual_ that the coarser ones find.
-void Multigrid::correct(std::size_t i, std::span<Vec3> x, int threads) {
-  const std::span<const Vec3> residual = std::span(residual_).first(x.size());
-  prolongations_[i].restrict_to(residual, levels_[i + 1].b, threads);
-  cycle(i + 1, threads);
-  prolongations_[i].add_to(levels_[i + 1].x, x, threads);
-}
-
-void Multigrid::cycle(std::size_t i, int threads) {
+void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x, int threads) {
   if (i + 1 == levels_.size()) {
     solve_coarsest();
     return;
   }
-  Level& level = levels_[i];
-  level.sweeps.solve_forward(level.matrix, level.inverse_diagonal, level.b, level.x, threads);
-  level.sweeps.remaining(level.matrix, level.x, std::span(residual_).first(level.x.size()),
-                         threads);
-  correct(i, level.x, threads);
-  level.sweeps.sweep_backward(level.matrix, level.inverse_diagonal, level.b, level.x, threads);
+  const Level& level = levels_[i];
+  Level& coarser = levels_[i + 1];
+  const std::span<Vec3> residual = std::span(residual_).first(x.size());
+  level.sweeps.solve_forward(level.matrix, level.inverse_diagonal, b, x, threads);
+  level.sweeps.remaining(level.matrix, x, residual, threads);
+  prolongations_[i].restrict_to(residual, coarser.b, threads);
+  cycle(i + 1, coarser.b, coarser.x, threads);
+  prolongations_[i].add_to(coarser.x, x, threads);
+  level.sweeps.sweep_backward(level.matrix, level.inverse_diagonal, b, x, threads);
 }
 
 void Multigrid::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
-  const int threads = matrix.threads();
-  const Level& finest = levels_.front();
-  finest.sweeps.solve_forward(finest.matrix, finest.inverse_diagonal, r, z, threads);
-  if (!matrix.has_contact()) {
-    finest.sweeps.remaining(finest.matrix, z, residual_, threads);
-    correct(0, z, threads);
-    finest.sweeps.sweep_backward(finest.matrix, finest.inverse_diagonal, r, z, threads);
-    return;
-  }
-  finest.matrix.multiply(z, residual_, threads);
-  matrix.add_contact_product(z, residual_);
-  for (std::size_t i = 0; i < residual_.size(); ++i) residual_[i] = r[i] - residual_[i];
-  correct(0, z, threads);
-  std::fill(residual_.begin(), residual_.end(), Vec3::Zero());
-  matrix.add_contact_product(z, residual_);
-  for (std::size_t i = 0; i < residual_.size(); ++i) residual_[i] = r[i] - residual_[i];
-  finest.sweeps.sweep_backward(finest.matrix, finest.inverse_diagonal, residual_, z, threads);
+  cycle(0, r, z, matrix.threads());
 }
 
 }  // namespace weft::sim

@@ -11,7 +11,8 @@ namespace weft::sim {
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
-  // Takes over what must be exact: called before every solve. False where A does not allow it.
+  // Takes over the present A, as far as that is cheap: called before every solve. False where A
+  // does not allow it.
   [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
   // z = P r. Pinned particles get zero.
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
