@@ -60,6 +60,18 @@ struct GpuOptions {
 };
 int run_gpu(const GpuOptions& options);
 
+// One implicit step's linear system of a sheet, by block-Jacobi and by multigrid.
+struct LinearSolverOptions {
+  bool json = false;
+  std::vector<int> sizes{33, 65, 129, 257, 513};
+  std::vector<double> gammas{1e-3, 1.0 / 60, 0.1};  // s
+  std::vector<int> threads{1};
+  double tolerance = 1e-4;       // relative residual
+  double bending_stiffness = 0;  // N m
+  int repeats = 7;
+};
+int run_linear_solver(const LinearSolverOptions& options);
+
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();
 

@@ -19,6 +19,7 @@ struct Arguments {
   PaperOptions paper;
   int narrow_phase_size = 128;
   GpuOptions gpu;
+  LinearSolverOptions linear_solver;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -97,6 +98,26 @@ void add_narrow_phase(CLI::App& sub, Arguments& arguments) {
       ->capture_default_str();
 }
 
+void add_linear_solver(CLI::App& sub, Arguments& arguments) {
+  LinearSolverOptions& options = arguments.linear_solver;
+  sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
+  add_sizes(sub, options.sizes, "Sheets of n x n vertices");
+  sub.add_option("--gammas", options.gammas, "Steps times the formula's coefficient, s")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add_numbers(sub, "--threads", options.threads, 1, 1024, "Threads");
+  sub.add_option("--tolerance", options.tolerance, "Relative residual")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub.add_option("--bending", options.bending_stiffness, "Bending stiffness, N m")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -144,6 +165,9 @@ constexpr std::array experiments{
     Experiment{"narrow-phase", "The narrow phase in batches beside scalar functions",
                add_narrow_phase,
                [](const Arguments& a) { return run_narrow_phase(a.narrow_phase_size); }},
+    Experiment{"linear-solver", "Multigrid beside block-Jacobi, by size and step",
+               add_linear_solver,
+               [](const Arguments& a) { return run_linear_solver(a.linear_solver); }},
 #ifdef WEFT_BENCH_GPU
     Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
                [](const Arguments& a) { return run_paper_lod(a.paper); }},

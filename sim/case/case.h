@@ -21,6 +21,7 @@ struct SourceLocation {
 
 // In the order of the table of sim/integrator/integrator.cpp.
 enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet };
+enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
 
 struct TimeCase {
   TimeMethod method = TimeMethod::cvode;
@@ -34,6 +35,7 @@ struct TimeCase {
   int maximum_order = 2;                     // BDF order, 1..5
   double minimum_step = 1e-7;                // s
   std::optional<double> maximum_step;        // s
+  PreconditionerChoice preconditioner = PreconditionerChoice::automatic;  // of the linear solver
 };
 
 struct WorldCase {

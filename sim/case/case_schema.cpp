@@ -70,7 +70,7 @@ TableList tables(std::vector<Struct>* target, bool named = false) {
 
 Table describe(TimeCase& target) {
   auto& [method, duration, frames, position_tolerance, velocity_tolerance, relative_tolerance, step,
-         newton, order, minimum_step, maximum_step] = target;
+         newton, order, minimum_step, maximum_step, preconditioner] = target;
   return {{
       field("method",
             choice(&method, {"cvode", "arkode", "euler", "static", "implicit_midpoint", "verlet"}),
@@ -109,6 +109,8 @@ Table describe(TimeCase& target) {
       field("maximum_step", &maximum_step, "s", positive, "Longest step.")
           .with_default("no limit")
           .only_for("method", {"cvode", "arkode", "euler"}),
+      field("preconditioner", choice(&preconditioner, {"automatic", "block_jacobi", "multigrid"}),
+            "Advanced: how linear systems are preconditioned. The choice changes the run time."),
   }};
 }
 

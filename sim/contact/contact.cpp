@@ -1,5 +1,6 @@
 #include "sim/contact/contact.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -291,6 +292,19 @@ void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
       diagonal[active.nodes[i]] += active.weight[i] * active.weight[i] * block;
     }
   }
+}
+
+Contact::Coupling Contact::definite_coupling(std::size_t pair, double gamma) const {
+  const Active& active = active_[pair];
+  Mat3 block = gamma * (gamma * active.stiffness + active.damping);
+  // Surfaces that part fast soften the barrier's own stiffness below zero.
+  Eigen::SelfAdjointEigenSolver<Mat3> spectrum;
+  spectrum.computeDirect(block);
+  if (spectrum.eigenvalues()[0] < 0) {
+    block = spectrum.eigenvectors() * spectrum.eigenvalues().cwiseMax(0).asDiagonal() *
+            spectrum.eigenvectors().transpose();
+  }
+  return {active.nodes, active.weight, block};
 }
 
 std::optional<double> Contact::smallest_gap() const {

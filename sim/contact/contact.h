@@ -60,6 +60,15 @@ class Contact {
   // From now on, leaves out of the matrix the stiffness of pairs that part so fast that it would
   // push the wrong way: for long fixed steps.
   void keep_matrix_definite() { definite_ = true; }
+  const std::array<int, 4>& pair_nodes(std::size_t pair) const { return active_[pair].nodes; }
+  // The part of one pair in reach: weight_i weight_j block between its nodes i and j, where these
+  // are dynamic. Made positive semi-definite, for preconditioners.
+  struct Coupling {
+    std::array<int, 4> nodes;
+    std::array<double, 4> weight;
+    Mat3 block;
+  };
+  Coupling definite_coupling(std::size_t pair, double gamma) const;
   // What its search runs on.
   const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return active_.size(); }

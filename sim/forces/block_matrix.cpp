@@ -24,36 +24,39 @@ BlockPattern::BlockPattern(const std::vector<std::vector<int>>& neighbours) {
   }
 }
 
-int BlockPattern::slot(int row, int column) const {
+int BlockPattern::find_slot(int row, int column) const {
   const auto begin = column_.begin() + row_start_[row];
   const auto end = column_.begin() + row_start_[row + 1];
   const auto found = std::lower_bound(begin, end, column);
-  assert(found != end && *found == column);
-  return static_cast<int>(found - column_.begin());
+  return found != end && *found == column ? static_cast<int>(found - column_.begin()) : -1;
 }
 
-BlockMatrix::BlockMatrix(std::shared_ptr<const BlockPattern> pattern)
+int BlockPattern::slot(int row, int column) const {
+  const int found = find_slot(row, column);
+  assert(found >= 0);
+  return found;
+}
+
+template <class Scalar>
+BlockMatrixOf<Scalar>::BlockMatrixOf(std::shared_ptr<const BlockPattern> pattern)
     : pattern_(std::move(pattern)),
-      values_(9 * static_cast<std::size_t>(pattern_->block_count())) {}
+      values_(9 * static_cast<std::size_t>(pattern_->block_count()) + padding) {}
 
-void BlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
+template <class Scalar>
+void BlockMatrixOf<Scalar>::set_zero() {
+  std::fill(values_.begin(), values_.end(), Scalar(0));
+}
 
-void BlockMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const {
+template <class Scalar>
+void BlockMatrixOf<Scalar>::multiply(std::span<const Vec3> in, std::span<Vec3> out,
+                                     int threads) const {
   assert(static_cast<int>(in.size()) == pattern_->rows() && in.size() == out.size());
-  const BlockPattern& pattern = *pattern_;
-  parallel_chunks(pattern.rows(), threads, [&](int first, int last) {
-    for (int row = first; row < last; ++row) {
-      double sum0 = 0, sum1 = 0, sum2 = 0;
-      for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
-        const double* value = values_.data() + 9 * static_cast<std::size_t>(slot);
-        const Vec3& x = in[pattern.column(slot)];
-        sum0 += value[0] * x[0] + value[3] * x[1] + value[6] * x[2];
-        sum1 += value[1] * x[0] + value[4] * x[1] + value[7] * x[2];
-        sum2 += value[2] * x[0] + value[5] * x[1] + value[8] * x[2];
-      }
-      out[row] = Vec3(sum0, sum1, sum2);
-    }
+  parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
+    for (int row = first; row < last; ++row) out[row] = row_product(row, in.data());
   });
 }
+
+template class BlockMatrixOf<double>;
+template class BlockMatrixOf<float>;
 
 }  // namespace weft::sim

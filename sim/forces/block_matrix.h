@@ -26,32 +26,76 @@ class BlockPattern {
   int diagonal_slot(int row) const { return diagonal_slot_[row]; }
   // Slot of block (row, column). Precondition: it is in the pattern.
   int slot(int row, int column) const;
+  // The same, or -1 where it is not.
+  int find_slot(int row, int column) const;
 
  private:
   std::vector<int> row_start_, column_, diagonal_slot_;
 };
 
-// Values of a symmetric matrix on a pattern shared with others; both halves are stored.
-class BlockMatrix {
+// Values of a symmetric matrix on a pattern shared with others; both halves are stored. In double,
+// or in float to halve the traffic where a preconditioner needs no more.
+template <class Scalar>
+class BlockMatrixOf {
  public:
-  BlockMatrix() = default;
-  explicit BlockMatrix(std::shared_ptr<const BlockPattern> pattern);
+  using Block = Eigen::Matrix<Scalar, 3, 3>;
+
+  BlockMatrixOf() = default;
+  explicit BlockMatrixOf(std::shared_ptr<const BlockPattern> pattern);
 
   const BlockPattern& pattern() const { return *pattern_; }
+  const std::shared_ptr<const BlockPattern>& shared_pattern() const { return pattern_; }
   void set_zero();
-  Eigen::Map<Mat3> block(int slot) { return Eigen::Map<Mat3>(values_.data() + 9 * slot); }
-  Eigen::Map<const Mat3> block(int slot) const {
-    return Eigen::Map<const Mat3>(values_.data() + 9 * slot);
+  Eigen::Map<Block> block(int slot) { return Eigen::Map<Block>(at(slot)); }
+  Eigen::Map<const Block> block(int slot) const { return Eigen::Map<const Block>(at(slot)); }
+  std::span<Scalar> values() { return std::span(values_).first(values_.size() - padding); }
+  std::span<const Scalar> values() const {
+    return std::span(values_).first(values_.size() - padding);
   }
-  std::span<double> values() { return values_; }
-  std::span<const double> values() const { return values_; }
+
+  // Sum of the blocks of slots [first, last), of one row, times what `in` has for their columns.
+  Vec3 partial_row_product(int first, int last, const Vec3* in) const {
+    // A column of a block is a vector of four, the last of which is ignored.
+    Eigen::Array4d sum0 = Eigen::Array4d::Zero(), sum1 = sum0, sum2 = sum0;
+    for (int slot = first; slot < last; ++slot) {
+      const Scalar* value = at(slot);
+      const Vec3& x = in[pattern_->column(slot)];
+      sum0 += four(value) * x[0];
+      sum1 += four(value + 3) * x[1];
+      sum2 += four(value + 6) * x[2];
+    }
+    sum0 += sum1 + sum2;
+    return sum0.head<3>();
+  }
+  // Asks for the blocks of slots [first, last) ahead of time, where rows are not read one after
+  // the other from first to last and the processor does not foresee it. Slots beyond the ends are
+  // allowed.
+  void prefetch(int first, int last) const {
+    const auto* const begin = reinterpret_cast<const char*>(values_.data());
+    const std::ptrdiff_t bytes_a_block = 9 * sizeof(Scalar);
+    for (std::ptrdiff_t at = first * bytes_a_block; at < last * bytes_a_block; at += 64)
+      __builtin_prefetch(begin + at);
+  }
+  Vec3 row_product(int row, const Vec3* in) const {
+    return partial_row_product(pattern_->row_begin(row), pattern_->row_end(row), in);
+  }
 
   // out = this * in. Sizes: rows() each. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
  private:
+  static constexpr std::size_t padding = 1;  // so that the last column can be read as four
+
+  Scalar* at(int slot) { return values_.data() + 9 * static_cast<std::size_t>(slot); }
+  const Scalar* at(int slot) const { return values_.data() + 9 * static_cast<std::size_t>(slot); }
+  static Eigen::Array4d four(const Scalar* value) {
+    return Eigen::Map<const Eigen::Array<Scalar, 4, 1>>(value).template cast<double>();
+  }
+
   std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<double> values_;  // 9 a slot, column-major
+  std::vector<Scalar> values_ = std::vector<Scalar>(padding);  // 9 a slot, column-major
 };
+using BlockMatrix = BlockMatrixOf<double>;
+using SingleBlockMatrix = BlockMatrixOf<float>;
 
 }  // namespace weft::sim

@@ -1,6 +1,5 @@
 #include "sim/integrator/velocity_system.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -19,6 +18,17 @@ constexpr int largest_iteration_count = 2000;
 // answers with steps of microseconds without end.
 constexpr double peak_to_mean = 10;
 
+// Of gamma times the highest frequency: from here on multigrid is the faster one
+// (docs/benchmarks.md).
+constexpr double multigrid_break_even = 6;
+
+// The cost of forming the coarse matrices, in iterations.
+constexpr double set_up_iterations = 2;
+
+// K's largest eigenvalue hardly moves; it is looked at again after so many assemblies.
+constexpr std::int64_t assemblies_a_frequency = 100;
+constexpr int power_steps = 10;
+
 double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
   return parallel_sum(static_cast<int>(a.size()), threads, [&](int first, int last) {
     double sum = 0;
@@ -31,131 +41,212 @@ double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
 
 VelocitySystem::VelocitySystem(Dynamics& dynamics)
     : dynamics_(dynamics),
-      matrix_(dynamics.stiffness()),
-      inverse_diagonal_(dynamics.particle_count()),
+      matrix_(dynamics),
       residual_(dynamics.particle_count()),
       direction_(dynamics.particle_count()),
       product_(dynamics.particle_count()),
       preconditioned_(dynamics.particle_count()) {}
 
-void VelocitySystem::set_up(double gamma) {
-  gamma_ = gamma;
-  const std::span<const double> stiffness = dynamics_.stiffness().values();
-  const std::span<const double> damping = dynamics_.damping().values();
-  const std::span<double> values = matrix_.values();
-  const bool damped = dynamics_.has_damping();
-  parallel_chunks(static_cast<int>(values.size()), dynamics_.threads(), [&](int first, int last) {
-    for (int i = first; i < last; ++i) values[i] = gamma * gamma * stiffness[i];
-    if (!damped) return;
-    for (int i = first; i < last; ++i) values[i] += gamma * damping[i];
-  });
-  for (int i = 0; i < dynamics_.particle_count(); ++i) {
-    matrix_.block(matrix_.pattern().diagonal_slot(i)).diagonal().array() +=
-        dynamics_.scene().mass[i];
+void VelocitySystem::set_up(double gamma) { matrix_.form(gamma); }
+
+// Steps of the power method from a rough start.
+double VelocitySystem::highest_frequency() {
+  const std::int64_t assemblies = dynamics_.statistics().counters.matrix_assemblies;
+  if (frequency_ >= 0 && assemblies < frequency_assembly_ + assemblies_a_frequency)
+    return frequency_;
+  frequency_assembly_ = assemblies;
+  const Scene& scene = dynamics_.scene();
+  const int count = dynamics_.particle_count(), threads = dynamics_.threads();
+  std::uint32_t random = 1;
+  for (Vec3& v : direction_) {
+    for (double& component : v) {
+      random = 1664525 * random + 1013904223;
+      component = random / 4294967296.0 - 0.5;
+    }
   }
+  double square = 0;
+  for (int step = 0; step < power_steps; ++step) {
+    for (int i = 0; i < count; ++i) {
+      if (scene.pinned[i] != 0) direction_[i].setZero();
+    }
+    const double size = std::sqrt(dot(direction_, direction_, threads));
+    if (!(size > 0)) break;
+    for (Vec3& v : direction_) v /= size;
+    dynamics_.stiffness().multiply(direction_, product_, threads);
+    for (int i = 0; i < count; ++i) product_[i] /= scene.mass[i];
+    square = dot(direction_, product_, threads);
+    direction_.swap(product_);
+  }
+  frequency_ = std::sqrt(std::max(0.0, square));
+  return frequency_;
 }
 
-void VelocitySystem::multiply(std::span<const Vec3> in, std::span<Vec3> out) const {
-  matrix_.multiply(in, out, dynamics_.threads());
-  if (dynamics_.contact() != nullptr) dynamics_.contact()->add_product(gamma_, in, out);
-  const std::vector<char>& pinned = dynamics_.scene().pinned;
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (pinned[i] != 0) out[i].setZero();
+bool VelocitySystem::wants_multigrid() {
+  switch (dynamics_.scene().source.time.preconditioner) {
+    case PreconditionerChoice::block_jacobi:
+      return false;
+    case PreconditionerChoice::multigrid:
+      return true;
+    case PreconditionerChoice::automatic:
+      break;
   }
+  return matrix_.gamma() * highest_frequency() > multigrid_break_even;
 }
 
-void VelocitySystem::invert_diagonal() {
-  for (std::size_t i = 0; i < inverse_diagonal_.size(); ++i) {
-    inverse_diagonal_[i] = matrix_.block(matrix_.pattern().diagonal_slot(static_cast<int>(i)));
+bool VelocitySystem::set_up_multigrid(Outcome& outcome) {
+  ++outcome.multigrid_set_ups;
+  iterations_a_digit_ = excess_iterations_ = 0;
+  is_set_up_ = multigrid_->set_up(matrix_);
+  return is_set_up_;
+}
+
+// Chooses the preconditioner of this solve and brings it up to date.
+void VelocitySystem::prepare(Outcome& outcome) {
+  if (wants_multigrid()) {
+    if (multigrid_ == nullptr)
+      multigrid_ =
+          std::make_unique<Multigrid>(dynamics_.scene(), matrix_.blocks().shared_pattern());
+    const bool is_worn = !is_set_up_ || excess_iterations_ > set_up_iterations;
+    if (is_worn ? set_up_multigrid(outcome) : multigrid_->update(matrix_)) {
+      preconditioner_ = multigrid_.get();
+      return;
+    }
   }
-  if (dynamics_.contact() != nullptr) dynamics_.contact()->add_diagonal(gamma_, inverse_diagonal_);
-  for (std::size_t i = 0; i < inverse_diagonal_.size(); ++i) {
-    // Compressed cloth can make a block indefinite; the mass alone is then a safe preconditioner.
-    const Mat3 block = inverse_diagonal_[i];
-    const double mass = dynamics_.scene().mass[i];
-    const bool definite =
-        block(0, 0) > 0 && block.topLeftCorner<2, 2>().determinant() > 0 && block.determinant() > 0;
-    inverse_diagonal_[i] = definite ? Mat3(block.inverse()) : Mat3(Mat3::Identity() / mass);
-  }
+  use_block_jacobi();
+}
+
+void VelocitySystem::use_block_jacobi() {
+  preconditioner_ = &block_jacobi_;
+  static_cast<void>(block_jacobi_.update(matrix_));  // always possible
 }
 
 double VelocitySystem::precondition() {
-  parallel_chunks(static_cast<int>(residual_.size()), dynamics_.threads(),
-                  [&](int first, int last) {
-                    for (int i = first; i < last; ++i)
-                      preconditioned_[i] = inverse_diagonal_[i] * residual_[i];
-                  });
+  preconditioner_->apply(matrix_, residual_, preconditioned_);
   return dot(residual_, preconditioned_, dynamics_.threads());
 }
 
 // The 2-norm, or, where that is larger, so many times the largest share of one particle that no
-// particle's residual exceeds `peak_to_mean` times the mean.
-double VelocitySystem::weighted_residual(std::span<const Vec3> weight) const {
+// particle's residual exceeds `peak_to_mean` times the mean. First dv += alpha p, r -= alpha A p.
+double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3* dv) {
+  struct Part {
+    double sum = 0, largest = 0;
+  };
   const std::vector<double>& mass = dynamics_.scene().mass;
   const int count = static_cast<int>(residual_.size());
-  double largest = 0;
-  double sum = 0;
-  for (int i = 0; i < count; ++i) {
-    const double square = residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
-    largest = std::max(largest, square);
-    sum += square;
+  std::vector<Part> parts((count + chunk_size - 1) / chunk_size);
+  parallel_chunks(count, dynamics_.threads(), [&](int first, int last) {
+    Part part;
+    for (int i = first; i < last; ++i) {
+      dv[i] += alpha * direction_[i];
+      residual_[i] -= alpha * product_[i];
+      const double square =
+          residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
+      part.largest = std::max(part.largest, square);
+      part.sum += square;
+    }
+    parts[first / chunk_size] = part;
+  });
+  Part all;
+  for (const Part& part : parts) {
+    all.sum += part.sum;
+    all.largest = std::max(all.largest, part.largest);
   }
-  return std::sqrt(std::max(sum, largest * count / (peak_to_mean * peak_to_mean)));
+  return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
+}
+
+// r = M b_v - gamma K b_x; K b_x comes from the block matrix and the contact pairs' own stiffness.
+void VelocitySystem::form_right_side(const StateView& right) {
+  const Scene& scene = dynamics_.scene();
+  const double gamma = matrix_.gamma();
+  dynamics_.stiffness().multiply(right.position, product_, dynamics_.threads());
+  parallel_chunks(dynamics_.particle_count(), dynamics_.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i)
+      residual_[i] = scene.mass[i] * right.velocity[i] - gamma * product_[i];
+  });
+  if (dynamics_.contact() != nullptr)
+    dynamics_.contact()->subtract_stiffness(gamma, right.position, residual_);
+  for (std::size_t i = 0; i < residual_.size(); ++i) {
+    if (scene.pinned[i] != 0) residual_[i].setZero();
+  }
+}
+
+// Iterations of these coarse matrices beyond those that the first solve with them took for as many
+// digits.
+double VelocitySystem::excess(const Outcome& outcome) const {
+  if (iterations_a_digit_ == 0) return 0;
+  const double digits = std::log10(start_residual_ / outcome.residual);
+  return outcome.iterations - start_iterations_ - iterations_a_digit_ * std::max(digits, 0.0);
+}
+
+void VelocitySystem::note_iterations(const Outcome& outcome) {
+  const int iterations = outcome.iterations - start_iterations_;
+  if (!outcome.multigrid || iterations == 0) return;
+  if (iterations_a_digit_ == 0) {
+    const double digits = std::log10(start_residual_ / outcome.residual);
+    iterations_a_digit_ = iterations / std::max(digits, 0.5);
+  } else {
+    excess_iterations_ += std::max(0.0, excess(outcome));
+  }
+}
+
+// Where the coarse matrices have worn out within a solve, it goes on with new ones: true then.
+bool VelocitySystem::renew(Outcome& outcome) {
+  if (preconditioner_ == &block_jacobi_ ||
+      !(excess_iterations_ + excess(outcome) > set_up_iterations))
+    return false;
+  start_iterations_ = outcome.iterations;
+  start_residual_ = outcome.residual;
+  if (!set_up_multigrid(outcome)) use_block_jacobi();
+  return true;
 }
 
 VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const double> b,
                                               std::span<const double> weight, double tolerance,
                                               std::span<double> correction, double relative) {
-  if (gamma != gamma_) set_up(gamma);
+  if (gamma != matrix_.gamma()) set_up(gamma);
   const StateView right = StateView::of(b);
   const std::span<const Vec3> velocity_weight = StateView::of(weight).velocity;
-  const std::vector<double>& mass = dynamics_.scene().mass;
   const std::vector<char>& pinned = dynamics_.scene().pinned;
   const int count = dynamics_.particle_count(), threads = dynamics_.threads();
   auto* dx = reinterpret_cast<Vec3*>(correction.data());
   Vec3* dv = dx + count;
-  invert_diagonal();
-
-  // r = M b_v - gamma K b_x; since gamma^2 K = A - M - gamma D is what is at hand with contact in
-  // it, K b_x comes from the block matrix and the contact pairs' own stiffness.
-  dynamics_.stiffness().multiply(right.position, product_, threads);
-  for (int i = 0; i < count; ++i) residual_[i] = -gamma * product_[i];
-  if (dynamics_.contact() != nullptr)
-    dynamics_.contact()->subtract_stiffness(gamma, right.position, residual_);
-  for (int i = 0; i < count; ++i) {
-    residual_[i] += mass[i] * right.velocity[i];
-    if (pinned[i] != 0) residual_[i].setZero();
-    dv[i].setZero();
-  }
-
   Outcome outcome;
-  double rho = precondition();
-  direction_ = preconditioned_;
-  outcome.residual = weighted_residual(velocity_weight);
+  prepare(outcome);
+  form_right_side(right);
+  std::fill(dv, dv + count, Vec3::Zero());
+  std::fill(direction_.begin(), direction_.end(), Vec3::Zero());
+  std::fill(product_.begin(), product_.end(), Vec3::Zero());
+  outcome.residual = advance(0, velocity_weight, dv);
   tolerance = std::min(tolerance, relative * outcome.residual);
+  start_iterations_ = 0;
+  start_residual_ = outcome.residual;
+  double rho = 1;
   while (outcome.residual > tolerance && outcome.iterations < largest_iteration_count) {
-    multiply(direction_, product_);
+    bool starts_anew = renew(outcome);
+    double next = precondition();
+    if (!(next > 0) && preconditioner_ != &block_jacobi_) {
+      // Rounding, in a matrix that is all but singular.
+      is_set_up_ = false;
+      use_block_jacobi();
+      starts_anew = true;
+      next = precondition();
+    }
+    const double beta = starts_anew ? 0 : next / rho;
+    rho = next;
+    parallel_chunks(count, threads, [&](int first, int last) {
+      for (int i = first; i < last; ++i) direction_[i] = preconditioned_[i] + beta * direction_[i];
+    });
+    matrix_.multiply(direction_, product_);
     const double curvature = dot(direction_, product_, threads);
     if (!(curvature > 0)) {
       outcome.indefinite = true;
       break;
     }
-    const double alpha = rho / curvature;
-    parallel_chunks(count, threads, [&](int first, int last) {
-      for (int i = first; i < last; ++i) {
-        dv[i] += alpha * direction_[i];
-        residual_[i] -= alpha * product_[i];
-      }
-    });
-    const double next = precondition();
-    const double beta = next / rho;
-    rho = next;
-    parallel_chunks(count, threads, [&](int first, int last) {
-      for (int i = first; i < last; ++i) direction_[i] = preconditioned_[i] + beta * direction_[i];
-    });
-    outcome.residual = weighted_residual(velocity_weight);
+    outcome.residual = advance(rho / curvature, velocity_weight, dv);
     ++outcome.iterations;
   }
+  outcome.multigrid = preconditioner_ != &block_jacobi_;
+  note_iterations(outcome);
   outcome.converged = outcome.residual <= tolerance;
   for (int i = 0; i < count; ++i) {
     if (pinned[i] != 0) {

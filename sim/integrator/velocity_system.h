@@ -1,19 +1,27 @@
-// The Newton matrix of an implicit step, reduced to the velocities and solved iteratively.
+// The Newton system of an implicit step, reduced to the velocities and solved iteratively.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "sim/integrator/dynamics.h"
+#include "sim/solver/block_jacobi.h"
+#include "sim/solver/multigrid.h"
+#include "sim/solver/velocity_matrix.h"
 
 namespace weft::sim {
 
 // For the Newton correction of y - gamma f(y) = const, (I - gamma J)(dx, dv) = (b_x, b_v), the
 // first rows give dx = b_x + gamma dv, and the second
-//   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K,
-// symmetric, with K = -dF/dx and D = -dF/dv. Solved by conjugate gradients preconditioned with the
-// inverses of A's diagonal 3x3 blocks. Contact enters A through its pairs, as they were at the last
-// force evaluation; the rest through block matrices.
+//   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K.
+// Solved by preconditioned conjugate gradients: multigrid where gamma times the highest frequency
+// makes it worth its set-up (or time.preconditioner says so), block-Jacobi elsewhere and wherever
+// multigrid meets a matrix that is not positive definite.
+//
+// The coarse matrices are kept while they do: they are formed anew once the iterations beyond those
+// of the first solve with them, digit for digit, cost as much. Counts decide, not times.
 class VelocitySystem {
  public:
   explicit VelocitySystem(Dynamics& dynamics);
@@ -25,7 +33,9 @@ class VelocitySystem {
     bool converged = false;
     bool indefinite = false;  // A direction of negative curvature was met: the step is too large
     int iterations = 0;
-    double residual = 0;  // in the norm of the tolerance
+    double residual = 0;     // in the norm of the tolerance
+    bool multigrid = false;  // what the last iteration was preconditioned with
+    int multigrid_set_ups = 0;
   };
   // Solves for the correction (x, v) of right-hand side b, both 6 * particles doubles. Stops when
   // the residual of the velocity rows, divided by the mass and multiplied by `weight` (6 *
@@ -35,17 +45,37 @@ class VelocitySystem {
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 double tolerance, std::span<double> correction, double relative = 1);
 
+  // sqrt of the largest eigenvalue of M^-1 K on the free particles (1/s), from below.
+  double highest_frequency();
+
  private:
-  void multiply(std::span<const Vec3> in, std::span<Vec3> out) const;
-  void invert_diagonal();
+  void form_right_side(const StateView& right);
   double precondition();  // z = P r; returns r.z
-  double weighted_residual(std::span<const Vec3> weight) const;
+  double advance(double alpha, std::span<const Vec3> weight, Vec3* dv);
+
+  bool wants_multigrid();
+  void prepare(Outcome& outcome);
+  bool set_up_multigrid(Outcome& outcome);
+  void use_block_jacobi();
+  bool renew(Outcome& outcome);
+  double excess(const Outcome& outcome) const;
+  void note_iterations(const Outcome& outcome);
 
   Dynamics& dynamics_;
-  BlockMatrix matrix_;  // A without contact
-  double gamma_ = 0;
-  std::vector<Mat3> inverse_diagonal_;
+  VelocityMatrix matrix_;
+  BlockJacobi block_jacobi_;
+  std::unique_ptr<Multigrid> multigrid_;  // made when first wanted
+  Preconditioner* preconditioner_ = &block_jacobi_;
   std::vector<Vec3> residual_, direction_, product_, preconditioned_;
+
+  // Of the multigrid's coarse matrices.
+  bool is_set_up_ = false;
+  double iterations_a_digit_ = 0;  // of the first solve with them; 0 before
+  double excess_iterations_ = 0;   // beyond that since
+  int start_iterations_ = 0;       // when the present solve began to use them
+  double start_residual_ = 0;
+  double frequency_ = -1;  // 1/s
+  std::int64_t frequency_assembly_ = 0;
 };
 
 }  // namespace weft::sim

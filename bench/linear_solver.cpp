@@ -1,0 +1,199 @@
+// The linear system of one implicit step of a sheet, preconditioned by block-Jacobi and by
+// multigrid: iterations and times against the size and the step.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "bench/experiments.h"
+#include "bench/medians.h"
+#include "sim/case/case_reader.h"
+#include "sim/integrator/velocity_system.h"
+
+namespace weft::bench {
+
+namespace {
+
+using namespace sim;
+
+std::unique_ptr<const Scene> sheet(int n, int threads, const std::string& preconditioner,
+                                   double bending_stiffness) {
+  Case source = parse_case(R"(
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+membrane_stiffness = 1000
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)",
+                           "sheet.toml", {"time.preconditioner=\"" + preconditioner + "\""});
+  source.compute.threads = threads;
+  source.material[0].bending_stiffness = bending_stiffness;
+  source.body[0].shape.resolution = {n, n};
+  return build_scene(source);
+}
+
+// A sheet bulged by a tenth of its size, which stretches it everywhere, and the right-hand side of
+// the first Newton iteration of a step from there.
+struct Problem {
+  Problem(int n, int threads, const std::string& preconditioner, double bending_stiffness)
+      : scene(sheet(n, threads, preconditioner, bending_stiffness)),
+        dynamics(*scene, statistics),
+        system(dynamics) {
+    std::vector<double> state = dynamics.initial_state();
+    auto* x = reinterpret_cast<Vec3*>(state.data());
+    constexpr double pi = std::numbers::pi;
+    for (int i = 0; i < dynamics.particle_count(); ++i) {
+      if (scene->pinned[i] != 0) continue;
+      x[i].z() += std::cos(pi * x[i].x()) * std::cos(pi * x[i].y()) *
+                  (0.1 + 0.002 * std::sin(17 * x[i].x() + 7 * x[i].y()));
+    }
+    rate.resize(state.size());
+    static_cast<void>(dynamics.rate(0, state, rate));
+    dynamics.assemble(0, state);
+    weight.assign(rate.size(), 1.0);
+    correction.resize(rate.size());
+  }
+
+  VelocitySystem::Outcome solve(double gamma, double relative) {
+    std::vector<double> b(rate.size(), 0.0);
+    double square = 0;
+    for (std::size_t i = b.size() / 2; i < b.size(); ++i) {
+      b[i] = gamma * rate[i];
+      square += b[i] * b[i];
+    }
+    return system.solve(gamma, b, weight, relative * std::sqrt(square), correction);
+  }
+
+  std::unique_ptr<const Scene> scene;
+  Statistics statistics;
+  Dynamics dynamics;
+  VelocitySystem system;
+  std::vector<double> rate, weight, correction;
+};
+
+struct Row {
+  int n = 0;
+  double gamma = 0, gamma_frequency = 0;
+  int threads = 1;
+  const char* method = "";
+  bool converged = false;
+  int iterations = 0;
+  double first_ms = 0, set_up_ms = 0, solve_ms = 0;
+};
+
+class Measurement {
+ public:
+  explicit Measurement(const LinearSolverOptions& options) : options_(options) {}
+
+  void run(int n, int threads) {
+    Problem jacobi(n, threads, "block_jacobi", options_.bending_stiffness);
+    Problem multigrid(n, threads, "multigrid", options_.bending_stiffness);
+    for (double gamma : options_.gammas) {
+      Row first{n, gamma, gamma * jacobi.system.highest_frequency(), threads};
+      Row second = first;
+      first.method = "block-jacobi";
+      second.method = "multigrid";
+      std::vector<double> solves[2], set_ups[2], images;
+      for (int i = 0; i < options_.repeats; ++i) {
+        measure(jacobi, gamma, first, solves[0], set_ups[0], nullptr);
+        measure(multigrid, gamma, second, solves[1], set_ups[1], &images);
+      }
+      first.solve_ms = median(solves[0]);
+      first.set_up_ms = median(set_ups[0]);
+      second.solve_ms = median(solves[1]);
+      second.set_up_ms = median(set_ups[1]);
+      second.first_ms = median(images);
+      for (const Row& row : {first, second}) {
+        rows_.push_back(row);
+        if (!options_.json) print(row);
+      }
+    }
+  }
+  const std::vector<Row>& rows() const { return rows_; }
+
+ private:
+  // Of one thread the time it used, which others on the machine do not lengthen; of several that of
+  // a clock.
+  template <class Work>
+  double ms(int threads, const Work& work) const {
+    return 1e3 * (threads == 1 ? thread_time_of(work) : wall_time_of(work));
+  }
+
+  // `images`: with a multigrid, whose images and patterns are found once a scene.
+  void measure(Problem& problem, double gamma, Row& row, std::vector<double>& solves,
+               std::vector<double>& set_ups, std::vector<double>* images) const {
+    VelocityMatrix matrix(problem.dynamics);
+    std::unique_ptr<Multigrid> multigrid;
+    if (images != nullptr) {
+      images->push_back(ms(row.threads, [&] {
+        multigrid = std::make_unique<Multigrid>(*problem.scene, matrix.blocks().shared_pattern());
+      }));
+      matrix.form(gamma);
+      static_cast<void>(multigrid->set_up(matrix));
+    }
+    set_ups.push_back(ms(row.threads, [&] {
+      matrix.form(gamma);
+      if (multigrid) static_cast<void>(multigrid->set_up(matrix));
+    }));
+    problem.system.set_up(gamma);
+    problem.solve(gamma, options_.tolerance);  // forms the coarse matrices
+    VelocitySystem::Outcome outcome;
+    solves.push_back(ms(row.threads, [&] { outcome = problem.solve(gamma, options_.tolerance); }));
+    row.iterations = outcome.iterations;
+    row.converged = outcome.converged && outcome.multigrid == (images != nullptr);
+  }
+
+  static void print(const Row& row) {
+    std::printf("%6d %9.2g %9.1f %8d  %-13s %9.1f %9.2f %9.2f %9.2f %6d%s\n", row.n, row.gamma,
+                row.gamma_frequency, row.threads, row.method, row.first_ms, row.set_up_ms,
+                row.solve_ms, row.set_up_ms + row.solve_ms, row.iterations,
+                row.converged ? "" : " not converged");
+    std::fflush(stdout);
+  }
+
+  const LinearSolverOptions& options_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace
+
+int run_linear_solver(const LinearSolverOptions& options) {
+  if (!options.json) {
+    std::printf(
+        "a bulged sheet of n x n vertices, relative residual %g, bending stiffness %g N m; "
+        "medians of %d interleaved repeats\n%6s %9s %9s %8s  %-13s %9s %9s %9s %9s %6s\n",
+        options.tolerance, options.bending_stiffness, options.repeats, "n", "gamma", "g*omega",
+        "threads", "method", "once ms", "set-up ms", "solve ms", "sum ms", "iterations");
+  }
+  Measurement measurement(options);
+  for (int n : options.sizes) {
+    for (int threads : options.threads) measurement.run(n, threads);
+  }
+  nlohmann::ordered_json json;
+  bool multigrid_converged = true;
+  for (const Row& row : measurement.rows()) {
+    multigrid_converged =
+        multigrid_converged && (row.converged || std::string(row.method) != "multigrid");
+    json["rows"].push_back({{"n", row.n},
+                            {"gamma_s", row.gamma},
+                            {"gamma_frequency", row.gamma_frequency},
+                            {"threads", row.threads},
+                            {"method", row.method},
+                            {"once_ms", row.first_ms},
+                            {"set_up_ms", row.set_up_ms},
+                            {"solve_ms", row.solve_ms},
+                            {"iterations", row.iterations},
+                            {"converged", row.converged}});
+  }
+  if (options.json) std::printf("%s\n", json.dump(2).c_str());
+  if (!multigrid_converged) std::fprintf(stderr, "multigrid did not converge\n");
+  return multigrid_converged ? 0 : 1;
+}
+
+}  // namespace weft::bench

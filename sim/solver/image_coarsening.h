@@ -1,0 +1,41 @@
+// Coarser and coarser images of the dynamic bodies, and the interpolations between them: the
+// geometry of the multigrid.
+//
+// An axis of `quads` intervals keeps the texels round(j quads / m), j = 0 .. m: its ends, and
+// between them m intervals that differ by no more than one texel. m is near half of `quads` and
+// then halves from level to level, so that texels of a level are texels of the one before, whatever
+// the size of the image. Both axes of a patch are coarsened together; a patch stays as it is once
+// either of them cannot be.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// Interpolates from the nodes of a level to those of the finer one: fine = sum of weight * coarse.
+struct Prolongation {
+  int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
+  int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
+
+  // By fine node: the coarse nodes it hangs on, up to four, bilinear in texels. A fixed node has
+  // none. The weights sum to 1, but for nodes that hang on coarse ones without any free node.
+  std::vector<int> row_start, column;
+  std::vector<double> weight;
+  // The transpose, by coarse node: its fine nodes in ascending order; at least one each.
+  std::vector<int> child_start, child;
+  std::vector<double> child_weight;
+
+  // coarse = transpose * fine, and fine += this * coarse.
+  void restrict_to(std::span<const Vec3> fine, std::span<Vec3> coarse, int threads) const;
+  void add_to(std::span<const Vec3> coarse, std::span<Vec3> fine, int threads) const;
+};
+
+// From the particles of the dynamic bodies to the coarsest level; at least one. Where nothing can
+// be coarsened the coarsest level has all free particles. Texels of several patches that share a
+// particle share its node on every level that keeps it. O(texels).
+std::vector<Prolongation> coarsen_images(const Scene& scene);
+
+}  // namespace weft::sim

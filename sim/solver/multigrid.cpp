@@ -1,0 +1,207 @@
+#include "sim/solver/multigrid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/parallel.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Adds to a pattern the pairs in reach.
+std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
+                                               const Contact& contact) {
+  const int count = pattern.rows();
+  std::vector<std::vector<int>> neighbours(count);
+  for (int row = 0; row < count; ++row) {
+    for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot)
+      neighbours[row].push_back(pattern.column(slot));
+  }
+  for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
+    const std::array<int, 4>& nodes = contact.pair_nodes(pair);
+    for (int a : nodes) {
+      for (int b : nodes) {
+        if (a < count && b < count) neighbours[a].push_back(b);
+      }
+    }
+  }
+  return std::make_shared<const BlockPattern>(neighbours);
+}
+
+// to = from, whose pattern is part of the other one.
+void copy_into_larger(const BlockMatrix& from, SingleBlockMatrix& to, int threads) {
+  const BlockPattern& pattern = from.pattern();
+  const BlockPattern& larger = to.pattern();
+  to.set_zero();
+  parallel_chunks(pattern.rows(), threads, [&](int first, int last) {
+    for (int row = first; row < last; ++row) {
+      int slot = larger.row_begin(row);
+      for (int source = pattern.row_begin(row); source < pattern.row_end(row); ++source) {
+        while (larger.column(slot) != pattern.column(source)) ++slot;
+        to.block(slot) = from.block(source).cast<float>();
+      }
+    }
+  });
+}
+
+// to = from, of the same pattern.
+void copy(const BlockMatrix& from, SingleBlockMatrix& to, int threads) {
+  const BlockPattern& pattern = from.pattern();
+  const double* source = from.values().data();
+  float* target = to.values().data();
+  parallel_chunks(pattern.rows(), threads, [&](int first, int last) {
+    const std::size_t end = 9 * static_cast<std::size_t>(pattern.row_end(last - 1));
+    for (std::size_t i = 9 * static_cast<std::size_t>(pattern.row_begin(first)); i < end; ++i)
+      target[i] = static_cast<float>(source[i]);
+  });
+}
+
+void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) {
+  const BlockPattern& pattern = matrix.pattern();
+  for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
+    const Contact::Coupling coupling = contact.definite_coupling(pair, gamma);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        if (coupling.nodes[i] >= pattern.rows() || coupling.nodes[j] >= pattern.rows()) continue;
+        matrix.block(pattern.slot(coupling.nodes[i], coupling.nodes[j])) +=
+            (coupling.weight[i] * coupling.weight[j] * coupling.block).cast<float>();
+      }
+    }
+  }
+}
+
+// Inverts the diagonal blocks, zero for those that are left out; false where one is not positive
+// definite.
+template <class LeftOut>
+bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut& left_out,
+                     std::vector<Mat3>& inverse) {
+  const BlockPattern& pattern = matrix.pattern();
+  const double bad = parallel_sum(pattern.rows(), threads, [&](int first, int last) {
+    int count = 0;
+    for (int i = first; i < last; ++i) {
+      if (left_out(i)) {
+        inverse[i].setZero();
+      } else if (!invert_definite(matrix.block(pattern.diagonal_slot(i)).cast<double>(),
+                                  inverse[i])) {
+        ++count;
+      }
+    }
+    return count;
+  });
+  return bad == 0;
+}
+
+}  // namespace
+
+Multigrid::Level::Level(std::shared_ptr<const BlockPattern> pattern)
+    : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
+
+Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern)
+    : pattern_(std::move(pattern)),
+      prolongations_(coarsen_images(scene)),
+      residual_(pattern_->rows()) {
+  find_patterns(pattern_);
+}
+
+void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
+  levels_.clear();
+  levels_.emplace_back(finest);
+  for (const Prolongation& prolongation : prolongations_) {
+    finest = galerkin_pattern(*finest, prolongation);
+    Level& level = levels_.emplace_back(finest);
+    level.b.resize(finest->rows());
+    level.x.resize(finest->rows());
+  }
+  analysed_ = false;
+}
+
+// A on the finest level.
+bool Multigrid::take_finest(const VelocityMatrix& matrix) {
+  version_ = matrix.version();
+  Level& finest = levels_.front();
+  if (with_contact_) {
+    copy_into_larger(matrix.blocks(), finest.matrix, matrix.threads());
+    add_pairs(*matrix.dynamics().contact(), matrix.gamma(), finest.matrix);
+  } else {
+    copy(matrix.blocks(), finest.matrix, matrix.threads());
+  }
+  const std::vector<char>& pinned = matrix.scene().pinned;
+  return invert_diagonal(
+      finest.matrix, matrix.threads(), [&](int i) { return pinned[i] != 0; },
+      finest.inverse_diagonal);
+}
+
+bool Multigrid::set_up(const VelocityMatrix& matrix) {
+  if (matrix.has_contact()) {
+    find_patterns(with_pairs(*pattern_, *matrix.dynamics().contact()));
+  } else if (with_contact_) {
+    find_patterns(pattern_);
+  }
+  with_contact_ = matrix.has_contact();
+  if (!take_finest(matrix)) return false;
+  for (std::size_t i = 1; i < levels_.size(); ++i) {
+    Level& level = levels_[i];
+    galerkin_product(levels_[i - 1].matrix, prolongations_[i - 1], level.matrix, matrix.threads());
+    if (i + 1 < levels_.size() &&
+        !invert_diagonal(
+            level.matrix, matrix.threads(), [](int) { return false; }, level.inverse_diagonal))
+      return false;
+  }
+  return factor_coarsest();
+}
+
+bool Multigrid::update(const VelocityMatrix& matrix) {
+  return with_contact_ || version_ == matrix.version() || take_finest(matrix);
+}
+
+bool Multigrid::factor_coarsest() {
+  const SingleBlockMatrix& matrix = levels_.back().matrix;
+  const BlockPattern& pattern = matrix.pattern();
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(matrix.values().size());
+  for (int row = 0; row < pattern.rows(); ++row) {
+    for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
+      for (int i = 0; i < 9; ++i) {
+        entries.emplace_back(3 * row + i % 3, 3 * pattern.column(slot) + i / 3,
+                             matrix.block(slot)(i % 3, i / 3));
+      }
+    }
+  }
+  coarsest_.resize(3 * pattern.rows(), 3 * pattern.rows());
+  coarsest_.setFromTriplets(entries.begin(), entries.end());
+  if (!analysed_) cholesky_.analyzePattern(coarsest_);
+  analysed_ = true;
+  cholesky_.factorize(coarsest_);
+  return cholesky_.info() == Eigen::Success;
+}
+
+void Multigrid::solve_coarsest() {
+  Level& level = levels_.back();
+  if (level.b.empty()) return;  // all particles are pinned
+  const auto size = static_cast<Eigen::Index>(3 * level.b.size());
+  Eigen::Map<Eigen::VectorXd>(level.x[0].data(), size) =
+      cholesky_.solve(Eigen::Map<const Eigen::VectorXd>(level.b[0].data(), size));
+}
+
+void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x, int threads) {
+  if (i + 1 == levels_.size()) {
+    solve_coarsest();
+    return;
+  }
+  const Level& level = levels_[i];
+  Level& coarser = levels_[i + 1];
+  const std::span<Vec3> residual = std::span(residual_).first(x.size());
+  level.sweeps.solve_forward(level.matrix, level.inverse_diagonal, b, x, threads);
+  level.sweeps.remaining(level.matrix, x, residual, threads);
+  prolongations_[i].restrict_to(residual, coarser.b, threads);
+  cycle(i + 1, coarser.b, coarser.x, threads);
+  prolongations_[i].add_to(coarser.x, x, threads);
+  level.sweeps.sweep_backward(level.matrix, level.inverse_diagonal, b, x, threads);
+}
+
+void Multigrid::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
+  cycle(0, r, z, matrix.threads());
+}
+
+}  // namespace weft::sim

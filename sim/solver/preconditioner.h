@@ -1,0 +1,24 @@
+// What conjugate gradients are preconditioned with.
+#pragma once
+
+#include <span>
+
+#include "sim/solver/velocity_matrix.h"
+
+namespace weft::sim {
+
+// A symmetric, positive definite approximation of the inverse of A, on the free particles.
+class Preconditioner {
+ public:
+  virtual ~Preconditioner() = default;
+  // Takes over the present A, as far as that is cheap: called before every solve. False where A
+  // does not allow it.
+  [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
+  // z = P r. Pinned particles get zero.
+  virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
+};
+
+// The inverse of a symmetric block, where it is positive definite.
+[[nodiscard]] bool invert_definite(const Mat3& block, Mat3& inverse);
+
+}  // namespace weft::sim

@@ -1,0 +1,282 @@
+#include "sim/solver/multigrid.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "sim/case/case_reader.h"
+#include "sim/integrator/velocity_system.h"
+
+namespace weft::sim {
+namespace {
+
+std::string sheet(int rows, int cols) {
+  return "{ type = \"rectangle\", size = [1.0, 1.0], resolution = [" + std::to_string(rows) + ", " +
+         std::to_string(cols) + "] }";
+}
+
+struct Setting {
+  std::string shape{};
+  std::string more{};      // pins, obstacles, further bodies
+  std::string material{};  // keys
+  std::string contact = "enabled = false";
+  std::string preconditioner = "multigrid";
+  int threads = 1;
+};
+
+// The dynamics of a slightly stretched body.
+class DeformedScene {
+ public:
+  explicit DeformedScene(const Setting& setting)
+      : scene_(build_scene(parse_case(
+            "[time]\npreconditioner = \"" + setting.preconditioner + "\"\n[contact]\n" +
+                setting.contact + "\n[compute]\nbackend = \"cpu\"\nthreads = " +
+                std::to_string(setting.threads) + "\n[material.cloth]\n" + setting.material +
+                "\n[[body]]\nname = \"body\"\nshape = " + setting.shape + "\n" + setting.more,
+            "test.toml", {}))),
+        dynamics_(*scene_, statistics_),
+        state_(dynamics_.initial_state()) {
+    auto* x = reinterpret_cast<Vec3*>(state_.data());
+    for (int i = 0; i < dynamics_.particle_count(); ++i) {
+      if (scene_->pinned[i] != 0 || scene_->source.contact.enabled) continue;
+      // Out of its plane, a sheet is stretched everywhere.
+      const Vec3 p = x[i];
+      const double pi = std::numbers::pi;
+      if (setting.shape.find("rectangle") != std::string::npos) {
+        x[i].z() += std::cos(pi * p.x()) * std::cos(pi * p.y()) *
+                    (0.1 + 0.002 * std::sin(17 * p.x() + 7 * p.y()));
+      } else {
+        x[i] *= 1.01 + 0.005 * std::sin(3 * p.x());
+      }
+    }
+    rate_.resize(state_.size());
+    EXPECT_FALSE(dynamics_.rate(0, state_, rate_));
+    dynamics_.assemble(0, state_);
+  }
+
+  Dynamics& dynamics() { return dynamics_; }
+  const Scene& scene() const { return *scene_; }
+
+  // The right-hand side of the first Newton iteration of a step, zero positions.
+  std::vector<double> right_side(double gamma) const {
+    std::vector<double> b(rate_.size());
+    for (std::size_t i = b.size() / 2; i < b.size(); ++i) b[i] = gamma * rate_[i];
+    return b;
+  }
+  // Solves for it to a relative residual, in the norm of accelerations.
+  VelocitySystem::Outcome solve(VelocitySystem& system, double gamma, double relative,
+                                std::vector<double>& correction) const {
+    const std::vector<double> b = right_side(gamma), weight(b.size(), 1.0);
+    double square = 0;
+    for (double value : b) square += value * value;
+    correction.assign(b.size(), 0.0);
+    system.set_up(gamma);
+    return system.solve(gamma, b, weight, relative * std::sqrt(square), correction);
+  }
+
+ private:
+  std::unique_ptr<const Scene> scene_;
+  Statistics statistics_;
+  Dynamics dynamics_;
+  std::vector<double> state_, rate_;
+};
+
+// What a linear map of velocities does to every unit vector; zero rows and columns for pinned ones.
+template <class Map>
+Eigen::MatrixXd dense(const Scene& scene, const Map& map) {
+  const int count = scene.dynamic_particles;
+  Eigen::MatrixXd result(3 * count, 3 * count);
+  std::vector<Vec3> in(count, Vec3::Zero()), out(count);
+  for (int i = 0; i < 3 * count; ++i) {
+    in[i / 3][i % 3] = scene.pinned[i / 3] != 0 ? 0 : 1;
+    map(in, out);
+    in[i / 3].setZero();
+    result.col(i) = Eigen::Map<const Eigen::VectorXd>(out[0].data(), 3 * count);
+  }
+  return result;
+}
+
+std::vector<Setting> settings() {
+  const std::string pins = "[[body.pin]]\ncorners = [\"last_first\", \"last_last\"]\n";
+  const std::string touching = "range = 0.004\nfriction = 0.3";
+  return {
+      {.shape = sheet(16, 16), .more = pins},
+      {.shape = sheet(17, 13),
+       .more = "[[body.pin]]\nedges = [\"first_row\"]\n",
+       .material = "bending_stiffness = 1e-4"},
+      {.shape = sheet(11, 18),
+       .more = pins,
+       .material = "membrane = \"springs\"\nbend_stiffness = 10"},
+      {.shape = sheet(13, 13),
+       .more = pins,
+       .material = "stiffness_damping = 1e-3\nmass_damping = 1.0\nnormal_drag = 1.0"},
+      {.shape = sheet(2, 40), .more = pins},
+      {.shape = R"({ type = "cylinder", radius = 0.3, length = 1.0, resolution = [11, 17] })"},
+      {.shape =
+           R"({ type = "torus", major_radius = 0.5, minor_radius = 0.2, resolution = [12, 15] })"},
+      {.shape = R"({ type = "sphere", radius = 0.5, resolution = [7] })",
+       .material = "bending_stiffness = 1e-3"},
+      // On an obstacle.
+      {.shape = sheet(13, 13),
+       .more = "[[obstacle]]\nname = \"floor\"\nposition = [0, 0, -0.0025]\nshape = " + sheet(4, 4),
+       .contact = touching},
+      // Two sheets on each other, held by one.
+      {.shape = sheet(11, 11),
+       .more = pins + "[[body]]\nname = \"upper\"\nposition = [0.03, 0.02, 0.003]\nshape = " +
+               sheet(10, 12),
+       .contact = touching},
+  };
+}
+
+TEST(Multigrid, GalerkinProductIsThatOfDenseMatrices) {
+  DeformedScene deformed({.shape = sheet(10, 13),
+                          .more = "[[body.pin]]\ncorners = [\"all\"]\n",
+                          .material = "bending_stiffness = 1e-3"});
+  VelocityMatrix matrix(deformed.dynamics());
+  matrix.form(0.01);
+  const Prolongation p = coarsen_images(deformed.scene())[0];
+  const BlockPattern& pattern = matrix.blocks().pattern();
+  SingleBlockMatrix fine(matrix.blocks().shared_pattern());
+  std::copy(matrix.blocks().values().begin(), matrix.blocks().values().end(),
+            fine.values().begin());
+  SingleBlockMatrix coarse(galerkin_pattern(pattern, p));
+  galerkin_product(fine, p, coarse, 2);
+  const Eigen::MatrixXd a =
+      dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
+  Eigen::MatrixXd interpolation = Eigen::MatrixXd::Zero(3 * p.fine_count(), 3 * p.coarse_count());
+  for (int i = 0; i < p.fine_count(); ++i) {
+    for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
+      interpolation.block<3, 3>(3 * i, 3 * p.column[k]) = p.weight[k] * Mat3::Identity();
+  }
+  Eigen::MatrixXd expected = interpolation.transpose() * a * interpolation;
+  const double size = expected.cwiseAbs().maxCoeff();
+  for (int row = 0; row < coarse.pattern().rows(); ++row) {
+    for (int slot = coarse.pattern().row_begin(row); slot < coarse.pattern().row_end(row); ++slot)
+      expected.block<3, 3>(3 * row, 3 * coarse.pattern().column(slot)) -=
+          coarse.block(slot).cast<double>();
+  }
+  EXPECT_LT(expected.cwiseAbs().maxCoeff(), 1e-6 * size);
+}
+
+TEST(Multigrid, IsSymmetricAndPositiveDefinite) {
+  for (const Setting& setting : settings()) {
+    SCOPED_TRACE(setting.shape + setting.more);
+    DeformedScene deformed(setting);
+    VelocityMatrix matrix(deformed.dynamics());
+    Multigrid multigrid(deformed.scene(), matrix.blocks().shared_pattern());
+    // The coarse matrices of another step are allowed.
+    matrix.form(0.002);
+    ASSERT_TRUE(multigrid.set_up(matrix));
+    matrix.form(0.01);
+    ASSERT_TRUE(multigrid.update(matrix));
+    Eigen::MatrixXd p = dense(deformed.scene(),
+                              [&](const auto& in, auto& out) { multigrid.apply(matrix, in, out); });
+    EXPECT_LT((p - p.transpose()).cwiseAbs().maxCoeff(), 1e-5 * p.cwiseAbs().maxCoeff());
+    for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
+      if (deformed.scene().pinned[i] != 0) p.diagonal().segment<3>(3 * i).setOnes();
+    }
+    const Eigen::MatrixXd symmetric = 0.5 * (p + p.transpose());
+    EXPECT_EQ(symmetric.llt().info(), Eigen::Success);
+  }
+}
+
+TEST(Multigrid, SolvesAsADirectSolverDoes) {
+  for (const Setting& setting : settings()) {
+    SCOPED_TRACE(setting.shape + setting.more);
+    DeformedScene deformed(setting);
+    const double gamma = 0.01;
+    VelocitySystem system(deformed.dynamics());
+    std::vector<double> correction;
+    const auto outcome = deformed.solve(system, gamma, 1e-9, correction);
+    EXPECT_TRUE(outcome.converged);
+    EXPECT_TRUE(outcome.multigrid);
+    VelocityMatrix matrix(deformed.dynamics());
+    matrix.form(gamma);
+    Eigen::MatrixXd a =
+        dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
+    const std::vector<double> b = deformed.right_side(gamma);
+    Eigen::VectorXd right = Eigen::Map<const Eigen::VectorXd>(b.data() + b.size() / 2, a.rows());
+    for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
+      right.segment<3>(3 * i) *= deformed.scene().mass[i];
+      if (deformed.scene().pinned[i] != 0) a.diagonal().segment<3>(3 * i).setOnes();
+    }
+    const Eigen::VectorXd expected = a.llt().solve(right);
+    const Eigen::Map<const Eigen::VectorXd> found(correction.data() + b.size() / 2, a.rows());
+    EXPECT_LT((found - expected).norm(), 1e-6 * expected.norm());
+  }
+}
+
+TEST(Multigrid, IterationsDependOnNeitherSizeNorStep) {
+  for (int n : {17, 33, 48, 65, 101, 129}) {
+    DeformedScene deformed({.shape = sheet(n, n),
+                            .more = "[[body.pin]]\ncorners = [\"last_first\", \"last_last\"]\n",
+                            .material = "bending_stiffness = 1e-5"});
+    for (double gamma : {1e-3, 1.0 / 60, 0.1}) {
+      VelocitySystem system(deformed.dynamics());
+      std::vector<double> correction;
+      const auto outcome = deformed.solve(system, gamma, 1e-4, correction);
+      EXPECT_TRUE(outcome.converged && outcome.multigrid) << n << ", " << gamma;
+      EXPECT_LE(outcome.iterations, 12) << n << ", " << gamma;
+      RecordProperty("iterations_" + std::to_string(n) + "_" + std::to_string(gamma),
+                     outcome.iterations);
+    }
+  }
+}
+
+TEST(Multigrid, HasTheSameBitsOnAnyNumberOfThreads) {
+  for (const char* shape : {R"({ type = "rectangle", size = [1.0, 1.0], resolution = [60, 70] })",
+                            R"({ type = "sphere", radius = 0.5, resolution = [25] })"}) {
+    std::vector<double> first;
+    for (int threads : {1, 2, 3}) {
+      DeformedScene deformed(
+          {.shape = shape, .material = "bending_stiffness = 1e-5", .threads = threads});
+      VelocitySystem system(deformed.dynamics());
+      std::vector<double> correction;
+      EXPECT_TRUE(deformed.solve(system, 0.01, 1e-6, correction).multigrid);
+      if (first.empty()) first = correction;
+      EXPECT_EQ(first, correction);
+    }
+  }
+}
+
+TEST(Multigrid, IsChosenForLongStepsAlone) {
+  DeformedScene deformed({.shape = sheet(33, 33), .preconditioner = "automatic"});
+  VelocitySystem system(deformed.dynamics());
+  std::vector<double> correction;
+  EXPECT_FALSE(deformed.solve(system, 1 / system.highest_frequency(), 1e-4, correction).multigrid);
+  EXPECT_TRUE(deformed.solve(system, 100 / system.highest_frequency(), 1e-4, correction).multigrid);
+}
+
+TEST(Multigrid, KeepsItsCoarseMatricesWhileTheyServe) {
+  DeformedScene deformed({.shape = sheet(33, 33), .more = "[[body.pin]]\ncorners = [\"all\"]\n"});
+  VelocitySystem system(deformed.dynamics());
+  std::vector<double> correction;
+  int set_ups = deformed.solve(system, 0.01, 1e-4, correction).multigrid_set_ups;
+  EXPECT_EQ(set_ups, 1);
+  for (double gamma : {0.0101, 0.0102, 0.0099})
+    set_ups += deformed.solve(system, gamma, 1e-4, correction).multigrid_set_ups;
+  EXPECT_EQ(set_ups, 1);
+  // A step a hundred times as long is another matter.
+  for (int i = 0; i < 3; ++i)
+    set_ups += deformed.solve(system, 1.0, 1e-4, correction).multigrid_set_ups;
+  EXPECT_EQ(set_ups, 2);
+}
+
+// Cloth pushed together: A is indefinite, which is told, and nothing else happens.
+TEST(Multigrid, ReportsAnIndefiniteMatrix) {
+  DeformedScene deformed({.shape = sheet(17, 17)});
+  std::vector<double> state = deformed.dynamics().initial_state();
+  for (std::size_t i = 0; i < state.size() / 2; ++i) state[i] *= 0.5;
+  deformed.dynamics().assemble(0, state);
+  VelocitySystem system(deformed.dynamics());
+  std::vector<double> correction;
+  const auto outcome = deformed.solve(system, 0.1, 1e-8, correction);
+  EXPECT_FALSE(outcome.converged);
+  EXPECT_TRUE(outcome.indefinite);
+}
+
+}  // namespace
+}  // namespace weft::sim
