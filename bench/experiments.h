@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,24 @@ struct LinearSolverOptions {
   int repeats = 7;
 };
 int run_linear_solver(const LinearSolverOptions& options);
+
+// Run time against error of every method of time integration, over a ladder of tolerances or steps,
+// on case files.
+struct AccuracyOptions {
+  std::vector<std::string> cases;
+  std::vector<std::string> overrides;  // of the cases: KEY=VALUE
+  std::vector<std::string> methods;    // empty: all
+  std::optional<double> horizon;       // s; the duration of the case
+  double reference_tolerance = 1e-8;   // m
+  double reference_budget = 600;       // s of CPU time
+  double certainty = 1e-6;             // m: where two references part by more, the horizon ends
+  double budget = 60;                  // s of CPU time, of one run
+  int repeats = 1;
+  bool json = false;
+  std::filesystem::path plot;  // SVG file; empty: none
+};
+std::vector<std::string> accuracy_methods();
+int run_accuracy(const AccuracyOptions& options);
 
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();

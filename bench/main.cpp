@@ -20,6 +20,7 @@ struct Arguments {
   int narrow_phase_size = 128;
   GpuOptions gpu;
   LinearSolverOptions linear_solver;
+  AccuracyOptions accuracy;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -118,6 +119,29 @@ void add_linear_solver(CLI::App& sub, Arguments& arguments) {
       ->capture_default_str();
 }
 
+void add_accuracy(CLI::App& sub, Arguments& arguments) {
+  AccuracyOptions& options = arguments.accuracy;
+  sub.add_option("case", options.cases, "Case files")->required()->check(CLI::ExistingFile);
+  sub.add_option("--set", options.overrides, "KEY=VALUE of the cases")->allow_extra_args(false);
+  sub.add_option("--methods", options.methods, "Methods (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(accuracy_methods()));
+  const auto add_positive = [&](const char* name, auto& value, const char* description) {
+    sub.add_option(name, value, description)->check(CLI::PositiveNumber)->capture_default_str();
+  };
+  add_positive("--horizon", options.horizon, "Compare at this time, s (default: the duration)");
+  add_positive("--reference-tolerance", options.reference_tolerance, "Of the references, m");
+  add_positive("--reference-budget", options.reference_budget, "CPU time of a reference, s");
+  add_positive("--certainty", options.certainty,
+               "The horizon ends where the two references part by more, m");
+  add_positive("--budget", options.budget, "CPU time of a run, s");
+  sub.add_option("--repeats", options.repeats, "Runs that medians are taken of")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  sub.add_flag("--json", options.json, "Print JSON instead of tables");
+  sub.add_option("--plot", options.plot, "SVG file of the chart");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -168,6 +192,8 @@ constexpr std::array experiments{
     Experiment{"linear-solver", "Multigrid beside block-Jacobi, by size and step",
                add_linear_solver,
                [](const Arguments& a) { return run_linear_solver(a.linear_solver); }},
+    Experiment{"accuracy", "Run time against error of all methods of time integration",
+               add_accuracy, [](const Arguments& a) { return run_accuracy(a.accuracy); }},
 #ifdef WEFT_BENCH_GPU
     Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
                [](const Arguments& a) { return run_paper_lod(a.paper); }},

@@ -1,0 +1,56 @@
+#include "bench/timed_run.h"
+
+#include <cmath>
+
+#include "bench/medians.h"
+#include "sim/case/case_text.h"
+
+namespace weft::bench {
+
+namespace {
+
+using namespace sim;
+
+// The failure, if any. Frames are interpolated as a recorder would.
+std::string advance(Integrator& integrator, std::span<const double> times, double budget,
+                    std::vector<double>& state, TimedRun& run) {
+  const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  std::size_t next = 0;
+  while (next < times.size()) {
+    if (auto failure = integrator.step()) return *failure;
+    for (; next < times.size() && times[next] <= integrator.time(); ++next) {
+      integrator.state_at(times[next], state);
+      const std::span<const Vec3> position = StateView::of(state).position;
+      run.positions.emplace_back(position.begin(), position.end());
+    }
+    if (seconds(CLOCK_PROCESS_CPUTIME_ID) - start > budget)
+      return "over the budget of " + number_text(budget) +
+             " s at t = " + number_text(integrator.time()) + " s";
+  }
+  return {};
+}
+
+}  // namespace
+
+TimedRun simulate(const Case& source, std::span<const double> times, double budget) {
+  const auto scene = build_scene(source);
+  Statistics statistics;
+  Dynamics dynamics(*scene, statistics);
+  const auto integrator = make_integrator(*scene, dynamics);
+  TimedRun run;
+  std::vector<double> state = dynamics.initial_state();
+  run.first = dynamics.energies(0, state);
+  run.cpu = cpu_time_of([&] { run.failure = advance(*integrator, times, budget, state, run); });
+  run.counts = integrator->counts();
+  const double reached = run.positions.empty() ? 0 : times[run.positions.size() - 1];
+  run.last = dynamics.energies(reached, state);
+  return run;
+}
+
+double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+}  // namespace weft::bench

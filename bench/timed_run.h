@@ -1,0 +1,28 @@
+// One simulation, timed, without a trajectory file.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/integrator/integrator.h"
+
+namespace weft::bench {
+
+struct TimedRun {
+  std::string failure;  // empty: reached the last time
+  double cpu = 0;       // s, of the whole process, without setting up the scene
+  sim::IntegratorCounts counts;
+  // Positions of the dynamic particles (m) at each of the times that were reached.
+  std::vector<std::vector<sim::Vec3>> positions;
+  sim::Energies first, last;  // at the start and at the last time reached
+};
+
+// From t = 0 to the last of `times` (s, increasing, > 0). Stops with a failure when it has taken
+// more CPU time than `budget` (s).
+TimedRun simulate(const sim::Case& source, std::span<const double> times, double budget);
+
+// Root mean square over particles of the distance between two states, m.
+double rms_distance(std::span<const sim::Vec3> a, std::span<const sim::Vec3> b);
+
+}  // namespace weft::bench
