@@ -82,16 +82,14 @@ Table describe(TimeCase& target) {
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("position_tolerance", &position_tolerance, "m", positive,
-            "Error of a position allowed per step, or left in the solution of one of fixed length; "
-            "with contact at most 0.005 of contact.range.")
-          .only_for("method", {"cvode", "arkode", "euler", "static", "implicit_midpoint"}),
+            "Error of a position allowed per step, or left in the solution of an implicit one of "
+            "fixed length; "
+            "with contact at most 0.005 of contact.range."),
       field("velocity_tolerance", &velocity_tolerance, "m/s", positive,
             "Error of a velocity allowed per step; with contact at most 0.5 /s of contact.range.")
-          .with_default("100 /s of position_tolerance")
-          .only_for("method", {"cvode", "arkode", "euler", "static", "implicit_midpoint"}),
+          .with_default("100 /s of position_tolerance"),
       field("relative_tolerance", &relative_tolerance, "", {0, 1, true, true},
-            "Error allowed per step as a fraction of the speed.")
-          .only_for("method", {"cvode", "arkode", "euler", "static", "implicit_midpoint"}),
+            "Error allowed per step as a fraction of the speed."),
       field("step", &step, "s", positive,
             "Fixed step; longer than minimum_step; implicit_midpoint and verlet need one.")
           .with_default("chosen by the tolerances")

@@ -1,31 +1,40 @@
 #include "sim/integrator/direct_solver.h"
 
 #include <Eigen/SparseCholesky>
-#include <cmath>
+#include <algorithm>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 namespace weft::sim {
 
 struct DirectSolver::Implementation {
   explicit Implementation(Dynamics& dynamics_) : dynamics(dynamics_) {}
-  void add_block(int row, int column, const Mat3& block);
+  void add_block(int block_row, int block_column, const Mat3& block);
   void assemble(double gamma);
+  void compress(int size);
   Eigen::VectorXd right_side(double gamma, const StateView& b) const;
 
   Dynamics& dynamics;
-  std::vector<Eigen::Triplet<double>> entries;
-  Eigen::SparseMatrix<double> matrix;
+  // One of the lower half of A; those of one place add up.
+  struct Entry {
+    int column = 0, row = 0;
+    double value = 0;
+  };
+  std::vector<Entry> entries;
+  std::vector<int> column_start, row;
+  std::vector<double> value;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
 };
 
 // The lower half is enough.
-void DirectSolver::Implementation::add_block(int row, int column, const Mat3& block) {
+void DirectSolver::Implementation::add_block(int block_row, int block_column, const Mat3& block) {
   const std::vector<char>& pinned = dynamics.scene().pinned;
-  if (pinned[row] != 0 || pinned[column] != 0) return;
+  if (pinned[block_row] != 0 || pinned[block_column] != 0) return;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      if (3 * row + i >= 3 * column + j) {
-        entries.emplace_back(3 * row + i, 3 * column + j, block(i, j));
+      if (3 * block_row + i >= 3 * block_column + j) {
+        entries.push_back({3 * block_column + j, 3 * block_row + i, block(i, j)});
       }
     }
   }
@@ -35,20 +44,41 @@ void DirectSolver::Implementation::assemble(double gamma) {
   entries.clear();
   const BlockMatrix &stiffness = dynamics.stiffness(), &damping = dynamics.damping();
   const BlockPattern& pattern = stiffness.pattern();
-  for (int row = 0; row < pattern.rows(); ++row) {
-    for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
-      add_block(row, pattern.column(slot),
+  for (int i = 0; i < pattern.rows(); ++i) {
+    for (int slot = pattern.row_begin(i); slot < pattern.row_end(i); ++slot) {
+      add_block(i, pattern.column(slot),
                 gamma * (gamma * stiffness.block(slot) + damping.block(slot)));
     }
-    const double mass = dynamics.scene().mass[row];
-    for (int i = 0; i < 3; ++i) entries.emplace_back(3 * row + i, 3 * row + i, mass);
+    const double mass = dynamics.scene().mass[i];
+    for (int axis = 0; axis < 3; ++axis) entries.push_back({3 * i + axis, 3 * i + axis, mass});
   }
   if (dynamics.contact() != nullptr) {
     dynamics.contact()->visit_blocks(
-        gamma, [&](int row, int column, const Mat3& block) { add_block(row, column, block); });
+        gamma, [&](int i, int j, const Mat3& block) { add_block(i, j, block); });
   }
-  matrix.resize(3 * pattern.rows(), 3 * pattern.rows());
-  matrix.setFromTriplets(entries.begin(), entries.end());
+  compress(3 * pattern.rows());
+}
+
+// Entries by column; the order of those of one place stays, so that their sum has the same bits.
+void DirectSolver::Implementation::compress(int size) {
+  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::pair(a.column, a.row) < std::pair(b.column, b.row);
+  });
+  column_start.assign(size + 1, 0);
+  row.clear();
+  value.clear();
+  const Entry* last = nullptr;
+  for (const Entry& entry : entries) {
+    if (last != nullptr && last->column == entry.column && last->row == entry.row) {
+      value.back() += entry.value;
+    } else {
+      row.push_back(entry.row);
+      value.push_back(entry.value);
+      ++column_start[entry.column + 1];
+    }
+    last = &entry;
+  }
+  std::partial_sum(column_start.begin(), column_start.end(), column_start.begin());
 }
 
 // M b_v - gamma K b_x, as in VelocitySystem.
@@ -75,7 +105,10 @@ DirectSolver::~DirectSolver() = default;
 bool DirectSolver::solve(double gamma, std::span<const double> b, std::span<double> correction) {
   Implementation& self = *implementation_;
   self.assemble(gamma);
-  self.factors.compute(self.matrix);
+  const auto size = static_cast<Eigen::Index>(self.column_start.size()) - 1;
+  self.factors.compute(Eigen::Map<const Eigen::SparseMatrix<double>>(
+      size, size, static_cast<Eigen::Index>(self.value.size()), self.column_start.data(),
+      self.row.data(), self.value.data()));
   if (self.factors.info() != Eigen::Success) return false;
   if (!(self.factors.vectorD().minCoeff() > 0)) return false;
   const StateView right = StateView::of(b);

@@ -2,40 +2,27 @@
 #include <cmath>
 
 #include "sim/integrator/integrator_makers.h"
-#include "sim/integrator/one_step_integrator.h"
-#include "sim/integrator/stage_solver.h"
+#include "sim/integrator/stage_integrator.h"
 #include "sim/integrator/tolerances.h"
 
 namespace weft::sim {
 
 namespace {
 
-class EulerIntegrator final : public OneStepIntegrator {
+class EulerIntegrator final : public StageIntegrator {
  public:
   EulerIntegrator(const Scene& scene, Dynamics& dynamics)
-      : OneStepIntegrator(scene, dynamics),
-        solver_(scene, dynamics, scene.source.time.newton),
+      : StageIntegrator(scene, dynamics),
         rate_(dynamics.state_size()),
         weight_(dynamics.state_size()) {}
 
   int last_order() const override { return 1; }
-  IntegratorCounts counts() const override {
-    IntegratorCounts counts = OneStepIntegrator::counts();
-    solver_.add_counts(counts);
-    return counts;
-  }
 
  private:
   Trouble attempt(double& end, std::span<double> y) override {
     const double h = end - time();
-    const StageSolver::Outcome outcome = solver_.solve(end, h, state(), positions(), y);
-    set_fault(solver_.fault());
-    if (outcome == StageSolver::Outcome::blocked) return Trouble::surfaces;
-    if (outcome == StageSolver::Outcome::not_converged) {
-      set_place(solver_.worst_particle());
-      return Trouble::not_converged;
-    }
-    return is_fixed() ? Trouble::none : test_error(h, y);
+    const Trouble trouble = solve_stage(end, h, y);
+    return trouble != Trouble::none || is_fixed() ? trouble : test_error(h, y);
   }
 
   // The local error, h^2 y'' / 2, from the slopes of this step and the last one.
@@ -55,7 +42,6 @@ class EulerIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  StageSolver solver_;
   std::vector<double> rate_;  // slope of the step before; at the start, of the motion
   std::vector<double> weight_;
 };

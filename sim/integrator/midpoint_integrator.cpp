@@ -1,40 +1,25 @@
 #include "sim/integrator/integrator_makers.h"
-#include "sim/integrator/one_step_integrator.h"
-#include "sim/integrator/stage_solver.h"
+#include "sim/integrator/stage_integrator.h"
 
 namespace weft::sim {
 
 namespace {
 
-class MidpointIntegrator final : public OneStepIntegrator {
+class MidpointIntegrator final : public StageIntegrator {
  public:
-  MidpointIntegrator(const Scene& scene, Dynamics& dynamics)
-      : OneStepIntegrator(scene, dynamics), solver_(scene, dynamics, scene.source.time.newton) {}
+  using StageIntegrator::StageIntegrator;
 
   int last_order() const override { return 2; }
-  IntegratorCounts counts() const override {
-    IntegratorCounts counts = OneStepIntegrator::counts();
-    solver_.add_counts(counts);
-    return counts;
-  }
 
  private:
   // The middle is a step of backward Euler of half the length; the end lies as far beyond it.
   Trouble attempt(double& end, std::span<double> y) override {
     const double h = end - time();
-    const StageSolver::Outcome outcome =
-        solver_.solve(time() + h / 2, h / 2, state(), positions(), y);
-    set_fault(solver_.fault());
-    if (outcome == StageSolver::Outcome::blocked) return Trouble::surfaces;
-    if (outcome == StageSolver::Outcome::not_converged) {
-      set_place(solver_.worst_particle());
-      return Trouble::not_converged;
-    }
+    const Trouble trouble = solve_stage(time() + h / 2, h / 2, y);
+    if (trouble != Trouble::none) return trouble;
     for (std::size_t i = 0; i < y.size(); ++i) y[i] = 2 * y[i] - state()[i];
     return Trouble::none;
   }
-
-  StageSolver solver_;
 };
 
 }  // namespace

@@ -31,10 +31,10 @@ constexpr double largest_last_correction = 0.3;
 // wherever the origin lies.
 constexpr double scale_of_corrections = 1e-9;
 
-constexpr int largest_newton_count = 60;
+constexpr int largest_newton_count = 40;
 
-// Below this fraction of a correction nothing is gained: a shorter step is.
-constexpr double shortest_correction = 1.0 / 256;
+// Cut more often than this, a correction gains nothing: a shorter step does.
+constexpr int most_cuts = 8;
 
 }  // namespace
 
@@ -157,7 +157,8 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
 void StageSolver::Implementation::limit(std::span<double> correction) {
   shortened = false;
   if (dynamics.contact() == nullptr || newton_count > 0) return;
-  for (double fraction = 1; fraction >= shortest_correction; fraction /= 2) {
+  for (int cuts = 0; cuts <= most_cuts; ++cuts) {
+    const double fraction = std::ldexp(1.0, -cuts);
     for (std::size_t i = 0; i < trial.size(); ++i) {
       trial[i] = linearised_at[i] + fraction * correction[i];
     }

@@ -2,8 +2,7 @@
 #include <cmath>
 
 #include "sim/integrator/integrator_makers.h"
-#include "sim/integrator/one_step_integrator.h"
-#include "sim/integrator/stage_solver.h"
+#include "sim/integrator/stage_integrator.h"
 
 namespace weft::sim {
 
@@ -18,20 +17,15 @@ constexpr int most_pseudo_steps = 500;
 // What may be left of the forces, as a fraction of the weight.
 constexpr double residual_fraction = 1e-6;
 
-class StaticIntegrator final : public OneStepIntegrator {
+class StaticIntegrator final : public StageIntegrator {
  public:
   StaticIntegrator(const Scene& scene, Dynamics& dynamics)
-      : OneStepIntegrator(scene, dynamics), solver_(scene, dynamics, 0, true) {
+      : StageIntegrator(scene, dynamics, true) {
     reached_.assign(state().begin(), state().end());
     stop(reached_);
   }
 
   int last_order() const override { return 0; }
-  IntegratorCounts counts() const override {
-    IntegratorCounts counts = OneStepIntegrator::counts();
-    solver_.add_counts(counts);
-    return counts;
-  }
 
  private:
   bool checks_its_own_path() const override { return true; }
@@ -44,12 +38,11 @@ class StaticIntegrator final : public OneStepIntegrator {
     for (int k = 0; k < most_pseudo_steps; ++k) {
       std::copy(reached_.begin(), reached_.end(), y.begin());
       const std::int64_t before = counts().newton_iterations;
-      const StageSolver::Outcome outcome = solver_.solve(end, h, reached_, from_, y);
-      set_fault(solver_.fault());
-      set_place(solver_.worst_particle());
-      if (outcome != StageSolver::Outcome::solved || !path_is_safe(end, y)) {
+      Trouble trouble = solve_stage(end, h, reached_, from_, y);
+      if (trouble == Trouble::none && !path_is_safe(end, y)) trouble = Trouble::surfaces;
+      if (trouble != Trouble::none) {
         h /= 4;
-        if (h < shortest_pseudo_step) return trouble(outcome);
+        if (h < shortest_pseudo_step) return trouble;
         continue;
       }
       if (is_at_rest(h, y)) {
@@ -80,11 +73,6 @@ class StaticIntegrator final : public OneStepIntegrator {
     return sum;
   }
 
-  static Trouble trouble(StageSolver::Outcome outcome) {
-    return outcome == StageSolver::Outcome::not_converged ? Trouble::not_converged
-                                                          : Trouble::surfaces;
-  }
-
   // From one pseudo-step to the next; makes `y` the start of the next path.
   bool path_is_safe(double end, std::span<const double> y) {
     dynamics().expand(end, y, to_, scratch_);
@@ -113,7 +101,6 @@ class StaticIntegrator final : public OneStepIntegrator {
            (weight == 0 || std::sqrt(force / mass) <= residual_fraction * weight);
   }
 
-  StageSolver solver_;
   double pseudo_step_ = first_pseudo_step;  // s, of the next load
   std::vector<double> reached_;             // by pseudo-steps
   std::vector<Vec3> from_, to_, scratch_;

@@ -232,14 +232,6 @@ newton = 1
 )" + sheet,
        R"(case.toml:3:1: "newton" does not belong to method = "arkode"
   expected only with method = "euler", "implicit_midpoint")"},
-      {"tolerance_of_verlet",
-       R"([time]
-method = "verlet"
-step = 1e-3
-position_tolerance = 1e-3
-)" + sheet,
-       R"(case.toml:4:1: "position_tolerance" does not belong to method = "verlet"
-  expected only with method = "cvode", "arkode", "euler", "static", "implicit_midpoint")"},
       {"midpoint_without_step",
        R"([time]
 method = "implicit_midpoint"

@@ -1,0 +1,42 @@
+// A one-step method with one implicit stage.
+#pragma once
+
+#include "sim/integrator/one_step_integrator.h"
+#include "sim/integrator/stage_solver.h"
+
+namespace weft::sim {
+
+class StageIntegrator : public OneStepIntegrator {
+ public:
+  // `may_factorise`: as in StageSolver.
+  StageIntegrator(const Scene& scene, Dynamics& dynamics, bool may_factorise = false)
+      : OneStepIntegrator(scene, dynamics),
+        solver_(scene, dynamics, scene.source.time.newton, may_factorise) {}
+
+  IntegratorCounts counts() const final {
+    IntegratorCounts counts = OneStepIntegrator::counts();
+    solver_.add_counts(counts);
+    return counts;
+  }
+
+ protected:
+  // Solves y - gamma f(t, y) = a from the guess in `y`, with paths from `start` kept safe.
+  Trouble solve_stage(double t, double gamma, std::span<const double> a,
+                      const std::vector<Vec3>& start, std::span<double> y) {
+    const StageSolver::Outcome outcome = solver_.solve(t, gamma, a, start, y);
+    set_fault(solver_.fault());
+    if (outcome == StageSolver::Outcome::blocked) return Trouble::surfaces;
+    if (outcome == StageSolver::Outcome::solved) return Trouble::none;
+    set_place(solver_.worst_particle());
+    return Trouble::not_converged;
+  }
+  // From state() and positions().
+  Trouble solve_stage(double t, double gamma, std::span<double> y) {
+    return solve_stage(t, gamma, state(), positions(), y);
+  }
+
+ private:
+  StageSolver solver_;
+};
+
+}  // namespace weft::sim
