@@ -94,7 +94,7 @@ bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut
 
 }  // namespace
 
-Multigrid::Level::Level(std::shared_ptr<const BlockPattern> pattern)
+Multigrid::Level::Level(const std::shared_ptr<const BlockPattern>& pattern)
     : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
 Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern)
