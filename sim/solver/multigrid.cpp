@@ -158,6 +158,7 @@ bool Multigrid::update(const VelocityMatrix& matrix) {
 bool Multigrid::factor_coarsest() {
   const SingleBlockMatrix& matrix = levels_.back().matrix;
   const BlockPattern& pattern = matrix.pattern();
+  if (pattern.rows() == 0) return true;  // all particles are pinned
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(matrix.values().size());
   for (int row = 0; row < pattern.rows(); ++row) {
