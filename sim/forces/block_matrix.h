@@ -53,11 +53,14 @@ class BlockMatrixOf {
     return std::span(values_).first(values_.size() - padding);
   }
 
-  // Sum of the blocks of slots [first, last), of one row, times what `in` has for their columns.
+  // Sum of the blocks of slots [first, last), of one row, times what `in` has for their columns;
+  // from the last slot to the first where `backward`.
+  template <bool backward = false>
   Vec3 partial_row_product(int first, int last, const Vec3* in) const {
     // A column of a block is a vector of four, the last of which is ignored.
     Eigen::Array4d sum0 = Eigen::Array4d::Zero(), sum1 = sum0, sum2 = sum0;
-    for (int slot = first; slot < last; ++slot) {
+    for (int i = first; i < last; ++i) {
+      const int slot = backward ? first + last - 1 - i : i;
       const Scalar* value = at(slot);
       const Vec3& x = in[pattern_->column(slot)];
       sum0 += four(value) * x[0];
@@ -65,7 +68,7 @@ class BlockMatrixOf {
       sum2 += four(value + 6) * x[2];
     }
     sum0 += sum1 + sum2;
-    return sum0.head<3>();
+    return sum0.template head<3>();
   }
   // Asks for the blocks of slots [first, last) ahead of time, where rows are not read one after
   // the other from first to last and the processor does not foresee it. Slots beyond the ends are

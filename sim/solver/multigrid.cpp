@@ -94,7 +94,7 @@ bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut
 
 }  // namespace
 
-Multigrid::Level::Level(std::shared_ptr<const BlockPattern> pattern)
+Multigrid::Level::Level(const std::shared_ptr<const BlockPattern>& pattern)
     : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
 Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern)
@@ -158,6 +158,7 @@ bool Multigrid::update(const VelocityMatrix& matrix) {
 bool Multigrid::factor_coarsest() {
   const SingleBlockMatrix& matrix = levels_.back().matrix;
   const BlockPattern& pattern = matrix.pattern();
+  if (pattern.rows() == 0) return true;  // all particles are pinned
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(matrix.values().size());
   for (int row = 0; row < pattern.rows(); ++row) {

@@ -17,8 +17,8 @@ namespace weft::sim {
 // same.
 //
 // Contact pairs are couplings like any other, in the sweeps and in the coarse matrices: with each
-// set-up in which there are some, all patterns are found anew. (With what the patterns lack added
-// to the diagonals alone, two sheets that lie on each other took 270 iterations instead of 57.)
+// set-up in which there are some, all patterns are found anew. (With couplings beyond the pattern
+// lumped onto the diagonals, two sheets lying on each other took 270 iterations instead of 57.)
 //
 // Without contact the finest level always works with the current A, the coarse ones, and with
 // contact all levels, with that of the last set_up(): the cycle is symmetric and positive definite
@@ -39,7 +39,7 @@ class Multigrid : public Preconditioner {
 
  private:
   struct Level {
-    explicit Level(std::shared_ptr<const BlockPattern> pattern);
+    explicit Level(const std::shared_ptr<const BlockPattern>& pattern);
 
     SingleBlockMatrix matrix;
     GaussSeidel sweeps;
