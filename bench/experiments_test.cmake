@@ -14,8 +14,8 @@ function(run output)
   set(${output} "${text}" PARENT_SCOPE)
 endfunction()
 
-# All methods find the same candidates but "weft" on sheets, which leaves out what cannot be a hit;
-# and all the same hits. weft-bench compares the sets themselves and would have failed.
+# All methods find the same candidates but "weft" and "weft-listed" on sheets, which leave out what
+# cannot be a hit, the same of both; and all find the same hits. weft-bench compares the sets themselves and would have failed.
 run(json hierarchy --json --sizes 33 --growth 33 --repeats 1 --scenes
   tori,rolled,pleated,crumpled,drape,tori-swept,rolled-swept,crumpled-swept,drape-swept,particles-1k)
 string(JSON rows GET "${json}" rows)
@@ -35,6 +35,10 @@ foreach(i RANGE ${last})
   if(method STREQUAL "weft")
     math(EXPR weft_rows "${weft_rows}+1")
     set(weft_candidates_${scene} ${candidates})
+  elseif(method STREQUAL "weft-listed")
+    if(NOT candidates EQUAL weft_candidates_${scene})
+      message(FATAL_ERROR "${scene}: ${candidates} candidates listed of ${weft_candidates_${scene}}")
+    endif()
   elseif(NOT DEFINED candidates_${scene})
     set(candidates_${scene} ${candidates})
   elseif(NOT candidates EQUAL candidates_${scene})

@@ -25,9 +25,8 @@ void parallel_chunks(int count, int threads, const Body& body) {
 template <class Partial>
 double parallel_sum(int count, int threads, const Partial& partial) {
   std::vector<double> part((count + chunk_size - 1) / chunk_size);
-  parallel_chunks(count, threads, [&](int first, int last) {
-    part[first / chunk_size] = partial(first, last);
-  });
+  parallel_chunks(count, threads,
+                  [&](int first, int last) { part[first / chunk_size] = partial(first, last); });
   double sum = 0;
   for (double p : part) sum += p;
   return sum;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/integrator/integrator.h"
 #include "sim/integrator/dynamics.h"
+#include "sim/integrator/integrator.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
