@@ -42,7 +42,7 @@ class DragForce final : public Force {
                                                  gather(i, state.velocity), wind_) /
                          9;
       for (int a = 0; a < 3; ++a) {
-        for (int b = 0; b < 3; ++b) triangles_.block(i, a, b, damping) += ninth;
+        for (int b = 0; b < 3; ++b) triangles_.add_block(i, a, b, ninth, damping);
       }
     });
   }

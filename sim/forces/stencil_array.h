@@ -50,29 +50,34 @@ class StencilArray {
     }
   }
 
-  // Finds where the blocks of each stencil lie in matrices of this pattern.
+  // Finds where the blocks of each stencil lie in matrices of this pattern: those above the
+  // diagonal or on it; -1 for their mirror images.
   void attach(const BlockPattern& pattern) {
     slots_.resize(stencils_.size());
     for (std::size_t i = 0; i < stencils_.size(); ++i) {
       for (int a = 0; a < Nodes; ++a) {
         for (int b = 0; b < Nodes; ++b) {
-          slots_[i][a * Nodes + b] = pattern.slot(stencils_[i][a], stencils_[i][b]);
+          const int row = stencils_[i][a], column = stencils_[i][b];
+          slots_[i][a * Nodes + b] =
+              row <= column ? pattern.upper(row, pattern.slot(row, column)) : -1;
         }
       }
     }
   }
 
-  // Adds a (3 Nodes) x (3 Nodes) matrix of stencil i.
+  // Adds a symmetric (3 Nodes) x (3 Nodes) matrix of stencil i.
   template <class Matrix>
   void add_block_matrix(int i, const Matrix& value, BlockMatrix& matrix) const {
     for (int a = 0; a < Nodes; ++a) {
-      for (int b = 0; b < Nodes; ++b) {
-        matrix.block(slots_[i][a * Nodes + b]) += value.template block<3, 3>(3 * a, 3 * b);
-      }
+      for (int b = 0; b < Nodes; ++b)
+        add_block(i, a, b, value.template block<3, 3>(3 * a, 3 * b), matrix);
     }
   }
-  Eigen::Map<Mat3> block(int i, int a, int b, BlockMatrix& matrix) const {
-    return matrix.block(slots_[i][a * Nodes + b]);
+  // Adds block (a, b) of such a matrix; whoever adds one adds its mirror image, too.
+  template <class Block>
+  void add_block(int i, int a, int b, const Block& value, BlockMatrix& matrix) const {
+    const int slot = slots_[i][a * Nodes + b];
+    if (slot >= 0) matrix.upper_block(slot) += value;
   }
 
  private:
