@@ -132,7 +132,7 @@ class Measurement {
     std::unique_ptr<Multigrid> multigrid;
     if (images != nullptr) {
       images->push_back(ms(row.threads, [&] {
-        multigrid = std::make_unique<Multigrid>(*problem.scene, matrix.blocks().shared_pattern());
+        multigrid = std::make_unique<Multigrid>(*problem.scene, matrix.pattern());
       }));
       matrix.form(gamma);
       static_cast<void>(multigrid->set_up(matrix));

@@ -22,6 +22,21 @@ BlockPattern::BlockPattern(const std::vector<std::vector<int>>& neighbours) {
     column_.insert(column_.end(), row.begin(), row.end());
     row_start_.push_back(static_cast<int>(column_.size()));
   }
+  find_mirrors();
+}
+
+// Rows in order meet the blocks above the diagonal of every other row in its own order.
+void BlockPattern::find_mirrors() {
+  std::vector<int> next;  // by row: its next upper block to be mirrored
+  for (int row = 0; row < rows(); ++row) {
+    for (int slot = row_start_[row]; slot < diagonal_slot_[row]; ++slot) {
+      assert(next[column_[slot]] <
+             upper_start_[column_[slot]] + row_end(column_[slot]) - diagonal_slot_[column_[slot]]);
+      mirror_.push_back(next[column_[slot]]++);
+    }
+    upper_start_.push_back(diagonal_slot_[row] - static_cast<int>(mirror_.size()));
+    next.push_back(upper_start_.back() + 1);
+  }
 }
 
 int BlockPattern::find_slot(int row, int column) const {
@@ -37,26 +52,23 @@ int BlockPattern::slot(int row, int column) const {
   return found;
 }
 
-template <class Scalar>
-BlockMatrixOf<Scalar>::BlockMatrixOf(std::shared_ptr<const BlockPattern> pattern)
+BlockMatrix::BlockMatrix(std::shared_ptr<const BlockPattern> pattern)
     : pattern_(std::move(pattern)),
-      values_(9 * static_cast<std::size_t>(pattern_->block_count()) + padding) {}
+      values_(9 * static_cast<std::size_t>(pattern_->upper_count()) + padding) {}
 
-template <class Scalar>
-void BlockMatrixOf<Scalar>::set_zero() {
-  std::fill(values_.begin(), values_.end(), Scalar(0));
-}
+void BlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
 
-template <class Scalar>
-void BlockMatrixOf<Scalar>::multiply(std::span<const Vec3> in, std::span<Vec3> out,
-                                     int threads) const {
+void BlockMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const {
   assert(static_cast<int>(in.size()) == pattern_->rows() && in.size() == out.size());
   parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
     for (int row = first; row < last; ++row) out[row] = row_product(row, in.data());
   });
 }
 
-template class BlockMatrixOf<double>;
-template class BlockMatrixOf<float>;
+SingleBlockMatrix::SingleBlockMatrix(std::shared_ptr<const BlockPattern> pattern)
+    : pattern_(std::move(pattern)),
+      values_(9 * static_cast<std::size_t>(pattern_->block_count()) + padding) {}
+
+void SingleBlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0F); }
 
 }  // namespace weft::sim

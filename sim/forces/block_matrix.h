@@ -12,10 +12,13 @@ namespace weft::sim {
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
-// Which pairs of particles interact. Rows are sorted; the diagonal is always present.
+// Which pairs of particles interact. Rows are sorted; the diagonal is always present. Slots number
+// the blocks row by row; those on the diagonal and above it, the upper ones, have a numbering of
+// their own.
 class BlockPattern {
  public:
-  // `neighbours[i]` lists the particles coupled to i, in any order, repetitions allowed.
+  // `neighbours[i]` lists the particles coupled to i, in any order, repetitions allowed; whoever
+  // is on the list of another has that one on its own.
   explicit BlockPattern(const std::vector<std::vector<int>>& neighbours);
 
   int rows() const { return static_cast<int>(row_start_.size()) - 1; }
@@ -29,58 +32,65 @@ class BlockPattern {
   // The same, or -1 where it is not.
   int find_slot(int row, int column) const;
 
+  int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
+  // The upper block that `slot` of `row` holds or, below the diagonal, mirrors.
+  int upper(int row, int slot) const {
+    const int lower_before = diagonal_slot_[row] - upper_start_[row];  // with those of this row
+    return slot >= diagonal_slot_[row] ? slot - lower_before
+                                       : mirror_[lower_before - (diagonal_slot_[row] - slot)];
+  }
+
  private:
+  void find_mirrors();
+
   std::vector<int> row_start_, column_, diagonal_slot_;
+  std::vector<int> upper_start_;  // by row: its diagonal, among upper blocks
+  std::vector<int> mirror_;       // by block below the diagonal: its mirror image above
 };
 
-// Values of a symmetric matrix on a pattern shared with others; both halves are stored. In double,
-// or in float to halve the traffic where a preconditioner needs no more.
-template <class Scalar>
-class BlockMatrixOf {
+// A symmetric matrix on a pattern shared with others: the upper blocks, in double.
+class BlockMatrix {
  public:
-  using Block = Eigen::Matrix<Scalar, 3, 3>;
-
-  BlockMatrixOf() = default;
-  explicit BlockMatrixOf(std::shared_ptr<const BlockPattern> pattern);
+  BlockMatrix() = default;
+  explicit BlockMatrix(std::shared_ptr<const BlockPattern> pattern);
 
   const BlockPattern& pattern() const { return *pattern_; }
   const std::shared_ptr<const BlockPattern>& shared_pattern() const { return pattern_; }
   void set_zero();
-  Eigen::Map<Block> block(int slot) { return Eigen::Map<Block>(at(slot)); }
-  Eigen::Map<const Block> block(int slot) const { return Eigen::Map<const Block>(at(slot)); }
-  std::span<Scalar> values() { return std::span(values_).first(values_.size() - padding); }
-  std::span<const Scalar> values() const {
-    return std::span(values_).first(values_.size() - padding);
+  Eigen::Map<Mat3> upper_block(int upper) { return Eigen::Map<Mat3>(at(upper)); }
+  Eigen::Map<const Mat3> upper_block(int upper) const { return Eigen::Map<const Mat3>(at(upper)); }
+  // Block at a slot of a row, on either side of the diagonal.
+  Mat3 block(int row, int slot) const {
+    const auto stored = upper_block(pattern_->upper(row, slot));
+    return slot < pattern_->diagonal_slot(row) ? Mat3(stored.transpose()) : Mat3(stored);
   }
 
-  // Sum of the blocks of slots [first, last), of one row, times what `in` has for their columns;
-  // from the last slot to the first where `backward`.
-  template <bool backward = false>
-  Vec3 partial_row_product(int first, int last, const Vec3* in) const {
-    // A column of a block is a vector of four, the last of which is ignored.
-    Eigen::Array4d sum0 = Eigen::Array4d::Zero(), sum1 = sum0, sum2 = sum0;
-    for (int i = first; i < last; ++i) {
-      const int slot = backward ? first + last - 1 - i : i;
-      const Scalar* value = at(slot);
+  Vec3 row_product(int row, const Vec3* in) const {
+    using Four = Eigen::Array4d;
+    const auto four = [](const double* value) { return Eigen::Map<const Four>(value); };
+    // Columns of blocks are taken four numbers at a time, of which the last is ignored. Below the
+    // diagonal they are rows: products first, and one sum over the three at the end.
+    Four below0 = Four::Zero(), below1 = below0, below2 = below0;
+    const int diagonal = pattern_->diagonal_slot(row);
+    for (int slot = pattern_->row_begin(row); slot < diagonal; ++slot) {
+      const double* value = at(pattern_->upper(row, slot));
+      const Four x = four(in[pattern_->column(slot)].data());  // not the last particle
+      below0 += four(value) * x;
+      below1 += four(value + 3) * x;
+      below2 += four(value + 6) * x;
+    }
+    Four sum0 = Four::Zero(), sum1 = sum0, sum2 = sum0;
+    const double* value = at(pattern_->upper(row, diagonal));
+    for (int slot = diagonal; slot < pattern_->row_end(row); ++slot, value += 9) {
       const Vec3& x = in[pattern_->column(slot)];
       sum0 += four(value) * x[0];
       sum1 += four(value + 3) * x[1];
       sum2 += four(value + 6) * x[2];
     }
     sum0 += sum1 + sum2;
-    return sum0.template head<3>();
-  }
-  // Asks for the blocks of slots [first, last) ahead of time, where rows are not read one after
-  // the other from first to last and the processor does not foresee it. Slots beyond the ends are
-  // allowed.
-  void prefetch(int first, int last) const {
-    const auto* const begin = reinterpret_cast<const char*>(values_.data());
-    const std::ptrdiff_t bytes_a_block = 9 * sizeof(Scalar);
-    for (std::ptrdiff_t at = first * bytes_a_block; at < last * bytes_a_block; at += 64)
-      __builtin_prefetch(begin + at);
-  }
-  Vec3 row_product(int row, const Vec3* in) const {
-    return partial_row_product(pattern_->row_begin(row), pattern_->row_end(row), in);
+    return {sum0[0] + (below0[0] + below0[1] + below0[2]),
+            sum0[1] + (below1[0] + below1[1] + below1[2]),
+            sum0[2] + (below2[0] + below2[1] + below2[2])};
   }
 
   // out = this * in. Sizes: rows() each. O(blocks).
@@ -89,16 +99,67 @@ class BlockMatrixOf {
  private:
   static constexpr std::size_t padding = 1;  // so that the last column can be read as four
 
-  Scalar* at(int slot) { return values_.data() + 9 * static_cast<std::size_t>(slot); }
-  const Scalar* at(int slot) const { return values_.data() + 9 * static_cast<std::size_t>(slot); }
-  static Eigen::Array4d four(const Scalar* value) {
-    return Eigen::Map<const Eigen::Array<Scalar, 4, 1>>(value).template cast<double>();
+  double* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }
+  const double* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }
+
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::vector<double> values_;  // 9 an upper block, column-major
+};
+
+// The same with both halves, in float: what a preconditioner sweeps through.
+class SingleBlockMatrix {
+ public:
+  using Block = Eigen::Matrix3f;
+
+  explicit SingleBlockMatrix(std::shared_ptr<const BlockPattern> pattern);
+
+  const BlockPattern& pattern() const { return *pattern_; }
+  void set_zero();
+  Eigen::Map<Block> block(int slot) { return Eigen::Map<Block>(at(slot)); }
+  Eigen::Map<const Block> block(int slot) const { return Eigen::Map<const Block>(at(slot)); }
+  // 9 a slot, column-major; the last may be read one further.
+  std::span<const float> values() const {
+    return std::span(values_).first(values_.size() - padding);
+  }
+
+  // Sum of the blocks of slots [first, last), of one row, times what `in` has for their columns;
+  // from the last slot to the first where `backward`. Sums are in double.
+  template <bool backward = false>
+  Vec3 partial_row_product(int first, int last, const Vec3* in) const {
+    // A column of a block is a vector of four, the last of which is ignored.
+    Eigen::Array4d sum0 = Eigen::Array4d::Zero(), sum1 = sum0, sum2 = sum0;
+    for (int i = first; i < last; ++i) {
+      const int slot = backward ? first + last - 1 - i : i;
+      const float* value = at(slot);
+      const Vec3& x = in[pattern_->column(slot)];
+      sum0 += four(value) * x[0];
+      sum1 += four(value + 3) * x[1];
+      sum2 += four(value + 6) * x[2];
+    }
+    sum0 += sum1 + sum2;
+    return sum0.head<3>();
+  }
+  // Asks for the blocks of slots [first, last) ahead of time, where rows are not read one after
+  // the other from first to last and the processor does not foresee it. Slots beyond the ends are
+  // allowed.
+  void prefetch(int first, int last) const {
+    const auto* const begin = reinterpret_cast<const char*>(values_.data());
+    constexpr std::ptrdiff_t bytes_a_block = 9 * sizeof(float);
+    for (std::ptrdiff_t at = first * bytes_a_block; at < last * bytes_a_block; at += 64)
+      __builtin_prefetch(begin + at);
+  }
+
+ private:
+  static constexpr std::size_t padding = 1;  // so that the last column can be read as four
+
+  float* at(int slot) { return values_.data() + 9 * static_cast<std::size_t>(slot); }
+  const float* at(int slot) const { return values_.data() + 9 * static_cast<std::size_t>(slot); }
+  static Eigen::Array4d four(const float* value) {
+    return Eigen::Map<const Eigen::Array4f>(value).cast<double>();
   }
 
   std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<Scalar> values_ = std::vector<Scalar>(padding);  // 9 a slot, column-major
+  std::vector<float> values_;
 };
-using BlockMatrix = BlockMatrixOf<double>;
-using SingleBlockMatrix = BlockMatrixOf<float>;
 
 }  // namespace weft::sim

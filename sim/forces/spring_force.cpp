@@ -64,10 +64,10 @@ class SpringForce final : public Force {
 
  private:
   void add_pair(int i, const Mat3& value, BlockMatrix& matrix) const {
-    ends_.block(i, 0, 0, matrix) += value;
-    ends_.block(i, 1, 1, matrix) += value;
-    ends_.block(i, 0, 1, matrix) -= value;
-    ends_.block(i, 1, 0, matrix) -= value;
+    ends_.add_block(i, 0, 0, value, matrix);
+    ends_.add_block(i, 1, 1, value, matrix);
+    ends_.add_block(i, 0, 1, -value, matrix);
+    ends_.add_block(i, 1, 0, -value, matrix);
   }
 
   StencilArray<2> ends_;

@@ -69,7 +69,7 @@ class StencilArray {
       }
     }
   }
-  // Adds the blocks of a batch to a matrix, with their mirror images.
+  // Adds the blocks of a batch to a matrix.
   void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
                BlockMatrix& matrix) const {
     for (int a = 0; a < Nodes; ++a) {
@@ -85,29 +85,26 @@ class StencilArray {
     }
   }
 
-  // Finds where the blocks of each stencil lie in matrices of this pattern.
+  // Finds where the blocks of each stencil lie in matrices of this pattern: those above the
+  // diagonal or on it; -1 for their mirror images.
   void attach(const BlockPattern& pattern) {
     slots_.resize(stencils_.size());
     for (std::size_t i = 0; i < stencils_.size(); ++i) {
       for (int a = 0; a < Nodes; ++a) {
         for (int b = 0; b < Nodes; ++b) {
-          slots_[i][a * Nodes + b] = pattern.slot(stencils_[i][a], stencils_[i][b]);
+          const int row = stencils_[i][a], column = stencils_[i][b];
+          slots_[i][a * Nodes + b] =
+              row <= column ? pattern.upper(row, pattern.slot(row, column)) : -1;
         }
       }
     }
   }
 
-  // Adds a (3 Nodes) x (3 Nodes) matrix of stencil i.
-  template <class Matrix>
-  void add_block_matrix(int i, const Matrix& value, BlockMatrix& matrix) const {
-    for (int a = 0; a < Nodes; ++a) {
-      for (int b = 0; b < Nodes; ++b) {
-        matrix.block(slots_[i][a * Nodes + b]) += value.template block<3, 3>(3 * a, 3 * b);
-      }
-    }
-  }
-  Eigen::Map<Mat3> block(int i, int a, int b, BlockMatrix& matrix) const {
-    return matrix.block(slots_[i][a * Nodes + b]);
+  // Adds block (a, b) of a symmetric matrix of stencil i, in which its mirror image is added, too.
+  template <class Block>
+  void add_block(int i, int a, int b, const Block& value, BlockMatrix& matrix) const {
+    const int slot = slots_[i][a * Nodes + b];
+    if (slot >= 0) matrix.upper_block(slot) += value;
   }
 
  private:
@@ -134,17 +131,24 @@ class StencilArray {
     scatter_block(first, a * Nodes + b, value.data(), {0, 1, 2, 3, 4, 5, 6, 7}, matrix);
     if (a != b) scatter_block(first, b * Nodes + a, value.data(), {0, 3, 6, 1, 4, 7, 2, 5}, matrix);
   }
-  // Adds the nine numbers of each stencil's block, the last of which stays in its place.
+  // Adds the nine numbers of each stencil's block, the last of which stays in its place. Of a block
+  // and its mirror image one is above the diagonal, in most batches the same for all stencils.
   void scatter_block(int first, int place, const Lanes* value, const std::array<int, 8>& order,
                      BlockMatrix& matrix) const {
     using Vector = Lanes::Vector;
     typedef double UnalignedVector
         __attribute__((vector_size(sizeof(Vector)), aligned(8), may_alias));
+    const int lanes = lanes_of(first);
+    bool is_stored = false;
+    for (int lane = 0; lane < lanes; ++lane) is_stored |= slots_[first + lane][place] >= 0;
+    if (!is_stored) return;
     std::array<Vector, materials::lane_count> rows;
     for (int i = 0; i < 8; ++i) rows[i] = value[order[i]].values;
     materials::transpose(rows);
-    for (int lane = 0; lane < lanes_of(first); ++lane) {
-      double* block = matrix.block(slots_[first + lane][place]).data();
+    for (int lane = 0; lane < lanes; ++lane) {
+      const int slot = slots_[first + lane][place];
+      if (slot < 0) continue;
+      double* block = matrix.upper_block(slot).data();
       *reinterpret_cast<UnalignedVector*>(block) += rows[lane];
       block[8] += value[8].values[lane];
     }

@@ -46,8 +46,10 @@ void DirectSolver::Implementation::assemble(double gamma) {
   const BlockPattern& pattern = stiffness.pattern();
   for (int i = 0; i < pattern.rows(); ++i) {
     for (int slot = pattern.row_begin(i); slot < pattern.row_end(i); ++slot) {
-      add_block(i, pattern.column(slot),
-                gamma * (gamma * stiffness.block(slot) + damping.block(slot)));
+      if (pattern.column(slot) > i) break;
+      add_block(i, pattern.column(slot), gamma * gamma * stiffness.block(i, slot));
+      if (dynamics.has_damping())
+        add_block(i, pattern.column(slot), gamma * damping.block(i, slot));
     }
     const double mass = dynamics.scene().mass[i];
     for (int axis = 0; axis < 3; ++axis) entries.push_back({3 * i + axis, 3 * i + axis, mass});

@@ -35,7 +35,6 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
   const auto pattern = std::make_shared<const BlockPattern>(neighbours);
   for (const auto& force : forces_) force->attach(*pattern);
   stiffness_ = BlockMatrix(pattern);
-  damping_ = BlockMatrix(pattern);
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const MaterialCase& material = *scene.bodies[b].material;
     mass_damping_.insert(mass_damping_.end(), scene.bodies[b].particle_count(),
@@ -44,6 +43,7 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
                     material.bending_damping > 0 || material.normal_drag > 0 ||
                     material.tangential_drag > 0;
   }
+  if (has_damping_) damping_ = BlockMatrix(pattern);
 }
 
 std::vector<double> Dynamics::initial_state() const {
@@ -143,7 +143,8 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
   }
   for (int i = 0; i < scene_.dynamic_particles; ++i) {
     if (mass_damping_[i] == 0) continue;
-    damping_.block(damping_.pattern().diagonal_slot(i)).diagonal().array() +=
+    const int diagonal = damping_.pattern().diagonal_slot(i);
+    damping_.upper_block(damping_.pattern().upper(i, diagonal)).diagonal().array() +=
         mass_damping_[i] * scene_.mass[i];
   }
 }

@@ -58,6 +58,7 @@ class Dynamics {
   // for equilibria.
   void set_load(double load) { load_ = load; }
   const BlockMatrix& stiffness() const { return stiffness_; }
+  // Only where there is some.
   const BlockMatrix& damping() const { return damping_; }
   bool has_damping() const { return has_damping_; }
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }

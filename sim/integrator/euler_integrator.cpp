@@ -11,10 +11,11 @@ namespace {
 
 class EulerIntegrator final : public StageIntegrator {
  public:
-  EulerIntegrator(const Scene& scene, Dynamics& dynamics)
-      : StageIntegrator(scene, dynamics),
-        rate_(dynamics.state_size()),
-        weight_(dynamics.state_size()) {}
+  EulerIntegrator(const Scene& scene, Dynamics& dynamics) : StageIntegrator(scene, dynamics) {
+    if (is_fixed()) return;
+    rate_.resize(dynamics.state_size());
+    weight_.resize(dynamics.state_size());
+  }
 
   int last_order() const override { return 1; }
 
@@ -42,8 +43,8 @@ class EulerIntegrator final : public StageIntegrator {
     return Trouble::none;
   }
 
-  std::vector<double> rate_;  // slope of the step before; at the start, of the motion
-  std::vector<double> weight_;
+  std::vector<double> rate_;    // slope of the step before; at the start, of the motion
+  std::vector<double> weight_;  // both: without a fixed step
 };
 
 }  // namespace

@@ -105,7 +105,7 @@ void VelocitySystem::prepare(Outcome& outcome) {
   if (wants_multigrid()) {
     if (multigrid_ == nullptr)
       multigrid_ =
-          std::make_unique<Multigrid>(dynamics_.scene(), matrix_.blocks().shared_pattern());
+          std::make_unique<Multigrid>(dynamics_.scene(), matrix_.pattern());
     const bool is_worn = !is_set_up_ || excess_iterations_ > set_up_iterations;
     if (is_worn ? set_up_multigrid(outcome) : multigrid_->update(matrix_)) {
       preconditioner_ = multigrid_.get();

@@ -14,10 +14,9 @@ bool invert_definite(const Mat3& block, Mat3& inverse) {
 }
 
 bool BlockJacobi::update(const VelocityMatrix& matrix) {
-  const BlockPattern& pattern = matrix.blocks().pattern();
+  const BlockPattern& pattern = *matrix.pattern();
   inverse_.resize(pattern.rows());
-  for (int i = 0; i < pattern.rows(); ++i)
-    inverse_[i] = matrix.blocks().block(pattern.diagonal_slot(i));
+  for (int i = 0; i < pattern.rows(); ++i) inverse_[i] = matrix.block(i, pattern.diagonal_slot(i));
   if (matrix.has_contact()) matrix.dynamics().contact()->add_diagonal(matrix.gamma(), inverse_);
   for (int i = 0; i < pattern.rows(); ++i) {
     const Mat3 block = inverse_[i];

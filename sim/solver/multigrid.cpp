@@ -29,34 +29,6 @@ std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
   return std::make_shared<const BlockPattern>(neighbours);
 }
 
-// to = from, whose pattern is part of the other one.
-void copy_into_larger(const BlockMatrix& from, SingleBlockMatrix& to, int threads) {
-  const BlockPattern& pattern = from.pattern();
-  const BlockPattern& larger = to.pattern();
-  to.set_zero();
-  parallel_chunks(pattern.rows(), threads, [&](int first, int last) {
-    for (int row = first; row < last; ++row) {
-      int slot = larger.row_begin(row);
-      for (int source = pattern.row_begin(row); source < pattern.row_end(row); ++source) {
-        while (larger.column(slot) != pattern.column(source)) ++slot;
-        to.block(slot) = from.block(source).cast<float>();
-      }
-    }
-  });
-}
-
-// to = from, of the same pattern.
-void copy(const BlockMatrix& from, SingleBlockMatrix& to, int threads) {
-  const BlockPattern& pattern = from.pattern();
-  const double* source = from.values().data();
-  float* target = to.values().data();
-  parallel_chunks(pattern.rows(), threads, [&](int first, int last) {
-    const std::size_t end = 9 * static_cast<std::size_t>(pattern.row_end(last - 1));
-    for (std::size_t i = 9 * static_cast<std::size_t>(pattern.row_begin(first)); i < end; ++i)
-      target[i] = static_cast<float>(source[i]);
-  });
-}
-
 void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) {
   const BlockPattern& pattern = matrix.pattern();
   for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
@@ -120,12 +92,8 @@ void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
 bool Multigrid::take_finest(const VelocityMatrix& matrix) {
   version_ = matrix.version();
   Level& finest = levels_.front();
-  if (with_contact_) {
-    copy_into_larger(matrix.blocks(), finest.matrix, matrix.threads());
-    add_pairs(*matrix.dynamics().contact(), matrix.gamma(), finest.matrix);
-  } else {
-    copy(matrix.blocks(), finest.matrix, matrix.threads());
-  }
+  matrix.copy_to(finest.matrix);
+  if (with_contact_) add_pairs(*matrix.dynamics().contact(), matrix.gamma(), finest.matrix);
   const std::vector<char>& pinned = matrix.scene().pinned;
   return invert_diagonal(
       finest.matrix, matrix.threads(), [&](int i) { return pinned[i] != 0; },

@@ -4,8 +4,7 @@
 
 namespace weft::sim {
 
-VelocityMatrix::VelocityMatrix(const Dynamics& dynamics)
-    : dynamics_(dynamics), blocks_(dynamics.stiffness()) {
+VelocityMatrix::VelocityMatrix(const Dynamics& dynamics) : dynamics_(dynamics) {
   for (int i = 0; i < dynamics.particle_count(); ++i) {
     if (dynamics.scene().pinned[i] != 0) pinned_.push_back(i);
   }
@@ -14,23 +13,27 @@ VelocityMatrix::VelocityMatrix(const Dynamics& dynamics)
 void VelocityMatrix::form(double gamma) {
   gamma_ = gamma;
   ++version_;
-  const double square = gamma * gamma;
-  const double* stiffness = dynamics_.stiffness().values().data();
-  const double* damping = dynamics_.damping().values().data();
-  double* values = blocks_.values().data();
-  const BlockPattern& pattern = blocks_.pattern();
-  const bool damped = dynamics_.has_damping();
-  parallel_chunks(pattern.rows(), dynamics_.threads(), [&](int first_row, int last_row) {
-    const std::size_t first = 9 * static_cast<std::size_t>(pattern.row_begin(first_row));
-    const std::size_t last = 9 * static_cast<std::size_t>(pattern.row_end(last_row - 1));
-    if (damped) {
-      for (std::size_t i = first; i < last; ++i)
-        values[i] = square * stiffness[i] + gamma * damping[i];
-    } else {
-      for (std::size_t i = first; i < last; ++i) values[i] = square * stiffness[i];
-    }
-    for (int row = first_row; row < last_row; ++row) {
-      blocks_.block(pattern.diagonal_slot(row)).diagonal().array() += dynamics_.scene().mass[row];
+}
+
+Mat3 VelocityMatrix::block(int row, int slot) const {
+  Mat3 result = gamma_ * gamma_ * dynamics_.stiffness().block(row, slot);
+  if (dynamics_.has_damping()) result += gamma_ * dynamics_.damping().block(row, slot);
+  if (slot == pattern()->diagonal_slot(row))
+    result.diagonal().array() += dynamics_.scene().mass[row];
+  return result;
+}
+
+void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
+  const BlockPattern& here = *pattern();
+  const BlockPattern& there = matrix.pattern();
+  if (there.block_count() != here.block_count()) matrix.set_zero();
+  parallel_chunks(here.rows(), dynamics_.threads(), [&](int first, int last) {
+    for (int row = first; row < last; ++row) {
+      int target = there.row_begin(row);
+      for (int slot = here.row_begin(row); slot < here.row_end(row); ++slot, ++target) {
+        while (there.column(target) != here.column(slot)) ++target;
+        matrix.block(target) = block(row, slot).cast<float>();
+      }
     }
   });
 }
@@ -40,7 +43,14 @@ void VelocityMatrix::add_contact_product(std::span<const Vec3> in, std::span<Vec
 }
 
 void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) const {
-  blocks_.multiply(in, out, dynamics_.threads());
+  const BlockMatrix& stiffness = dynamics_.stiffness();
+  const double square = gamma_ * gamma_;
+  parallel_chunks(static_cast<int>(in.size()), dynamics_.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      out[i] = dynamics_.scene().mass[i] * in[i] + square * stiffness.row_product(i, in.data());
+      if (dynamics_.has_damping()) out[i] += gamma_ * dynamics_.damping().row_product(i, in.data());
+    }
+  });
   add_contact_product(in, out);
   // Few: the list costs less than a pass over all.
   for (int i : pinned_) out[i].setZero();

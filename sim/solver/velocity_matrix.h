@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -11,12 +12,13 @@ namespace weft::sim {
 
 // A = M + gamma D + gamma^2 K, symmetric, with K = -dF/dx and D = -dF/dv, over the free particles:
 // what belongs to pinned ones is left out of every product. Contact enters through its pairs, as
-// they were at the last force evaluation; the rest through a block matrix.
+// they were at the last force evaluation; the rest through K and D as they are stored.
 class VelocityMatrix {
  public:
   explicit VelocityMatrix(const Dynamics& dynamics);
 
-  // Takes the K and D last assembled by the dynamics. O(blocks).
+  // From now on, with this gamma and the K and D last assembled by the dynamics. Forms nothing:
+  // products read K and D.
   void form(double gamma);
   double gamma() const { return gamma_; }
   // How often it was formed: another number, another matrix.
@@ -25,8 +27,14 @@ class VelocityMatrix {
   const Scene& scene() const { return dynamics_.scene(); }
   int threads() const { return dynamics_.threads(); }
 
-  // A without contact, rows and columns of pinned particles included.
-  const BlockMatrix& blocks() const { return blocks_; }
+  const std::shared_ptr<const BlockPattern>& pattern() const {
+    return dynamics_.stiffness().shared_pattern();
+  }
+  // A without contact, rows and columns of pinned particles included, into a matrix whose pattern
+  // has at least its blocks. O(blocks).
+  void copy_to(SingleBlockMatrix& matrix) const;
+  // One of its blocks.
+  Mat3 block(int row, int slot) const;
   bool has_contact() const {
     return dynamics_.contact() != nullptr && dynamics_.contact()->pairs_in_reach() > 0;
   }
@@ -37,7 +45,6 @@ class VelocityMatrix {
 
  private:
   const Dynamics& dynamics_;
-  BlockMatrix blocks_;
   std::vector<int> pinned_;
   double gamma_ = 0;
   std::int64_t version_ = 0;

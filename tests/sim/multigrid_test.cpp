@@ -138,10 +138,9 @@ TEST(Multigrid, GalerkinProductIsThatOfDenseMatrices) {
   VelocityMatrix matrix(deformed.dynamics());
   matrix.form(0.01);
   const Prolongation p = coarsen_images(deformed.scene())[0];
-  const BlockPattern& pattern = matrix.blocks().pattern();
-  SingleBlockMatrix fine(matrix.blocks().shared_pattern());
-  std::copy(matrix.blocks().values().begin(), matrix.blocks().values().end(),
-            fine.values().begin());
+  const BlockPattern& pattern = *matrix.pattern();
+  SingleBlockMatrix fine(matrix.pattern());
+  matrix.copy_to(fine);
   SingleBlockMatrix coarse(galerkin_pattern(pattern, p));
   galerkin_product(fine, p, coarse, 2);
   const Eigen::MatrixXd a =
@@ -166,7 +165,7 @@ TEST(Multigrid, IsSymmetricAndPositiveDefinite) {
     SCOPED_TRACE(setting.shape + setting.more);
     DeformedScene deformed(setting);
     VelocityMatrix matrix(deformed.dynamics());
-    Multigrid multigrid(deformed.scene(), matrix.blocks().shared_pattern());
+    Multigrid multigrid(deformed.scene(), matrix.pattern());
     // The coarse matrices of another step are allowed.
     matrix.form(0.002);
     ASSERT_TRUE(multigrid.set_up(matrix));
