@@ -124,6 +124,7 @@ struct BodyCase {
   std::string name;
   ShapeCase shape;
   std::string material;                // name of a [material.NAME]
+  Vec3 stretch{1, 1, 1};               // of the shape along its axes, at the start
   Vec3 position{0, 0, 0};              // m
   Vec3 rotation_deg{0, 0, 0};          // rotation vector, degrees, before the translation
   Vec3 velocity{0, 0, 0};              // m/s

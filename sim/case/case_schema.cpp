@@ -299,14 +299,17 @@ Table describe(PinCase& target) {
 }
 
 Table describe(BodyCase& target) {
-  auto& [name, shape, material, position, rotation, velocity, angular_velocity, thickness,
+  auto& [name, shape, material, stretch, position, rotation, velocity, angular_velocity, thickness,
          self_contact, pin, location] = target;
   Table result{{
       field("name", &name, "Unique among bodies and obstacles.").needed().named_with_letters(),
-      field("shape", table(&shape), "Its shape at rest and at the start.").needed(),
+      field("shape", table(&shape), "Its shape at rest, and at the start but for stretch.")
+          .needed(),
       field("material", &material, "Name of a [material.NAME].")
           .with_default("the only material")
           .named_with_letters(),
+      field("stretch", &stretch, "", positive,
+            "Factors along the axes of the shape, before the rotation: the body starts stretched."),
       field("position", &position, "m", any, "Added to the shape after the rotation."),
       field("rotation_deg", &rotation, "degrees", any, "About the origin: axis times angle."),
       field("velocity", &velocity, "m/s", any, "At the start."),

@@ -83,10 +83,10 @@ SceneBody make_body(const std::string& name, const ShapeCase& shape, const std::
   return body;
 }
 
-void append_positions(Scene& scene, const SceneBody& body, const Vec3& position,
-                      const Vec3& rotation_deg) {
-  const Eigen::Matrix3d rotation = rotation_from_degrees(rotation_deg);
-  for (const Vec3& p : body.rest) scene.initial_position.push_back(rotation * p + position);
+void append_positions(Scene& scene, const SceneBody& body, const Vec3& stretch,
+                      const Vec3& position, const Vec3& rotation_deg) {
+  const Eigen::Matrix3d placing = rotation_from_degrees(rotation_deg) * stretch.asDiagonal();
+  for (const Vec3& p : body.rest) scene.initial_position.push_back(placing * p + position);
 }
 
 const MaterialCase* find_material(const Case& source, const std::string& name) {
@@ -104,7 +104,7 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
   if (body.material == nullptr)
     throw CaseError(from.location, "unknown material \"" + from.material + "\"");
   const std::vector<double> area = particle_areas(body, from.shape.location);
-  append_positions(scene, body, from.position, from.rotation_deg);
+  append_positions(scene, body, from.stretch, from.position, from.rotation_deg);
   const int count = body.particle_count();
   const Vec3 spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
   const auto placed = std::span<const Vec3>(scene.initial_position).last(count);
@@ -126,7 +126,7 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   body.dynamic = false;
   body.moves = from.motion.has_value();
   const std::vector<double> area = particle_areas(body, from.shape.location);
-  append_positions(scene, body, from.position, from.rotation_deg);
+  append_positions(scene, body, Vec3::Ones(), from.position, from.rotation_deg);
   const int count = body.particle_count();
   scene.contact_area.insert(scene.contact_area.end(), area.begin(), area.end());
   scene.initial_velocity.resize(scene.initial_velocity.size() + count, Vec3::Zero());

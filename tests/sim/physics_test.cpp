@@ -136,6 +136,61 @@ edges = ["last_row"]
   EXPECT_NEAR(omega / std::sqrt(g) / reference_value("hanging_chain_first_frequency"), 1, 0.01);
 }
 
+// A square membrane with held edges, stretched by lambda both ways, let go under a gravity g. Small
+// deflections w obey rho w'' = S laplace(w) - rho g in the coordinates of the rest shape, with the
+// second Piola-Kirchhoff tension S = E h / (1 - nu) (lambda^2 - 1) / 2 of Saint Venant-Kirchhoff.
+// In the modes sin(m pi x / L) sin(n pi y / L) of the fixed square, omega^2 = S / rho (pi / L)^2
+// (m^2 + n^2) (Rayleigh, The Theory of Sound, section 195), each answers the load with
+// w_mn = -16 g / (pi^2 m n omega^2) (1 - cos omega t) for odd m and n.
+TEST(Physics, StretchedMembraneVibratesAtItsClosedFormFrequencies) {
+  constexpr int side = 33;
+  SimulatedCase sim(R"(
+[time]
+duration = 0.12
+position_tolerance = 1e-8
+relative_tolerance = 1e-6
+[contact]
+enabled = false
+[material.skin]
+density = 0.2
+membrane_stiffness = 1000
+poisson_ratio = 0.3
+[[body]]
+name = "drum"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [33, 33] }
+stretch = [1.05, 1.05, 1.0]
+[[body.pin]]
+edges = ["first_row", "last_row", "first_col", "last_col"]
+)");
+  const double pi = std::numbers::pi;
+  const double tension = 1000 / (1 - 0.3) * (1.05 * 1.05 - 1) / 2;
+  const auto amplitude = [&](const std::vector<double>& y, int m, int n) {
+    const StateView state = StateView::of(y);
+    double sum = 0;
+    for (int row = 0; row < side; ++row) {
+      for (int column = 0; column < side; ++column) {
+        sum += state.position[side * row + column].z() * std::sin(m * pi * row / (side - 1)) *
+               std::sin(n * pi * column / (side - 1));
+      }
+    }
+    return 4 * sum / ((side - 1) * (side - 1));
+  };
+  const auto expected = [&](double t, int m, int n) {
+    const double omega = pi * std::sqrt(tension / 0.2 * (m * m + n * n));
+    return -16 * g / (pi * pi * m * n * omega * omega) * (1 - std::cos(omega * t));
+  };
+  for (double t = 0.01; t < 0.115; t += 0.01) {
+    const std::vector<double> y = sim.advance_to(t);
+    for (const auto& [m, n] : {std::pair{1, 1}, {1, 3}, {3, 1}}) {
+      const double half_period = std::sqrt(0.2 / (tension * (m * m + n * n)));
+      // The mesh makes waves slower by a share that grows as the square of their number.
+      const double share = 0.005 * (m * m + n * n);
+      EXPECT_NEAR(amplitude(y, m, n), expected(t, m, n), share * -expected(half_period, m, n))
+          << m << n << " at " << t;
+    }
+  }
+}
+
 // A strip clamped horizontally that sags under its weight, Gamma = sigma g L^3 / D = 10: drop
 // 0.7001997155 L and reach 0.6563537612 L (planar elastica by shooting, 1e-12).
 TEST(Physics, ClampedStripSagsLikeTheHeavyElastica) {
