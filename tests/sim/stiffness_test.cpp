@@ -135,13 +135,12 @@ TEST(Stiffness, SemiDefiniteOneHasNoNegativeEigenvalueWhereTheExactOneHas) {
   }
 }
 
+// Springs alone show it: edges opposite right angles of triangles are compressed at once, and
+// bending leaves out its stress part even so.
 TEST(Stiffness, SemiDefiniteOneIsExactWhereNothingIsCompressed) {
-  for (int i = 0; i < 2; ++i) {  // bending leaves out its stress part even so
-    Sheet sheet(materials[i], 1.3);
-    const Eigen::MatrixXd exact = sheet.stiffness(Definiteness::exact);
-    EXPECT_LT((exact - sheet.stiffness(Definiteness::semi_definite)).norm(), 1e-14 * exact.norm())
-        << materials[i];
-  }
+  Sheet sheet(materials[1], 1.3);
+  const Eigen::MatrixXd exact = sheet.stiffness(Definiteness::exact);
+  EXPECT_LT((exact - sheet.stiffness(Definiteness::semi_definite)).norm(), 1e-14 * exact.norm());
 }
 
 }  // namespace
