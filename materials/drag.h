@@ -9,17 +9,64 @@ namespace weft::materials {
 // 1/2 |w| (normal w_n + tangential w_t), w = wind - velocity of the centroid, split along the
 // normal and the plane of the triangle. The force does not depend on which side is called the
 // front, and its power on a body in still air is never positive.
-struct Drag {
-  double normal = 0;
-  double tangential = 0;
+template <class Real>
+struct DragOf {
+  Real normal = 0;
+  Real tangential = 0;
 };
+using Drag = DragOf<double>;
+
+// The air that flows past a triangle.
+template <class Real>
+struct FlowOf {
+  Vec3Of<Real> relative_wind;  // w, m/s
+  Vec3Of<Real> normal;         // unit, or zero without area
+  Real area;                   // m^2
+};
+template <class Real>
+FlowOf<Real> flow_past(const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
+                       const Vec3Of<Real>& wind) {
+  FlowOf<Real> flow;
+  flow.relative_wind = wind - (1.0 / 3) * (v.col(0) + v.col(1) + v.col(2));
+  const Vec3Of<Real> side = x.col(1) - x.col(0), other = x.col(2) - x.col(0);
+  const Vec3Of<Real> area = 0.5 * side.cross(other);
+  flow.area = square_root(squared_norm(area));
+  flow.normal = (1.0 / choose(flow.area == Real(0), 1.0, flow.area)) * area;
+  return flow;
+}
+
+// B w, kg/(m^2 s).
+template <class Real>
+Vec3Of<Real> weighted_wind(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
+  return drag.tangential * flow.relative_wind +
+         ((drag.normal - drag.tangential) * dot(flow.relative_wind, flow.normal)) * flow.normal;
+}
 
 // Total force on the triangle, N; each node gets a third. Zero for a triangle without area.
-Vec3 drag_force(const Drag& drag, const Nodes3& x, const Nodes3& v, const Vec3& wind);
+template <class Real>
+Vec3Of<Real> drag_force(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
+                        const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {
+  const FlowOf<Real> flow = flow_past(x, v, wind);
+  return (0.5 * flow.area * square_root(squared_norm(flow.relative_wind))) *
+         weighted_wind(drag, flow);
+}
+
 // -d force / d (centroid velocity), made symmetric positive semi-definite, N s/m: for the Newton
 // matrix, a ninth in every block of a pair of nodes. With B = normal n n^T + tangential (I - n n^T)
 // the force is A/2 |w| B w; the matrix is A/2 |w| (B + B w w^T B / w^T B w), exact along w always,
 // and in every direction for a wind along the normal or in the plane. Zero in still air.
-Mat3 drag_damping(const Drag& drag, const Nodes3& x, const Nodes3& v, const Vec3& wind);
+template <class Real>
+Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
+                          const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {
+  const FlowOf<Real> flow = flow_past(x, v, wind);
+  const Vec3Of<Real> weighted = weighted_wind(drag, flow);
+  const Real power = dot(weighted, flow.relative_wind);
+  const auto is_still = power <= Real(0);
+  const Real inverse_power = choose(is_still, 0.0, 1.0 / choose(is_still, 1.0, power));
+  Mat3Of<Real> result = outer<Real>((drag.normal - drag.tangential) * flow.normal, flow.normal) +
+                        outer<Real>(weighted, inverse_power * weighted);
+  result.diagonal().array() += drag.tangential;
+  return (0.5 * flow.area * square_root(squared_norm(flow.relative_wind))) * result;
+}
 
 }  // namespace weft::materials

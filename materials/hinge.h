@@ -3,8 +3,7 @@
 // counter-clockwise seen from the same side.
 #pragma once
 
-#include <cmath>
-
+#include "materials/membrane.h"
 #include "materials/types.h"
 
 namespace weft::materials {
@@ -12,13 +11,24 @@ namespace weft::materials {
 // What angle and gradient have in common; a caller who wants both makes it once. The edge, the arms
 // from x0 to the nodes across it and the normals (m, m, m^2) of a hinge. `flat_triangle` is true
 // when either triangle has no area (its sine at x0 is below 1e-12).
-struct HingeVectors {
-  Vec3 edge, arm2, arm3, normal2, normal3;
-  double edge_length = 0, squared_normal2 = 0, squared_normal3 = 0;
-  bool flat_triangle = false;
+template <class Real>
+struct HingeVectorsOf {
+  Vec3Of<Real> edge, arm2, arm3, normal2, normal3;
+  Real edge_length, squared_normal2, squared_normal3;
+  decltype(Real() < Real()) flat_triangle;
 };
-inline HingeVectors hinge_vectors(const Nodes4& x) {
-  HingeVectors h;
+using HingeVectors = HingeVectorsOf<double>;
+
+// Whether a triangle of these two sides and normal has no area. Written so that NaN counts as a
+// proper triangle and is handed on instead of hidden.
+template <class Real>
+auto is_flat(const Real& squared_normal, const Real& squared_side, const Real& squared_other) {
+  return squared_normal <= 1e-24 * squared_side * squared_other;
+}
+
+template <class Real>
+HingeVectorsOf<Real> hinge_vectors(const NodesOf<Real, 4>& x) {
+  HingeVectorsOf<Real> h;
   h.edge = x.col(1) - x.col(0);
   h.arm2 = x.col(2) - x.col(0);
   h.arm3 = x.col(3) - x.col(0);
@@ -26,37 +36,39 @@ inline HingeVectors hinge_vectors(const Nodes4& x) {
   h.normal3 = h.arm3.cross(h.edge);
   h.squared_normal2 = squared_norm(h.normal2);
   h.squared_normal3 = squared_norm(h.normal3);
-  const double squared_edge = squared_norm(h.edge);
-  h.edge_length = std::sqrt(squared_edge);
-  const double smallest = 1e-24 * squared_edge;
-  // Written so that NaN counts as a proper triangle and is handed on instead of hidden.
-  h.flat_triangle = h.squared_normal2 <= smallest * squared_norm(h.arm2) ||
-                    h.squared_normal3 <= smallest * squared_norm(h.arm3);
+  const Real squared_edge = squared_norm(h.edge);
+  h.edge_length = square_root(squared_edge);
+  h.flat_triangle = is_flat<Real>(h.squared_normal2, squared_edge, squared_norm(h.arm2)) |
+                    is_flat<Real>(h.squared_normal3, squared_edge, squared_norm(h.arm3));
   return h;
 }
 
 // The angle is 0 when flat, in [-pi, pi], positive when the surface is a valley seen from that side
 // (x3 above the plane of the first triangle). It jumps by 2 pi where the triangles fold onto each
 // other. A triangle without area has no angle: 0, with no derivatives.
-inline double hinge_angle(const HingeVectors& h) {
-  if (h.flat_triangle) return 0;
+template <class Real>
+Real hinge_angle(const HingeVectorsOf<Real>& h) {
   // sin ~ edge . (normal3 x normal2) / |edge| = |edge| arm3 . normal2, accurate near 0 and pi.
-  return std::atan2(h.edge_length * dot(h.arm3, h.normal2), dot(h.normal2, h.normal3));
+  return choose(h.flat_triangle, 0.0,
+                arc_tangent(h.edge_length * dot(h.arm3, h.normal2), dot(h.normal2, h.normal3)));
 }
 inline double hinge_angle(const Nodes4& x) { return hinge_angle(hinge_vectors(x)); }
 
 // d angle / d x_i as columns, 1/m: a node across the edge lifts the angle by one over its height
 // along the normal of its triangle, and the ends of the edge take the reactions of a lever.
-inline Nodes4 hinge_gradient(const HingeVectors& h) {
-  if (h.flat_triangle) return Nodes4::Zero();
-  const Vec3 gradient2 = h.edge_length / h.squared_normal2 * h.normal2;
-  const Vec3 gradient3 = h.edge_length / h.squared_normal3 * h.normal3;
+template <class Real>
+NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
+  const auto over = [&](const Real& numerator, const Real& denominator) {
+    return choose(h.flat_triangle, 0.0, numerator / choose(h.flat_triangle, 1.0, denominator));
+  };
+  const Vec3Of<Real> gradient2 = over(h.edge_length, h.squared_normal2) * h.normal2;
+  const Vec3Of<Real> gradient3 = over(h.edge_length, h.squared_normal3) * h.normal3;
   // Where along the edge the feet of the heights stand.
-  const double inverse = 1 / (h.edge_length * h.edge_length);
-  const double foot2 = dot(h.edge, h.arm2) * inverse;
-  const double foot3 = dot(h.edge, h.arm3) * inverse;
-  Nodes4 gradient;
-  gradient.col(0) = (foot2 - 1) * gradient2 + (foot3 - 1) * gradient3;
+  const Real inverse = over(1.0, h.edge_length * h.edge_length);
+  const Real foot2 = dot(h.edge, h.arm2) * inverse;
+  const Real foot3 = dot(h.edge, h.arm3) * inverse;
+  NodesOf<Real, 4> gradient;
+  gradient.col(0) = (foot2 - 1.0) * gradient2 + (foot3 - 1.0) * gradient3;
   gradient.col(1) = -foot2 * gradient2 - foot3 * gradient3;
   gradient.col(2) = gradient2;
   gradient.col(3) = gradient3;
@@ -64,8 +76,61 @@ inline Nodes4 hinge_gradient(const HingeVectors& h) {
 }
 inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vectors(x)); }
 
-// d^2 angle / dx dx, symmetric, 1/m^2. Each triangle gives its own part (as in Tamstorf and
-// Grinspun 2013); the blocks that couple x2 and x3 are zero.
-Mat12 hinge_hessian(const Nodes4& x);
+// What a triangle contributes to sum_i moment_i d^2 angle_i / dx dx over its three hinges, the one
+// of edge i opposite node i: symmetric, and only over its own three nodes, as x2 and x3 of a hinge
+// are not coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their Jacobians). Its
+// unit: that of the moments / m^2. The whole Hessian is the sum over both triangles of every hinge.
+// A triangle without area contributes nothing.
+//
+// Derivation, for the edge p -> q of a triangle (p, q, r): with the unit normal N, the unit edge e
+// of length l, the unit vector m in the plane from the edge to r, the height h of r, the foot t of
+// that height, w = (t - 1, -t, 1) and s = (-1, 1, 0), the gradient is w_a N / h,
+//   dN = -(m/h) N.D - (e/l) N.d(q - p), dh = m.D, dt = e.D / l + h/l^2 m.d(q - p), D = sum w_b
+//   dx_b,
+// so block (a, b) is -w_a w_b/h^2 (m N^T + N m^T) - (s_a w_b N e^T + w_a s_b e N^T)/(h l)
+// - s_a s_b/l^2 N m^T. The last term alone is not symmetric, but its sum over both triangles is, so
+// each gives its symmetric part. All terms hold N: block (a, b) is N c_ab^T + c_ba N^T.
+template <class Real>
+StencilMatrix<Real, 3> hinge_hessians(const NodesOf<Real, 3>& x, const Vec3Of<Real>& moments) {
+  const NodesOf<Real, 3> edges = opposite_edges(x);
+  const Vec3Of<Real> first = edges.col(0), second = edges.col(1);
+  const Vec3Of<Real> normal = first.cross(second);
+  const Real squared_normal = squared_norm(normal);
+  const auto flat = is_flat<Real>(squared_normal, squared_norm(first), squared_norm(second));
+  const Real inverse_area = 1.0 / choose(flat, 1.0, square_root(squared_normal));  // twice the area
+  const Vec3Of<Real> unit_normal = choose(flat, 0.0, inverse_area) * normal;
+  Vec3Of<Real> c[3][3];
+  for (int i = 0; i < 3; ++i) {
+    const int p = (i + 1) % 3, q = (i + 2) % 3;
+    const Vec3Of<Real> edge = edges.col(i);
+    const Real inverse_length = 1.0 / choose(flat, 1.0, square_root(squared_norm(edge)));
+    const Vec3Of<Real> unit_edge = inverse_length * edge;
+    const Vec3Of<Real> inward = unit_normal.cross(unit_edge);
+    const Real inverse_height = inverse_area / inverse_length;
+    const Real foot = -dot(edge, edges.col(q)) * inverse_length * inverse_length;
+    const Vec3Of<Real> pull = moments[i] * inverse_height * inverse_height * inward;
+    const Vec3Of<Real> turn = 0.5 * moments[i] * inverse_length * inverse_length * inward;
+    const Vec3Of<Real> slide = moments[i] * inverse_height * inverse_length * unit_edge;
+    Real w[3], s[3];
+    w[p] = foot - 1.0, w[q] = -foot, w[i] = 1.0;
+    s[p] = -1.0, s[q] = 1.0, s[i] = 0.0;
+    for (int a = 0; a < 3; ++a) {
+      for (int b = 0; b < 3; ++b) {
+        const Vec3Of<Real> term = w[a] * w[b] * pull + s[a] * s[b] * turn + s[a] * w[b] * slide;
+        if (i == 0) {
+          c[a][b] = -term;
+        } else {
+          c[a][b] -= term;
+        }
+      }
+    }
+  }
+  StencilMatrix<Real, 3> result;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = a; b < 3; ++b)
+      result(a, b) = outer<Real>(unit_normal, c[a][b]) + outer<Real>(c[b][a], unit_normal);
+  }
+  return result;
+}
 
 }  // namespace weft::materials

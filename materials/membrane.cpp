@@ -5,30 +5,6 @@
 
 namespace weft::materials {
 
-namespace {
-
-// d q_i / d x as columns, m: edge i starts at node i + 1 and ends at node i + 2.
-using Gradients = Eigen::Matrix<double, 9, 3>;
-Gradients squared_length_gradients(const Nodes3& edges) {
-  Gradients gradients;
-  for (int i = 0; i < 3; ++i) {
-    const Vec3 twice = 2 * edges.col(i);
-    gradients.block<3, 1>(3 * i, i).setZero();
-    gradients.block<3, 1>(3 * ((i + 1) % 3), i) = -twice;
-    gradients.block<3, 1>(3 * ((i + 2) % 3), i) = twice;
-  }
-  return gradients;
-}
-
-// G C G^T.
-Mat9 material_stiffness(const Mat3& modulus, const Nodes3& edges) {
-  const Gradients gradients = squared_length_gradients(edges);
-  const Gradients stresses = gradients.lazyProduct(modulus);
-  return stresses.lazyProduct(gradients.transpose());
-}
-
-}  // namespace
-
 TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, double poisson_ratio,
                                         double damping_time) {
   assert(poisson_ratio > -1 && poisson_ratio < 1);
@@ -55,30 +31,6 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
     }
   }
   return membrane;
-}
-
-Mat9 membrane_stiffness(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v,
-                        bool pull_only) {
-  const Nodes3 edges = opposite_edges(x);
-  Vec3 tensions = edge_tensions(membrane, edges, v);
-  if (pull_only) tensions = tensions.cwiseMax(0);
-  Mat9 result = material_stiffness(membrane.modulus, edges);
-  // d^2 q_i / dx dx is 2 I on the diagonal of either end of edge i and -2 I between them.
-  for (int i = 0; i < 3; ++i) {
-    const int start = 3 * ((i + 1) % 3);
-    const int end = 3 * ((i + 2) % 3);
-    for (int axis = 0; axis < 3; ++axis) {
-      result(start + axis, start + axis) += 2 * tensions[i];
-      result(end + axis, end + axis) += 2 * tensions[i];
-      result(start + axis, end + axis) -= 2 * tensions[i];
-      result(end + axis, start + axis) -= 2 * tensions[i];
-    }
-  }
-  return result;
-}
-
-Mat9 membrane_damping(const TriangleMembrane& membrane, const Nodes3& x) {
-  return material_stiffness(membrane.damping_time * membrane.modulus, opposite_edges(x));
 }
 
 }  // namespace weft::materials

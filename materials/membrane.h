@@ -9,11 +9,13 @@
 
 namespace weft::materials {
 
-struct TriangleMembrane {
-  std::array<double, 3> rest_squared_length{};  // of the edge opposite each node, m^2
-  Mat3 modulus = Mat3::Zero();                  // C, N/m^3
-  double damping_time = 0;                      // beta, s
+template <class Real>
+struct TriangleMembraneOf {
+  std::array<Real, 3> rest_squared_length{};    // of the edge opposite each node, m^2
+  Mat3Of<Real> modulus = Mat3Of<Real>::Zero();  // C, N/m^3
+  Real damping_time = 0;                        // beta, s
 };
+using TriangleMembrane = TriangleMembraneOf<double>;
 
 // `stiffness` is E h (N/m), -1 < poisson_ratio < 1 (plane stress), rest positions as columns (m).
 // Precondition: the rest triangle has an area.
@@ -21,59 +23,114 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
                                         double damping_time);
 
 // The edge opposite each node, running round the triangle: x2 - x1, x0 - x2, x1 - x0, as columns.
-inline Nodes3 opposite_edges(const Nodes3& x) {
-  Nodes3 edges;
+template <class Real>
+NodesOf<Real, 3> opposite_edges(const NodesOf<Real, 3>& x) {
+  NodesOf<Real, 3> edges;
   edges.col(0) = x.col(2) - x.col(1);
   edges.col(1) = x.col(0) - x.col(2);
   edges.col(2) = x.col(1) - x.col(0);
   return edges;
 }
 
+template <class Real>
+std::array<Real, 3> squared_lengths(const NodesOf<Real, 3>& edges) {
+  return {squared_norm(edges.col(0)), squared_norm(edges.col(1)), squared_norm(edges.col(2))};
+}
+
 // q, m^2.
-inline Vec3 squared_length_changes(const TriangleMembrane& membrane, const Nodes3& edges) {
+template <class Real>
+Vec3Of<Real> squared_length_changes(const TriangleMembraneOf<Real>& membrane,
+                                    const NodesOf<Real, 3>& edges) {
   const auto& rest = membrane.rest_squared_length;
-  return {squared_norm(edges.col(0)) - rest[0], squared_norm(edges.col(1)) - rest[1],
-          squared_norm(edges.col(2)) - rest[2]};
+  const auto now = squared_lengths(edges);
+  return {now[0] - rest[0], now[1] - rest[1], now[2] - rest[2]};
 }
 
 // J
-inline double membrane_energy(const TriangleMembrane& membrane, const Nodes3& x) {
-  const Vec3 change = squared_length_changes(membrane, opposite_edges(x));
+template <class Real>
+Real membrane_energy(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& x) {
+  const Vec3Of<Real> change = squared_length_changes(membrane, opposite_edges(x));
   return 0.5 * dot(change, membrane.modulus * change);
 }
 
 // C (q + beta q'), one tension per edge, N/m: the edge i pulls its ends together with 2 s_i e_i.
-inline Vec3 edge_tensions(const TriangleMembrane& membrane, const Nodes3& edges, const Nodes3& v) {
-  Vec3 change = squared_length_changes(membrane, edges);
-  if (membrane.damping_time != 0) {
-    const double factor = 2 * membrane.damping_time;
-    change[0] += factor * dot(edges.col(0), v.col(2) - v.col(1));
-    change[1] += factor * dot(edges.col(1), v.col(0) - v.col(2));
-    change[2] += factor * dot(edges.col(2), v.col(1) - v.col(0));
-  }
+template <class Real>
+Vec3Of<Real> edge_tensions(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& edges,
+                           const NodesOf<Real, 3>& v) {
+  Vec3Of<Real> change = squared_length_changes(membrane, edges);
+  const Real factor = 2.0 * membrane.damping_time;
+  change[0] += factor * dot(edges.col(0), v.col(2) - v.col(1));
+  change[1] += factor * dot(edges.col(1), v.col(0) - v.col(2));
+  change[2] += factor * dot(edges.col(2), v.col(1) - v.col(0));
   return membrane.modulus * change;
 }
 
-// Forces on the three nodes as columns, N. Inline: the hot loop of a cloth.
-inline Nodes3 membrane_forces(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v) {
-  const Nodes3 edges = opposite_edges(x);
-  const Vec3 tensions = edge_tensions(membrane, edges, v);
-  const Vec3 pull0 = 2 * tensions[0] * edges.col(0);
-  const Vec3 pull1 = 2 * tensions[1] * edges.col(1);
-  const Vec3 pull2 = 2 * tensions[2] * edges.col(2);
-  Nodes3 forces;
+// Forces on the three nodes as columns, N.
+template <class Real>
+NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
+                                 const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v) {
+  const NodesOf<Real, 3> edges = opposite_edges(x);
+  const Vec3Of<Real> tensions = Real(2) * edge_tensions(membrane, edges, v);
+  const Vec3Of<Real> pull0 = tensions[0] * edges.col(0);
+  const Vec3Of<Real> pull1 = tensions[1] * edges.col(1);
+  const Vec3Of<Real> pull2 = tensions[2] * edges.col(2);
+  NodesOf<Real, 3> forces;
   forces.col(0) = pull2 - pull1;
   forces.col(1) = pull0 - pull2;
   forces.col(2) = pull1 - pull0;
   return forces;
 }
 
-// -d forces / d x with the stress of (x, v) (exact without damping), symmetric, N/m. Indefinite
-// under compression; with `pull_only`, which leaves out the stress of edges that push, positive
-// semi-definite.
-Mat9 membrane_stiffness(const TriangleMembrane& membrane, const Nodes3& x, const Nodes3& v,
-                        bool pull_only = false);
-// -d forces / d v, exact, symmetric positive semi-definite, N s/m.
-Mat9 membrane_damping(const TriangleMembrane& membrane, const Nodes3& x);
+// G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness but for the
+// stress; times beta it is -d forces / d v, exact, N s/m.
+template <class Real>
+StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real>& membrane,
+                                                   const NodesOf<Real, 3>& x) {
+  const NodesOf<Real, 3> edges = opposite_edges(x);
+  // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i, so the product of i
+  // and j goes with either sign to the blocks of their ends.
+  Mat3Of<Real> product[3][3];
+  for (int i = 0; i < 3; ++i) {
+    const Vec3Of<Real> e = edges.col(i);
+    for (int j = i; j < 3; ++j) {
+      product[i][j] = outer<Real>(4.0 * membrane.modulus(i, j) * e, edges.col(j));
+      if (j != i) product[j][i] = product[i][j].transpose();
+    }
+  }
+  StencilMatrix<Real, 3> result;
+  for (int a = 0; a < 3; ++a) {
+    const int a1 = (a + 1) % 3, a2 = (a + 2) % 3;  // edge a1 ends at node a, edge a2 starts there
+    for (int b = a; b < 3; ++b) {
+      const int b1 = (b + 1) % 3, b2 = (b + 2) % 3;
+      result(a, b) = (product[a1][b1] + product[a2][b2]) - (product[a1][b2] + product[a2][b1]);
+    }
+  }
+  return result;
+}
+
+// Adds the part of the stiffness that the tensions (as of edge_tensions) make: d^2 q_i / dx dx is
+// 2 I on the diagonal of either end of edge i and -2 I between them. Indefinite where edges push;
+// with `pull_only`, which leaves these out, positive semi-definite.
+template <class Real>
+void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
+                         StencilMatrix<Real, 3>& stiffness) {
+  for (int i = 0; i < 3; ++i) {
+    const int start = (i + 1) % 3, end = (i + 2) % 3;
+    const Real twice = 2.0 * (pull_only ? larger(tensions[i], 0.0) : tensions[i]);
+    stiffness(start, start).diagonal().array() += twice;
+    stiffness(end, end).diagonal().array() += twice;
+    stiffness(std::min(start, end), std::max(start, end)).diagonal().array() -= twice;
+  }
+}
+
+// -d forces / d x with the stress of (x, v) (exact without damping), symmetric, N/m.
+template <class Real>
+StencilMatrix<Real, 3> membrane_stiffness(const TriangleMembraneOf<Real>& membrane,
+                                          const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
+                                          bool pull_only = false) {
+  StencilMatrix<Real, 3> result = membrane_material_stiffness(membrane, x);
+  add_membrane_stress(edge_tensions(membrane, opposite_edges(x), v), pull_only, result);
+  return result;
+}
 
 }  // namespace weft::materials

@@ -1,24 +1,73 @@
-// Small fixed-size matrices shared by the materials.
+// Small fixed-size matrices shared by the materials, of `double` or of `Lanes` (materials/lanes.h).
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+
+#include "materials/lanes.h"
 
 namespace weft::materials {
 
-using Vec3 = Eigen::Vector3d;
-using Mat3 = Eigen::Matrix3d;
-// Node values of a stencil as columns: 3 x nodes. The even-sized types are left unaligned: Eigen's
-// alignment depends on the compiler's -march, which a program that links the library may not share.
-using Nodes3 = Eigen::Matrix<double, 3, 3>;
-using Nodes4 = Eigen::Matrix<double, 3, 4, Eigen::ColMajor | Eigen::DontAlign>;
-// Hessians in node-major order: component 3 * node + axis.
-using Mat9 = Eigen::Matrix<double, 9, 9>;
-using Mat12 = Eigen::Matrix<double, 12, 12, Eigen::ColMajor | Eigen::DontAlign>;
+template <class Real>
+using Vec3Of = Eigen::Matrix<Real, 3, 1>;
+template <class Real>
+using Mat3Of = Eigen::Matrix<Real, 3, 3>;
+// Node values of a stencil as columns: 3 x nodes. Left unaligned: Eigen's alignment depends on the
+// compiler's -march, which a program that links the library may not share.
+template <class Real, int nodes>
+using NodesOf = Eigen::Matrix<Real, 3, nodes, Eigen::ColMajor | Eigen::DontAlign>;
+
+using Vec3 = Vec3Of<double>;
+using Mat3 = Mat3Of<double>;
+using Nodes3 = NodesOf<double, 3>;
+using Nodes4 = NodesOf<double, 4>;
 
 // Eigen's own sums over three components load pairs that were just stored one by one, which stalls
 // the processor: these are 2 to 3 times faster where vectors have just been computed.
-inline double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline double squared_norm(const Vec3& a) { return dot(a, a); }
+template <class A, class B>
+auto dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
+  return typename A::Scalar(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+}
+template <class A>
+auto squared_norm(const Eigen::MatrixBase<A>& a) {
+  return dot(a, a);
+}
+// a b^T.
+template <class Real>
+Mat3Of<Real> outer(const Vec3Of<Real>& a, const Vec3Of<Real>& b) {
+  return a * b.transpose();
+}
+
+// The 3x3 blocks of a symmetric matrix over the nodes of a stencil, those on and above the
+// diagonal.
+template <class Real, int nodes>
+struct StencilMatrix {
+  std::array<Mat3Of<Real>, nodes*(nodes + 1) / 2> blocks;
+
+  static constexpr int index(int row, int column) {  // row <= column
+    return row * nodes - row * (row + 1) / 2 + column;
+  }
+  Mat3Of<Real>& operator()(int row, int column) { return blocks[index(row, column)]; }
+  const Mat3Of<Real>& operator()(int row, int column) const { return blocks[index(row, column)]; }
+
+  StencilMatrix scaled(const Real& factor) const {
+    StencilMatrix result;
+    for (std::size_t i = 0; i < blocks.size(); ++i) result.blocks[i] = factor * blocks[i];
+    return result;
+  }
+
+  // All of it, in node-major order: component 3 * node + axis.
+  Eigen::Matrix<Real, 3 * nodes, 3 * nodes> dense() const {
+    Eigen::Matrix<Real, 3 * nodes, 3 * nodes> all;
+    for (int a = 0; a < nodes; ++a) {
+      for (int b = a; b < nodes; ++b) {
+        all.template block<3, 3>(3 * b, 3 * a) = (*this)(a, b).transpose();
+        all.template block<3, 3>(3 * a, 3 * b) = (*this)(a, b);
+      }
+    }
+    return all;
+  }
+};
 
 }  // namespace weft::materials

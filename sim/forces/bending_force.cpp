@@ -10,215 +10,268 @@ namespace weft::sim {
 
 namespace {
 
+using materials::lane_count;
+using materials::Lanes;
+using materials::Mat3Of;
 using materials::Nodes3;
-using materials::Nodes4;
+using materials::NodesOf;
+using materials::Vec3Of;
 
-// An interior edge: nodes as in materials/hinge.h.
-struct Hinge {
-  double rest_angle = 0;    // rad
+// A triangle with the hinge of each edge, the one opposite its node, and its quadratic form in
+// their angles.
+struct BendingTriangle {
+  std::array<int, 3> nodes{};
+  std::array<int, 3> hinge{-1, -1, -1};  // -1 on the border
+  std::array<bool, 3> is_second{};       // of the hinge's triangles
+  Mat3 modulus = Mat3::Zero();
   double damping_time = 0;  // s
 };
 
-// A triangle with the hinges of its edges (-1 on the border) and its quadratic form in their
-// angles.
-struct BendingTriangle {
-  std::array<int, 3> hinge{-1, -1, -1};
-  Mat3 modulus = Mat3::Zero();
-};
-
 struct BendingData {
-  std::vector<std::array<int, 4>> hinge_nodes;
-  std::vector<Hinge> hinges;
+  std::vector<std::array<int, 4>> hinge_nodes;  // of interior edges, as in materials/hinge.h
+  std::vector<double> hinge_damping_times;      // s
   std::vector<BendingTriangle> triangles;
 };
 
 class BendingForce final : public Force {
  public:
-  BendingForce(BendingData data, int particle_count)
-      : hinge_stencils_(data.hinge_nodes, particle_count),
-        hinges_(std::move(data.hinges)),
-        triangles_(std::move(data.triangles)),
-        state_of_hinge_(hinges_.size()) {
-    find_triangles_of_hinges();
-    build_triangle_stencils(data.hinge_nodes, particle_count);
+  BendingForce(const BendingData& data, const std::vector<Vec3>& rest)
+      : hinge_stencils_(data.hinge_nodes, static_cast<int>(rest.size())),
+        triangle_stencils_(stencils_of(data), static_cast<int>(rest.size())) {
+    pack_hinges(data, rest);
+    pack_triangles(data);
   }
 
   std::string_view name() const override { return "bending"; }
 
   double energy(const Kinematics& state, int threads) override {
-    measure_angles(state, threads);
+    hinge_stencils_.for_each_batch(threads, [&](int first) {
+      HingeBatch& hinges = hinges_[first / lane_count];
+      hinges.strain = materials::hinge_angle(
+                          materials::hinge_vectors(hinge_stencils_.gather(first, state.position))) -
+                      hinges.rest_angle;
+    });
     return parallel_sum(static_cast<int>(triangles_.size()), threads, [&](int first, int last) {
-      double sum = 0;
-      for (int t = first; t < last; ++t) {
-        Vec3 angle = Vec3::Zero();
-        for (int i = 0; i < 3; ++i) {
-          const int h = triangles_[t].hinge[i];
-          if (h >= 0) angle[i] = state_of_hinge_[h].strain;
-        }
-        sum += 0.5 * angle.dot(triangles_[t].modulus * angle);
+      Lanes sum = 0;
+      for (int batch = first; batch < last; ++batch) {
+        const Vec3Of<Lanes> strains = strains_of(triangles_[batch]);
+        sum += 0.5 * materials::dot(strains, triangles_[batch].modulus * strains);
       }
-      return sum;
+      return materials::sum_of_lanes(sum);
     });
   }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
-    measure_hinges(state, threads);
-    hinge_stencils_.for_each(threads, [&](int h) {
-      const HingeState& hinge = state_of_hinge_[h];
-      const double m = moment(h);
-      for (int node = 0; node < 4; ++node)
-        force[hinge_stencils_[h][node]] -= m * hinge.gradient.col(node);
+    measure(state, threads);
+    hinge_stencils_.for_each_batch(threads, [&](int first) {
+      const HingeBatch& hinges = hinges_[first / lane_count];
+      Lanes moments;
+      for (int lane = 0; lane < lane_count; ++lane)
+        moments.values[lane] = moment(std::min(first + lane, hinge_stencils_.count() - 1));
+      hinge_stencils_.scatter(first, NodesOf<Lanes, 4>(-moments * hinges.gradient), force);
     });
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const override {
     triangle_stencils_.add_couplings(neighbours);
   }
-  void attach(const BlockPattern& pattern) override {
-    hinge_stencils_.attach(pattern);
-    triangle_stencils_.attach(pattern);
-  }
+  void attach(const BlockPattern& pattern) override { triangle_stencils_.attach(pattern); }
 
   // K = B^T C B + sum_h moment_h d^2 theta_h, D = B^T C B diag(beta): Gauss-Newton plus the stress
   // part.
   void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
                        Definiteness definiteness, int threads) override {
-    measure_hinges(state, threads);
-    triangle_stencils_.for_each(threads, [&](int t) {
-      const Eigen::Matrix<double, 3, 18> gradient = angle_gradients(t);
-      const Eigen::Matrix<double, 18, 18> elastic =
-          gradient.transpose() * triangles_[t].modulus * gradient;
-      triangle_stencils_.add_block_matrix(t, elastic, stiffness);
-      if (damping_time(t) > 0) {
-        triangle_stencils_.add_block_matrix(
-            t, Eigen::Matrix<double, 18, 18>(damping_time(t) * elastic), damping);
-      }
-    });
-    if (definiteness == Definiteness::semi_definite) return;
-    hinge_stencils_.for_each(threads, [&](int h) {
-      const materials::Mat12 geometric =
-          moment(h) * materials::hinge_hessian(gather(h, state.position));
-      hinge_stencils_.add_block_matrix(h, geometric, stiffness);
+    measure(state, threads);
+    triangle_stencils_.for_each_batch(threads, [&](int first) {
+      const TriangleBatch& triangles = triangles_[first / lane_count];
+      StencilBlocks blocks = elastic_blocks(triangles);
+      if (is_damped_)
+        triangle_stencils_.scatter(first, blocks.scaled(triangles.damping_time), damping);
+      if (definiteness == Definiteness::exact) add_stress(first, state.position, blocks);
+      triangle_stencils_.scatter(first, blocks, stiffness);
     });
   }
 
  private:
-  struct HingeState {
-    double strain = 0;  // theta - theta_rest + beta theta', rad
-    Nodes4 gradient = Nodes4::Zero();
+  // Of a triangle: its own nodes, then the node across each edge.
+  using StencilBlocks = materials::StencilMatrix<Lanes, 6>;
+
+  struct HingeBatch {
+    Lanes rest_angle, damping_time;
+    Lanes strain = 0;    // theta - theta_rest + beta theta', rad
+    Lanes has_area = 0;  // 0 where a triangle has none, and the angle no derivatives; else 1
+    NodesOf<Lanes, 4> gradient = NodesOf<Lanes, 4>::Zero();
+  };
+  struct TriangleBatch {
+    Mat3Of<Lanes> modulus;
+    Lanes damping_time;
+    Vec3Of<Lanes> moments;  // dW/d theta of its three hinges, of this triangle alone, N m
+    // Twice the number of each edge's hinge, and one more for the second of its triangles. Border
+    // edges have a hinge beyond the last, whose strain and gradient stay zero.
+    std::array<std::array<int, lane_count>, 3> hinge;
   };
 
-  Nodes4 gather(int hinge, std::span<const Vec3> values) const {
-    Nodes4 nodes;
-    for (int i = 0; i < 4; ++i) nodes.col(i) = values[hinge_stencils_[hinge][i]];
-    return nodes;
-  }
-
-  // Strains without their rates, and no gradients: all that the energy asks for.
-  void measure_angles(const Kinematics& state, int threads) {
-    parallel_chunks(static_cast<int>(hinges_.size()), threads, [&](int first, int last) {
-      for (int h = first; h < last; ++h) {
-        state_of_hinge_[h].strain =
-            materials::hinge_angle(materials::hinge_vectors(gather(h, state.position))) -
-            hinges_[h].rest_angle;
-      }
+  // The hinges' strains and gradients, and the moments that each triangle gives them.
+  void measure(const Kinematics& state, int threads) {
+    hinge_stencils_.for_each_batch(threads, [&](int first) {
+      const auto vectors = materials::hinge_vectors(hinge_stencils_.gather(first, state.position));
+      const NodesOf<Lanes, 4> v = hinge_stencils_.gather(first, state.velocity);
+      HingeBatch& hinges = hinges_[first / lane_count];
+      hinges.gradient = materials::hinge_gradient(vectors);
+      hinges.has_area = materials::choose(vectors.flat_triangle, 0.0, 1.0);
+      Lanes angle_rate = 0;
+      for (int node = 0; node < 4; ++node)
+        angle_rate += materials::dot(hinges.gradient.col(node), v.col(node));
+      hinges.strain =
+          materials::hinge_angle(vectors) - hinges.rest_angle + hinges.damping_time * angle_rate;
+    });
+    triangle_stencils_.for_each_batch(threads, [&](int first) {
+      TriangleBatch& triangles = triangles_[first / lane_count];
+      triangles.moments = triangles.modulus * strains_of(triangles);
     });
   }
 
-  void measure_hinges(const Kinematics& state, int threads) {
-    parallel_chunks(static_cast<int>(hinges_.size()), threads, [&](int first, int last) {
-      for (int h = first; h < last; ++h) {
-        const Nodes4 x = gather(h, state.position);
-        HingeState& hinge = state_of_hinge_[h];
-        const materials::HingeVectors vectors = materials::hinge_vectors(x);
-        hinge.gradient = materials::hinge_gradient(vectors);
-        hinge.strain = materials::hinge_angle(vectors) - hinges_[h].rest_angle;
-        if (hinges_[h].damping_time > 0) {
-          hinge.strain += hinges_[h].damping_time *
-                          hinge.gradient.cwiseProduct(gather(h, state.velocity)).sum();
-        }
-      }
-    });
-  }
-
-  // dW/d theta of a hinge: from the two triangles it belongs to.
-  double moment(int h) const {
-    double sum = 0;
-    for (const auto& [t, local] : triangles_of_hinge_[h]) {
-      if (t < 0) continue;
-      for (int i = 0; i < 3; ++i) {
-        const int other = triangles_[t].hinge[i];
-        if (other >= 0) sum += triangles_[t].modulus(local, i) * state_of_hinge_[other].strain;
+  Vec3Of<Lanes> strains_of(const TriangleBatch& triangles) const {
+    Vec3Of<Lanes> strains;
+    for (int i = 0; i < 3; ++i) {
+      for (int lane = 0; lane < lane_count; ++lane) {
+        const int h = triangles.hinge[i][lane] / 2;
+        strains[i].values[lane] = hinges_[h / lane_count].strain.values[h % lane_count];
       }
     }
+    return strains;
+  }
+
+  // dW/d theta of a hinge, from both its triangles.
+  double moment(int hinge) const {
+    double sum = 0;
+    for (const auto& [triangle, edge] : triangles_of_hinge_[hinge])
+      sum += triangles_[triangle / lane_count].moments[edge].values[triangle % lane_count];
     return sum;
   }
 
-  double damping_time(int t) const {
-    for (int h : triangles_[t].hinge) {
-      if (h >= 0) return hinges_[h].damping_time;
+  // d theta / d x of the hinges of edge i at one of their nodes: 0 and 1 the ends of the edge as it
+  // runs round the triangle, 2 the triangle's own node across it, 3 that of the other triangle.
+  Vec3Of<Lanes> gradient(const TriangleBatch& triangles, int i, int node) const {
+    Vec3Of<Lanes> result;
+    for (int lane = 0; lane < lane_count; ++lane) {
+      const int code = triangles.hinge[i][lane];
+      const HingeBatch& hinges = hinges_[code / 2 / lane_count];
+      const int column = node ^ (code & 1);  // the second triangle sees the hinge from behind
+      for (int axis = 0; axis < 3; ++axis)
+        result[axis].values[lane] = hinges.gradient(axis, column).values[code / 2 % lane_count];
     }
-    return 0;
+    return result;
   }
 
-  // d theta_i / d x over the six nodes of a triangle's stencil.
-  Eigen::Matrix<double, 3, 18> angle_gradients(int t) const {
-    Eigen::Matrix<double, 3, 18> gradient = Eigen::Matrix<double, 3, 18>::Zero();
+  // B^T C B. The angle of edge i depends on the triangle's own nodes and on node 3 + i.
+  StencilBlocks elastic_blocks(const TriangleBatch& triangles) const {
+    Vec3Of<Lanes> inner[3][3], across[3], stress[3][3];  // [edge][own node]
     for (int i = 0; i < 3; ++i) {
-      const int h = triangles_[t].hinge[i];
-      if (h < 0) continue;
-      for (int node = 0; node < 4; ++node) {
-        gradient.block<1, 3>(i, 3 * place_in_stencil_[t][i][node]) =
-            state_of_hinge_[h].gradient.col(node).transpose();
+      inner[i][(i + 1) % 3] = gradient(triangles, i, 0);
+      inner[i][(i + 2) % 3] = gradient(triangles, i, 1);
+      inner[i][i] = gradient(triangles, i, 2);
+      across[i] = gradient(triangles, i, 3);
+    }
+    const Mat3Of<Lanes>& modulus = triangles.modulus;
+    for (int i = 0; i < 3; ++i) {
+      for (int a = 0; a < 3; ++a) {
+        stress[i][a] =
+            modulus(i, 0) * inner[0][a] + modulus(i, 1) * inner[1][a] + modulus(i, 2) * inner[2][a];
       }
     }
-    return gradient;
+    StencilBlocks blocks;
+    for (int a = 0; a < 3; ++a) {
+      for (int b = a; b < 3; ++b) {
+        blocks(a, b) = materials::outer(inner[0][a], stress[0][b]) +
+                       materials::outer(inner[1][a], stress[1][b]) +
+                       materials::outer(inner[2][a], stress[2][b]);
+      }
+      for (int j = 0; j < 3; ++j) blocks(a, 3 + j) = materials::outer(stress[j][a], across[j]);
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j)
+        blocks(3 + i, 3 + j) = materials::outer<Lanes>(modulus(i, j) * across[i], across[j]);
+    }
+    return blocks;
   }
 
-  void find_triangles_of_hinges() {
-    triangles_of_hinge_.assign(hinges_.size(), {{{-1, 0}, {-1, 0}}});
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      for (int i = 0; i < 3; ++i) {
-        const int h = triangles_[t].hinge[i];
-        if (h < 0) continue;
-        auto& places = triangles_of_hinge_[h];
-        places[places[0].first < 0 ? 0 : 1] = {static_cast<int>(t), i};
+  // Each triangle's part of moment_h d^2 theta_h, over its own nodes.
+  void add_stress(int first, std::span<const Vec3> position, StencilBlocks& blocks) const {
+    const TriangleBatch& triangles = triangles_[first / lane_count];
+    Vec3Of<Lanes> moments;
+    for (int i = 0; i < 3; ++i) {
+      for (int lane = 0; lane < lane_count; ++lane) {
+        const int h = triangles.hinge[i][lane] / 2;
+        moments[i].values[lane] =
+            h < hinge_stencils_.count()
+                ? moment(h) * hinges_[h / lane_count].has_area.values[h % lane_count]
+                : 0;
       }
+    }
+    const NodesOf<Lanes, 3> x = triangle_stencils_.gather(first, position).leftCols<3>();
+    const auto stress = materials::hinge_hessians(x, moments);
+    for (int a = 0; a < 3; ++a) {
+      for (int b = a; b < 3; ++b) blocks(a, b) += stress(a, b);
     }
   }
 
-  // Six nodes a triangle: its hinges' nodes, each once; unused places repeat the first node.
-  void build_triangle_stencils(const std::vector<std::array<int, 4>>& hinge_nodes,
-                               int particle_count) {
+  // A border edge has no node across: its place repeats a node of the triangle, with no gradient.
+  static std::vector<std::array<int, 6>> stencils_of(const BendingData& data) {
     std::vector<std::array<int, 6>> stencils;
-    for (const BendingTriangle& triangle : triangles_) {
-      std::vector<int> nodes;
-      std::array<std::array<int, 4>, 3> places{};
+    stencils.reserve(data.triangles.size());
+    for (const BendingTriangle& triangle : data.triangles) {
+      const auto& own = triangle.nodes;
+      std::array<int, 6> stencil{own[0], own[1], own[2], own[0], own[0], own[0]};
       for (int i = 0; i < 3; ++i) {
-        if (triangle.hinge[i] < 0) continue;
-        for (int node = 0; node < 4; ++node) {
-          const int particle = hinge_nodes[triangle.hinge[i]][node];
-          const auto found = std::find(nodes.begin(), nodes.end(), particle);
-          places[i][node] = static_cast<int>(found - nodes.begin());
-          if (found == nodes.end()) nodes.push_back(particle);
-        }
+        if (triangle.hinge[i] >= 0)
+          stencil[3 + i] = data.hinge_nodes[triangle.hinge[i]][triangle.is_second[i] ? 2 : 3];
       }
-      std::array<int, 6> stencil{};
-      stencil.fill(nodes.front());
-      std::copy(nodes.begin(), nodes.end(), stencil.begin());
       stencils.push_back(stencil);
-      place_in_stencil_.push_back(places);
     }
-    triangle_stencils_ = StencilArray<6>(std::move(stencils), particle_count);
+    return stencils;
+  }
+
+  static int batches_of(int count) { return (count + lane_count - 1) / lane_count; }
+
+  void pack_hinges(const BendingData& data, const std::vector<Vec3>& rest) {
+    const int count = hinge_stencils_.count();
+    hinges_.resize(batches_of(count) + 1);  // the last: that of border edges
+    for (int h = 0; h < count; ++h)
+      hinges_[h / lane_count].damping_time.values[h % lane_count] = data.hinge_damping_times[h];
+    // By the operations that find the angles later, so that a body at rest feels no force at all.
+    hinge_stencils_.for_each_batch(1, [&](int first) {
+      hinges_[first / lane_count].rest_angle =
+          materials::hinge_angle(materials::hinge_vectors(hinge_stencils_.gather(first, rest)));
+    });
+  }
+
+  void pack_triangles(const BendingData& data) {
+    const int count = triangle_stencils_.count();
+    triangles_.resize(batches_of(count));
+    const int border = lane_count * batches_of(hinge_stencils_.count());
+    triangles_of_hinge_.resize(data.hinge_nodes.size());
+    for (int t = 0; t < static_cast<int>(triangles_.size()) * lane_count; ++t) {
+      TriangleBatch& batch = triangles_[t / lane_count];
+      const int lane = t % lane_count;
+      const BendingTriangle triangle = t < count ? data.triangles[t] : BendingTriangle{};
+      for (int k = 0; k < 9; ++k) batch.modulus.data()[k].values[lane] = triangle.modulus.data()[k];
+      batch.damping_time.values[lane] = triangle.damping_time;
+      is_damped_ |= triangle.damping_time > 0;
+      for (int i = 0; i < 3; ++i) {
+        const int h = triangle.hinge[i];
+        batch.hinge[i][lane] = 2 * (h >= 0 ? h : border) + (triangle.is_second[i] ? 1 : 0);
+        if (h >= 0) triangles_of_hinge_[h][triangle.is_second[i] ? 1 : 0] = {t, i};
+      }
+    }
   }
 
   StencilArray<4> hinge_stencils_;
   StencilArray<6> triangle_stencils_;
-  std::vector<Hinge> hinges_;
-  std::vector<BendingTriangle> triangles_;
+  std::vector<HingeBatch> hinges_;                                      // eight a batch
+  std::vector<TriangleBatch> triangles_;                                // eight a batch
   std::vector<std::array<std::pair<int, int>, 2>> triangles_of_hinge_;  // (triangle, edge in it)
-  std::vector<std::array<std::array<int, 4>, 3>> place_in_stencil_;  // [triangle][edge][hinge node]
-  std::vector<HingeState> state_of_hinge_;
+  bool is_damped_ = false;
 };
 
 void add_body(const SceneBody& body, BendingData& data) {
@@ -228,24 +281,22 @@ void add_body(const SceneBody& body, BendingData& data) {
     const bsi::Edge& edge = body.mesh.edges[e];
     if (edge.triangle[1] < 0) continue;
     // The first triangle holds the edge in this direction: (x0, x1, x2); the second, (x1, x0, x3).
-    const std::array<int, 4> local{edge.vertex[0], edge.vertex[1], edge.opposite[0],
-                                   edge.opposite[1]};
-    Nodes4 rest;
-    std::array<int, 4> nodes{};
-    for (int i = 0; i < 4; ++i) {
-      rest.col(i) = body.rest[local[i]];
-      nodes[i] = local[i] + body.first_particle;
-    }
-    hinge_of_edge[e] = static_cast<int>(data.hinges.size());
-    data.hinges.push_back({materials::hinge_angle(rest), material.bending_damping});
+    std::array<int, 4> nodes{edge.vertex[0], edge.vertex[1], edge.opposite[0], edge.opposite[1]};
+    for (int& node : nodes) node += body.first_particle;
+    hinge_of_edge[e] = static_cast<int>(data.hinge_nodes.size());
     data.hinge_nodes.push_back(nodes);
+    data.hinge_damping_times.push_back(material.bending_damping);
   }
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
     BendingTriangle triangle;
+    triangle.damping_time = material.bending_damping;
     std::array<bool, 3> has_angle{};
     Nodes3 rest;
     for (int i = 0; i < 3; ++i) {
-      triangle.hinge[i] = hinge_of_edge[body.mesh.triangle_edges[t][i]];
+      const int edge = body.mesh.triangle_edges[t][i];
+      triangle.nodes[i] = body.mesh.triangles[t][i] + body.first_particle;
+      triangle.hinge[i] = hinge_of_edge[edge];
+      triangle.is_second[i] = body.mesh.edges[edge].triangle[0] != static_cast<int>(t);
       has_angle[i] = triangle.hinge[i] >= 0;
       rest.col(i) = body.rest[body.mesh.triangles[t][i]];
     }
@@ -264,7 +315,7 @@ std::unique_ptr<Force> make_bending_force(const Scene& scene) {
     if (scene.bodies[b].material->bending_stiffness > 0) add_body(scene.bodies[b], data);
   }
   if (data.triangles.empty()) return nullptr;
-  return std::make_unique<BendingForce>(std::move(data), scene.dynamic_particles);
+  return std::make_unique<BendingForce>(data, rest_positions(scene));
 }
 
 }  // namespace weft::sim

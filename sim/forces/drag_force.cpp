@@ -9,24 +9,43 @@ namespace weft::sim {
 namespace {
 
 using materials::Drag;
-using materials::Nodes3;
+using materials::lane_count;
+using materials::Lanes;
+using materials::Mat3Of;
+using materials::NodesOf;
+using materials::Vec3Of;
+
+using DragBatch = materials::DragOf<Lanes>;
+
+// Eight triangles a batch; what is left of the last has no drag.
+std::vector<DragBatch> packed(const std::vector<Drag>& drags) {
+  std::vector<DragBatch> batches((drags.size() + lane_count - 1) / lane_count);
+  for (std::size_t i = 0; i < drags.size(); ++i) {
+    batches[i / lane_count].normal.values[i % lane_count] = drags[i].normal;
+    batches[i / lane_count].tangential.values[i % lane_count] = drags[i].tangential;
+  }
+  return batches;
+}
 
 class DragForce final : public Force {
  public:
-  DragForce(std::vector<std::array<int, 3>> triangles, std::vector<Drag> drags, const Vec3& wind,
-            int particle_count)
-      : triangles_(std::move(triangles), particle_count), drags_(std::move(drags)), wind_(wind) {}
+  DragForce(std::vector<std::array<int, 3>> triangles, const std::vector<Drag>& drags,
+            const Vec3& wind, int particle_count)
+      : triangles_(std::move(triangles), particle_count),
+        drags_(packed(drags)),
+        wind_(wind.cast<Lanes>()) {}
 
   std::string_view name() const override { return "drag"; }
   // Drag stores nothing.
   double energy(const Kinematics&, int) override { return 0; }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
-    triangles_.for_each(threads, [&](int i) {
-      const Vec3 third = materials::drag_force(drags_[i], gather(i, state.position),
-                                               gather(i, state.velocity), wind_) /
-                         3;
-      for (int particle : triangles_[i]) force[particle] += third;
+    triangles_.for_each_batch(threads, [&](int first) {
+      const Vec3Of<Lanes> third =
+          (1.0 / 3) * materials::drag_force(drags_[first / lane_count],
+                                            triangles_.gather(first, state.position),
+                                            triangles_.gather(first, state.velocity), wind_);
+      triangles_.scatter(first, NodesOf<Lanes, 3>(third.replicate<1, 3>()), force);
     });
   }
 
@@ -37,26 +56,20 @@ class DragForce final : public Force {
 
   void add_derivatives(const Kinematics& state, BlockMatrix&, BlockMatrix& damping, Definiteness,
                        int threads) override {
-    triangles_.for_each(threads, [&](int i) {
-      const Mat3 ninth = materials::drag_damping(drags_[i], gather(i, state.position),
-                                                 gather(i, state.velocity), wind_) /
-                         9;
-      for (int a = 0; a < 3; ++a) {
-        for (int b = 0; b < 3; ++b) triangles_.add_block(i, a, b, ninth, damping);
-      }
+    triangles_.for_each_batch(threads, [&](int first) {
+      materials::StencilMatrix<Lanes, 3> blocks;
+      blocks.blocks.fill((1.0 / 9) *
+                         materials::drag_damping(drags_[first / lane_count],
+                                                 triangles_.gather(first, state.position),
+                                                 triangles_.gather(first, state.velocity), wind_));
+      triangles_.scatter(first, blocks, damping);
     });
   }
 
  private:
-  Nodes3 gather(int i, std::span<const Vec3> values) const {
-    Nodes3 nodes;
-    for (int node = 0; node < 3; ++node) nodes.col(node) = values[triangles_[i][node]];
-    return nodes;
-  }
-
   StencilArray<3> triangles_;
-  std::vector<Drag> drags_;
-  Vec3 wind_;
+  std::vector<DragBatch> drags_;
+  Vec3Of<Lanes> wind_;
 };
 
 }  // namespace
@@ -76,8 +89,8 @@ std::unique_ptr<Force> make_drag_force(const Scene& scene) {
     }
   }
   if (triangles.empty()) return nullptr;
-  return std::make_unique<DragForce>(std::move(triangles), std::move(drags),
-                                     scene.source.world.wind, scene.dynamic_particles);
+  return std::make_unique<DragForce>(std::move(triangles), drags, scene.source.world.wind,
+                                     scene.dynamic_particles);
 }
 
 }  // namespace weft::sim

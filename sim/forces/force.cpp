@@ -1,8 +1,17 @@
 #include "sim/forces/force.h"
 
 #include "sim/forces/force_arrays.h"
+#include "sim/scene/scene.h"
 
 namespace weft::sim {
+
+std::vector<Vec3> rest_positions(const Scene& scene) {
+  std::vector<Vec3> rest;
+  rest.reserve(scene.dynamic_particles);
+  for (int b = 0; b < scene.dynamic_bodies; ++b)
+    rest.insert(rest.end(), scene.bodies[b].rest.begin(), scene.bodies[b].rest.end());
+  return rest;
+}
 
 std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene) {
   std::vector<std::unique_ptr<Force>> forces;

@@ -7,6 +7,9 @@
 
 namespace weft::sim {
 
+// Where the particles of the dynamic bodies rest, m.
+std::vector<Vec3> rest_positions(const Scene& scene);
+
 std::unique_ptr<Force> make_membrane_force(
     const Scene& scene);  // triangle springs (St. Venant-Kirchhoff)
 std::unique_ptr<Force> make_spring_force(const Scene& scene);  // structural, shear and bend springs

@@ -9,39 +9,62 @@ namespace weft::sim {
 
 namespace {
 
+using materials::lane_count;
+using materials::Lanes;
 using materials::Nodes3;
+using materials::NodesOf;
 using materials::TriangleMembrane;
+using materials::Vec3Of;
 
-Nodes3 gather(const std::array<int, 3>& triangle, std::span<const Vec3> values) {
-  Nodes3 nodes;
-  for (int i = 0; i < 3; ++i) nodes.col(i) = values[triangle[i]];
-  return nodes;
+using MembraneBatch = materials::TriangleMembraneOf<Lanes>;
+
+// Eight triangles a batch, without their rest lengths; what is left of the last has no stiffness.
+std::vector<MembraneBatch> packed(const std::vector<TriangleMembrane>& membranes) {
+  std::vector<MembraneBatch> batches((membranes.size() + lane_count - 1) / lane_count);
+  for (std::size_t i = 0; i < membranes.size(); ++i) {
+    MembraneBatch& batch = batches[i / lane_count];
+    const std::size_t lane = i % lane_count;
+    for (int k = 0; k < 9; ++k)
+      batch.modulus.data()[k].values[lane] = membranes[i].modulus.data()[k];
+    batch.damping_time.values[lane] = membranes[i].damping_time;
+  }
+  return batches;
 }
 
 class MembraneForce final : public Force {
  public:
-  MembraneForce(std::vector<std::array<int, 3>> triangles, std::vector<TriangleMembrane> membranes,
-                int particle_count)
-      : triangles_(std::move(triangles), particle_count), membranes_(std::move(membranes)) {}
+  MembraneForce(std::vector<std::array<int, 3>> triangles,
+                const std::vector<TriangleMembrane>& membranes, const std::vector<Vec3>& rest)
+      : triangles_(std::move(triangles), static_cast<int>(rest.size())),
+        membranes_(packed(membranes)) {
+    // By the operations that find the lengths later, so that a body at rest feels no force at all.
+    triangles_.for_each_batch(1, [&](int first) {
+      membranes_[first / lane_count].rest_squared_length =
+          materials::squared_lengths(materials::opposite_edges(triangles_.gather(first, rest)));
+    });
+    for (const TriangleMembrane& membrane : membranes) is_damped_ |= membrane.damping_time > 0;
+  }
 
   std::string_view name() const override { return "membrane"; }
 
   double energy(const Kinematics& state, int threads) override {
-    return parallel_sum(triangles_.count(), threads, [&](int first, int last) {
-      double sum = 0;
-      for (int i = first; i < last; ++i) {
-        sum += materials::membrane_energy(membranes_[i], gather(triangles_[i], state.position));
+    return parallel_sum(static_cast<int>(membranes_.size()), threads, [&](int first, int last) {
+      Lanes sum = 0;
+      for (int batch = first; batch < last; ++batch) {
+        sum += materials::membrane_energy(membranes_[batch],
+                                          triangles_.gather(lane_count * batch, state.position));
       }
-      return sum;
+      return materials::sum_of_lanes(sum);
     });
   }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
-    triangles_.for_each(threads, [&](int i) {
-      const Nodes3 f =
-          materials::membrane_forces(membranes_[i], gather(triangles_[i], state.position),
-                                     gather(triangles_[i], state.velocity));
-      for (int node = 0; node < 3; ++node) force[triangles_[i][node]] += f.col(node);
+    triangles_.for_each_batch(threads, [&](int first) {
+      triangles_.scatter(first,
+                         materials::membrane_forces(membranes_[first / lane_count],
+                                                    triangles_.gather(first, state.position),
+                                                    triangles_.gather(first, state.velocity)),
+                         force);
     });
   }
 
@@ -53,21 +76,30 @@ class MembraneForce final : public Force {
   void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
                        Definiteness definiteness, int threads) override {
     const bool pull_only = definiteness == Definiteness::semi_definite;
-    triangles_.for_each(threads, [&](int i) {
-      const Nodes3 x = gather(triangles_[i], state.position);
-      const Nodes3 v = gather(triangles_[i], state.velocity);
-      triangles_.add_block_matrix(i, materials::membrane_stiffness(membranes_[i], x, v, pull_only),
-                                  stiffness);
-      if (membranes_[i].damping_time > 0) {
-        triangles_.add_block_matrix(i, materials::membrane_damping(membranes_[i], x), damping);
-      }
+    triangles_.for_each_batch(threads, [&](int first) {
+      const MembraneBatch& membranes = membranes_[first / lane_count];
+      const NodesOf<Lanes, 3> x = triangles_.gather(first, state.position);
+      const NodesOf<Lanes, 3> v = triangles_.gather(first, state.velocity);
+      auto blocks = materials::membrane_material_stiffness(membranes, x);
+      if (is_damped_) triangles_.scatter(first, blocks.scaled(membranes.damping_time), damping);
+      const Vec3Of<Lanes> tensions =
+          materials::edge_tensions(membranes, materials::opposite_edges(x), v);
+      materials::add_membrane_stress(tensions, pull_only, blocks);
+      triangles_.scatter(first, blocks, stiffness);
     });
   }
 
  private:
   StencilArray<3> triangles_;
-  std::vector<TriangleMembrane> membranes_;
+  std::vector<MembraneBatch> membranes_;
+  bool is_damped_ = false;
 };
+
+Nodes3 gather(const std::array<int, 3>& triangle, std::span<const Vec3> values) {
+  Nodes3 nodes;
+  for (int i = 0; i < 3; ++i) nodes.col(i) = values[triangle[i]];
+  return nodes;
+}
 
 }  // namespace
 
@@ -87,8 +119,7 @@ std::unique_ptr<Force> make_membrane_force(const Scene& scene) {
     }
   }
   if (triangles.empty()) return nullptr;
-  return std::make_unique<MembraneForce>(std::move(triangles), std::move(membranes),
-                                         scene.dynamic_particles);
+  return std::make_unique<MembraneForce>(std::move(triangles), membranes, rest_positions(scene));
 }
 
 }  // namespace weft::sim

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
+#include "materials/types.h"
 #include "sim/forces/block_matrix.h"
 #include "sim/forces/force.h"
 
@@ -14,11 +16,12 @@ namespace weft::sim {
 // Stencils of `Nodes` particles each, cut into chunks of consecutive stencils; chunks of one colour
 // share no particle, so they run side by side, colour after colour. Chunks and colours depend on
 // the stencils alone, so a particle collects its contributions in the same order whatever the
-// number of threads.
+// number of threads. Formulas take them one by one or in batches of eight (materials/lanes.h).
 template <int Nodes>
 class StencilArray {
  public:
   using Stencil = std::array<int, Nodes>;
+  using Lanes = materials::Lanes;
 
   StencilArray() = default;
   StencilArray(std::vector<Stencil> stencils, int particle_count) : stencils_(std::move(stencils)) {
@@ -31,14 +34,46 @@ class StencilArray {
   // Calls body(stencil index); bodies may add to the particles of their stencil.
   template <class Body>
   void for_each(int threads, const Body& body) const {
-    for (const std::vector<int>& chunks : colours_) {
-      const int chunk_count = static_cast<int>(chunks.size());
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
-      for (int c = 0; c < chunk_count; ++c) {
-        const int first = chunks[c] * stencils_a_chunk;
-        const int last = std::min(count(), first + stencils_a_chunk);
-        for (int i = first; i < last; ++i) body(i);
+    for_each_chunk(threads, [&](int first, int last) {
+      for (int i = first; i < last; ++i) body(i);
+    });
+  }
+  // Calls body(first stencil index) for each batch of eight consecutive stencils.
+  template <class Body>
+  void for_each_batch(int threads, const Body& body) const {
+    for_each_chunk(threads, [&](int first, int last) {
+      for (int i = first; i < last; i += materials::lane_count) body(i);
+    });
+  }
+
+  // The values at the nodes of a batch; beyond the last stencil, those of the last once more.
+  materials::NodesOf<Lanes, Nodes> gather(int first, std::span<const Vec3> values) const {
+    materials::NodesOf<Lanes, Nodes> nodes;
+    for (int lane = 0; lane < materials::lane_count; ++lane) {
+      const Stencil& stencil = stencils_[std::min(first + lane, count() - 1)];
+      for (int node = 0; node < Nodes; ++node) {
+        for (int axis = 0; axis < 3; ++axis)
+          nodes(axis, node).values[lane] = values[stencil[node]][axis];
       }
+    }
+    return nodes;
+  }
+  // Adds what a batch computed to its nodes, stencil after stencil.
+  void scatter(int first, const materials::NodesOf<Lanes, Nodes>& values,
+               std::span<Vec3> sums) const {
+    for (int lane = 0; lane < lanes_of(first); ++lane) {
+      const Stencil& stencil = stencils_[first + lane];
+      for (int node = 0; node < Nodes; ++node) {
+        for (int axis = 0; axis < 3; ++axis)
+          sums[stencil[node]][axis] += values(axis, node).values[lane];
+      }
+    }
+  }
+  // Adds the blocks of a batch to a matrix.
+  void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
+               BlockMatrix& matrix) const {
+    for (int a = 0; a < Nodes; ++a) {
+      for (int b = a; b < Nodes; ++b) scatter_block(first, a, b, values(a, b), matrix);
     }
   }
 
@@ -65,15 +100,7 @@ class StencilArray {
     }
   }
 
-  // Adds a symmetric (3 Nodes) x (3 Nodes) matrix of stencil i.
-  template <class Matrix>
-  void add_block_matrix(int i, const Matrix& value, BlockMatrix& matrix) const {
-    for (int a = 0; a < Nodes; ++a) {
-      for (int b = 0; b < Nodes; ++b)
-        add_block(i, a, b, value.template block<3, 3>(3 * a, 3 * b), matrix);
-    }
-  }
-  // Adds block (a, b) of such a matrix; whoever adds one adds its mirror image, too.
+  // Adds block (a, b) of a symmetric matrix of stencil i, in which its mirror image is added, too.
   template <class Block>
   void add_block(int i, int a, int b, const Block& value, BlockMatrix& matrix) const {
     const int slot = slots_[i][a * Nodes + b];
@@ -81,7 +108,51 @@ class StencilArray {
   }
 
  private:
-  static constexpr int stencils_a_chunk = 512;
+  static constexpr int stencils_a_chunk = 512;  // whole batches
+
+  // Calls body(first, last) for each chunk of stencils.
+  template <class Body>
+  void for_each_chunk(int threads, const Body& body) const {
+    for (const std::vector<int>& chunks : colours_) {
+      const int chunk_count = static_cast<int>(chunks.size());
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
+      for (int c = 0; c < chunk_count; ++c) {
+        const int first = chunks[c] * stencils_a_chunk;
+        const int last = std::min(count(), first + stencils_a_chunk);
+        body(first, last);
+      }
+    }
+  }
+
+  int lanes_of(int first) const { return std::min(materials::lane_count, count() - first); }
+
+  void scatter_block(int first, int a, int b, const materials::Mat3Of<Lanes>& value,
+                     BlockMatrix& matrix) const {
+    scatter_block(first, a * Nodes + b, value.data(), {0, 1, 2, 3, 4, 5, 6, 7}, matrix);
+    if (a != b) scatter_block(first, b * Nodes + a, value.data(), {0, 3, 6, 1, 4, 7, 2, 5}, matrix);
+  }
+  // Adds the nine numbers of each stencil's block, the last of which stays in its place. Of a block
+  // and its mirror image one is above the diagonal, in most batches the same for all stencils.
+  void scatter_block(int first, int place, const Lanes* value, const std::array<int, 8>& order,
+                     BlockMatrix& matrix) const {
+    using Vector = Lanes::Vector;
+    typedef double UnalignedVector
+        __attribute__((vector_size(sizeof(Vector)), aligned(8), may_alias));
+    const int lanes = lanes_of(first);
+    bool is_stored = false;
+    for (int lane = 0; lane < lanes; ++lane) is_stored |= slots_[first + lane][place] >= 0;
+    if (!is_stored) return;
+    std::array<Vector, materials::lane_count> rows;
+    for (int i = 0; i < 8; ++i) rows[i] = value[order[i]].values;
+    materials::transpose(rows);
+    for (int lane = 0; lane < lanes; ++lane) {
+      const int slot = slots_[first + lane][place];
+      if (slot < 0) continue;
+      double* block = matrix.upper_block(slot).data();
+      *reinterpret_cast<UnalignedVector*>(block) += rows[lane];
+      block[8] += value[8].values[lane];
+    }
+  }
 
   void colour_chunks(int particle_count) {
     const int chunks = (count() + stencils_a_chunk - 1) / stencils_a_chunk;

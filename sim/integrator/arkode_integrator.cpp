@@ -153,13 +153,16 @@ void ArkodeIntegrator::set_implicit_options() {
   ARKStepSetLinearSolver(arkode_, newton_solver_, nullptr);
   ARKStepSetPreconditioner(
       arkode_,
-      [](realtype t, N_Vector y, N_Vector, booleantype keep, booleantype* is_new, realtype,
-         void* self) {
-        *is_new = keep != 0 ? SUNFALSE : SUNTRUE;
-        if (keep == 0) static_cast<ArkodeIntegrator*>(self)->dynamics().assemble(t, values(y));
+      [](realtype t, N_Vector y, N_Vector, booleantype, booleantype* is_new, realtype, void* self) {
+        *is_new = SUNTRUE;
+        static_cast<ArkodeIntegrator*>(self)->dynamics().assemble(t, values(y),
+                                                                  Definiteness::semi_definite);
         return 0;
       },
       nullptr);
+  // A new matrix for every step costs less than the iterations, and the failures of the iteration,
+  // that an old one costs in two stages.
+  ARKStepSetLSetupFrequency(arkode_, 1);
   ARKStepSetEpsLin(arkode_, linear_tolerance_factor);
   // The stage's rate follows from its solution. Evaluated anew it could fail, which ARKODE takes
   // for the end of the run.

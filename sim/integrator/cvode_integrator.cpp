@@ -5,6 +5,7 @@
 #include <cvode/cvode_proj.h>
 #include <nvector/nvector_serial.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -25,6 +26,13 @@ std::span<double> values(N_Vector v) {
 // CVODE's tolerance of the linear solve, as a fraction of the Newton tolerance; its default, 0.05,
 // takes a third longer for the same error.
 constexpr double linear_tolerance_factor = 0.3;
+
+// Steps on one matrix. Of one that is too old, CVODE learns by a Newton iteration that fails, which
+// costs more than a new one: the number of steps grows by one after each so many that went smoothly
+// and is halved after one that did not.
+constexpr int longest_interval = 20;
+constexpr int smooth_steps = 10;
+constexpr int smooth_iterations = 2;
 
 // A step refused this often because of contact, each time with a quarter of the length, is
 // impossible. (The shortest step is reached long before, for any sensible time.minimum_step.)
@@ -51,7 +59,8 @@ struct CvodeIntegrator::Implementation {
   void create();
   void set_options();
   int rate(double t, N_Vector state, N_Vector out);
-  int assemble(double t, N_Vector state, bool keep, booleantype* is_new);
+  int assemble(double t, N_Vector state);
+  void choose_matrix_interval();
   int veto(double t, N_Vector state);
   void accept(double t);
   std::string worst_place() const;
@@ -75,6 +84,8 @@ struct CvodeIntegrator::Implementation {
   double accepted_time = 0, previous_time = 0;
   std::vector<double> previous_state;
   std::int64_t vetoes = 0;
+  int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
+  long iterations_before_step = 0, failures_before_step = 0;
   int steps_in_window = 0;
   std::int64_t vetoes_before_window = 0;
   std::optional<ContactFault> last_fault, last_veto;
@@ -127,12 +138,14 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetLinearSolver(cvode, newton_solver, nullptr);
   CVodeSetPreconditioner(
       cvode,
-      [](realtype t, N_Vector state, N_Vector, booleantype keep, booleantype* is_new, realtype,
+      [](realtype t, N_Vector state, N_Vector, booleantype, booleantype* is_new, realtype,
          void* self) {
-        return static_cast<Implementation*>(self)->assemble(t, state, keep != SUNFALSE, is_new);
+        *is_new = SUNTRUE;
+        return static_cast<Implementation*>(self)->assemble(t, state);
       },
       nullptr);
   CVodeSetEpsLin(cvode, linear_tolerance_factor);
+  CVodeSetLSetupFrequency(cvode, matrix_interval);
   if (dynamics.contact() == nullptr) return;
   CVodeSetProjFn(
       cvode, [](realtype t, N_Vector state, N_Vector correction, realtype, N_Vector, void* self) {
@@ -152,12 +165,29 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   return 1;  // recoverable: CVODE cuts the step
 }
 
-// `keep`: CVODE wants a new matrix for another gamma only; K and D of a few steps ago will do.
-int CvodeIntegrator::Implementation::assemble(double t, N_Vector state, bool keep,
-                                              booleantype* is_new) {
-  *is_new = keep ? SUNFALSE : SUNTRUE;
-  if (!keep) dynamics.assemble(t, values(state));
+// Where CVODE would be content with K and D of a few steps ago (a new gamma), new ones are cheaper
+// than the iterations that old ones cost. Without directions of negative stiffness, the Newton
+// iteration also converges where steps are long and the exact matrix is indefinite.
+int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
+  dynamics.assemble(t, values(state), Definiteness::semi_definite);
   return 0;
+}
+
+void CvodeIntegrator::Implementation::choose_matrix_interval() {
+  const long iterations = count(CVodeGetNumNonlinSolvIters);
+  const long failures = count(CVodeGetNumNonlinSolvConvFails);
+  const bool is_smooth = failures == failures_before_step &&
+                         iterations - iterations_before_step <= smooth_iterations;
+  iterations_before_step = iterations;
+  failures_before_step = failures;
+  if (!is_smooth) {
+    smooth_steps_so_far = 0;
+    matrix_interval = std::max(1, matrix_interval / 2);
+  } else if (++smooth_steps_so_far == smooth_steps) {
+    smooth_steps_so_far = 0;
+    matrix_interval = std::min(longest_interval, matrix_interval + 1);
+  }
+  CVodeSetLSetupFrequency(cvode, matrix_interval);
 }
 
 int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
@@ -259,6 +289,7 @@ std::optional<std::string> CvodeIntegrator::step() {
   const int flag = CVode(self.cvode, end, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);
+  self.choose_matrix_interval();
   return self.too_many_vetoes();
 }
 

@@ -11,6 +11,7 @@
 
 #include "materials/hinge.h"
 #include "tests/materials/finite_difference.h"
+#include "tests/materials/hinge_hessian.h"
 
 namespace weft::materials {
 namespace {
@@ -374,7 +375,7 @@ struct Patch {
     Mat18 result = slope(x).transpose() * modulus * slope(x);
     const Vec3 moments = modulus * angles(x);
     for (int i = 0; i < 3; ++i) {
-      const Mat12 hessian = hinge_hessian(hinge(x, i));
+      const Eigen::MatrixXd hessian = hinge_hessian(hinge(x, i));
       const auto nodes = nodes_of_edge(i);
       for (int a = 0; a < 4; ++a) {
         for (int b = 0; b < 4; ++b) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tests/materials/finite_difference.h"
+#include "tests/materials/hinge_hessian.h"
 
 namespace weft::materials {
 namespace {
@@ -85,7 +86,7 @@ TEST(Hinge, HessianIsTheDerivativeOfTheGradient) {
   const auto gradient_of = [](const Nodes4& x) -> Eigen::MatrixXd { return hinge_gradient(x); };
   for (const double angle : angles_to_try(generator)) {
     const Nodes4 x = random_hinge(generator, angle);
-    const Mat12 hessian = hinge_hessian(x);
+    const Eigen::MatrixXd hessian = hinge_hessian(x);
     EXPECT_LT(relative_error(finite_difference(gradient_of, x, 1e-3), hessian), 1e-7) << angle;
     EXPECT_LT((hessian - hessian.transpose()).norm(), 1e-14 * hessian.norm());
   }
@@ -102,6 +103,35 @@ TEST(Hinge, GradientBalances) {
     const Nodes4 velocity =
         rigid_velocity(x, random_matrix<Vec3>(generator), random_matrix<Vec3>(generator));
     EXPECT_NEAR(gradient.cwiseProduct(velocity).sum(), 0, 1e-13 * gradient.norm());
+  }
+}
+
+// Eight hinges at once, some of them without area, are eight hinges one by one.
+TEST(Hinge, LanesAreHingesOneByOne) {
+  std::mt19937 generator(7);
+  NodesOf<Lanes, 4> together;
+  NodesOf<Lanes, 3> triangles;
+  std::vector<Nodes4> alone;
+  for (int lane = 0; lane < lane_count; ++lane) {
+    Nodes4 x = random_hinge(generator, 0.5 * lane - 2);
+    if (lane == 3) x.col(2) = x.col(0);
+    if (lane == 5) x.col(1) = x.col(0);
+    for (int i = 0; i < 12; ++i) together.data()[i].values[lane] = x.data()[i];
+    for (int i = 0; i < 9; ++i) triangles.data()[i].values[lane] = x.data()[i];
+    alone.push_back(x);
+  }
+  const auto vectors = hinge_vectors(together);
+  const auto gradient = hinge_gradient(vectors);
+  const auto hessian = hinge_hessians<Lanes>(triangles, {1.0, -2.0, 3.0}).dense();
+  for (int lane = 0; lane < lane_count; ++lane) {
+    const Nodes4& x = alone[lane];
+    const double scale = std::max(1.0, hinge_gradient(x).norm());
+    EXPECT_NEAR(hinge_angle(vectors).values[lane], hinge_angle(x), 1e-14);
+    for (int i = 0; i < 12; ++i)
+      EXPECT_NEAR(gradient.data()[i].values[lane], hinge_gradient(x).data()[i], 1e-14 * scale);
+    const auto one = hinge_hessians<double>(x.leftCols<3>(), Vec3(1, -2, 3)).dense();
+    for (int i = 0; i < 81; ++i)
+      EXPECT_NEAR(hessian.data()[i].values[lane], one.data()[i], 1e-13 * (1 + one.norm()));
   }
 }
 
@@ -134,8 +164,10 @@ TEST(Hinge, TrianglesWithoutAreaGiveNothing) {
   for (const Nodes4& x : {sliver, point, other}) {
     EXPECT_EQ(hinge_angle(x), 0);
     EXPECT_EQ(hinge_gradient(x).norm(), 0);
-    EXPECT_EQ(hinge_hessian(x).norm(), 0);
   }
+  const Nodes3 line = sliver.leftCols<3>(), corner = point.leftCols<3>();
+  for (const Nodes3& x : {line, corner})
+    EXPECT_EQ(hinge_hessians<double>(x, Vec3(1, 1, 1)).dense().norm(), 0);
 }
 
 // A failure upstream must stay visible.
