@@ -91,6 +91,16 @@ struct AccuracyOptions {
 std::vector<std::string> accuracy_methods();
 int run_accuracy(const AccuracyOptions& options);
 
+// Time and memory of the first steps of a case against the size of its first body's image.
+struct ScalingOptions {
+  std::string path;                    // of the case
+  std::vector<std::string> overrides;  // of the case: KEY=VALUE
+  std::vector<int> sizes{65, 129, 257, 513, 1025};
+  int steps = 5;
+  bool json = false;
+};
+int run_scaling(const ScalingOptions& options);
+
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();
 

@@ -21,6 +21,7 @@ struct Arguments {
   GpuOptions gpu;
   LinearSolverOptions linear_solver;
   AccuracyOptions accuracy;
+  ScalingOptions scaling;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -142,6 +143,17 @@ void add_accuracy(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--plot", options.plot, "SVG file of the chart");
 }
 
+void add_scaling(CLI::App& sub, Arguments& arguments) {
+  ScalingOptions& options = arguments.scaling;
+  sub.add_option("case", options.path, "Case file")->required()->check(CLI::ExistingFile);
+  sub.add_option("--set", options.overrides, "KEY=VALUE of the case")->allow_extra_args(false);
+  add_sizes(sub, options.sizes, "Its first body's image: n x n vertices");
+  sub.add_option("--steps", options.steps, "Steps of each run")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -194,6 +206,8 @@ constexpr std::array experiments{
                [](const Arguments& a) { return run_linear_solver(a.linear_solver); }},
     Experiment{"accuracy", "Run time against error of all methods of time integration",
                add_accuracy, [](const Arguments& a) { return run_accuracy(a.accuracy); }},
+    Experiment{"scaling", "Time and memory of a run by the size of its images", add_scaling,
+               [](const Arguments& a) { return run_scaling(a.scaling); }},
 #ifdef WEFT_BENCH_GPU
     Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
                [](const Arguments& a) { return run_paper_lod(a.paper); }},

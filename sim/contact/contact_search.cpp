@@ -78,10 +78,8 @@ std::span<const Vec3> ContactSearch::of_body(std::span<const Vec3> all, int body
   return all.subspan(scene_.bodies[body].first_particle, scene_.bodies[body].particle_count());
 }
 
-ContactSearch::Displacement ContactSearch::displacement(int body,
-                                                        std::span<const Vec3> position) const {
-  const std::vector<Vec3>& snapshot = tracked_[body].snapshot;
-  const std::span<const Vec3> now = of_body(position, body);
+ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> snapshot,
+                                                        std::span<const Vec3> now) const {
   Displacement moved;
   for (std::size_t i = 0; i < snapshot.size(); ++i) moved.mean += now[i] - snapshot[i];
   moved.mean /= static_cast<double>(std::max<std::size_t>(1, snapshot.size()));
@@ -93,10 +91,13 @@ ContactSearch::Displacement ContactSearch::displacement(int body,
   return moved;
 }
 
-std::optional<int> ContactSearch::track(std::span<const Vec3> position) {
+std::optional<int> ContactSearch::track(std::span<const Vec3> position, bool from_start) {
   for (std::size_t b = 0; b < tracked_.size(); ++b) {
     if (tracked_[b].snapshot.empty()) continue;
-    tracked_[b].now = displacement(static_cast<int>(b), position);
+    tracked_[b].now =
+        displacement(from_start && !tracked_[b].path_start.empty() ? tracked_[b].path_start
+                                                                   : tracked_[b].snapshot,
+                     of_body(position, static_cast<int>(b)));
     // A sum keeps a NaN that a maximum would swallow. What has flown this far is as lost, and
     // float32 spheres could not hold it.
     const auto is_lost = [](const Vec3& p) {
@@ -164,8 +165,10 @@ std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
 
 std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
                                               std::span<const Vec3> end) {
-  // Distances change along a straight path by no more than at one of its ends.
-  if (const auto bad = track(start)) return bad;
+  // From one straight path to another, distances change by no more than between their starts or
+  // their ends. So lists of one path serve those beside it: Newton's iterations leave from one
+  // place, far from where they lead.
+  if (const auto bad = track(start, true)) return bad;
   std::vector<Displacement> at_start;
   for (const Tracked& tracked : tracked_) at_start.push_back(tracked.now);
   if (const auto bad = track(end)) return bad;
@@ -201,7 +204,12 @@ void ContactSearch::refresh_body(int body, std::span<const Vec3> start, std::spa
   tracked.path_length += tracked.now.largest();
   tracked.now = {};
   const auto position = of_body(end, body);
-  if (scene_.bodies[body].moves) tracked.snapshot.assign(position.begin(), position.end());
+  if (scene_.bodies[body].moves) {
+    const auto from = of_body(start, body);
+    tracked.snapshot.assign(position.begin(), position.end());
+    tracked.path_start.clear();
+    if (start.data() != end.data()) tracked.path_start.assign(from.begin(), from.end());
+  }
   tracked.bounds = sphere_around(of_body(start, body), position);
   tracked.pyramid_built = false;
 }

@@ -66,15 +66,18 @@ class ContactSearch {
   const ComputeChoice& compute() const { return search_.choice; }
 
  private:
-  // How far a body has moved since its snapshot: |x - x_snapshot - mean| <= residual.
+  // How far a body has moved since a snapshot: |x - x_snapshot - mean| <= residual.
   struct Displacement {
     Vec3 mean{0, 0, 0};
     double residual = 0;
     double largest() const { return mean.norm() + residual; }
   };
   struct Tracked {
-    std::vector<Vec3> snapshot;  // empty for a body that does not move
-    double path_length = 0;      // displacements summed over the snapshots left behind, m
+    // Where the lists were built, or the end of the path for which they were; empty for a body that
+    // does not move.
+    std::vector<Vec3> snapshot;
+    std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
+    double path_length = 0;        // displacements summed over the snapshots left behind, m
     Displacement now;
     bool pyramid_built = false;
     bsi::Sphere
@@ -89,8 +92,9 @@ class ContactSearch {
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
-  Displacement displacement(int body, std::span<const Vec3> position) const;
-  std::optional<int> track(std::span<const Vec3> position);
+  Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now) const;
+  // Where all bodies are now, seen from the ends, or from the starts, of the paths of the lists.
+  std::optional<int> track(std::span<const Vec3> position, bool from_start = false);
   double drift(const CandidateList& list) const;
   bool is_valid(std::size_t list) const;
   std::vector<char> bodies_to_refresh() const;

@@ -8,6 +8,20 @@
 
 namespace weft::sim {
 
+namespace {
+
+// Steps of one length, at the most, before the double is tried again: a step that fails costs more
+// than several that do not.
+constexpr int longest_patience = 16;
+
+// Accepted steps over which vetoes are counted. A run ends where they were cut more often than
+// every second time, or, with steps of given length, often and all together are hardly longer than
+// one.
+constexpr int veto_window = 200;
+constexpr int most_vetoes = 100, many_vetoes = 8;
+
+}  // namespace
+
 OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
     : scene_(scene),
       dynamics_(dynamics),
@@ -18,6 +32,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
       state_(dynamics.initial_state()),
       previous_state_(state_),
       trial_(state_) {
+  if (dynamics.contact() == nullptr) return;
   dynamics.expand(0, state_, position_, scratch_velocity_);
   previous_position_ = trial_position_ = interpolated_ = position_;
 }
@@ -54,18 +69,21 @@ std::optional<std::string> OneStepIntegrator::step() {
     if (trouble == Trouble::none) trouble = check_path(end);
     if (trouble == Trouble::none) {
       accept(end);
-      return std::nullopt;
+      return too_many_vetoes();
     }
     count(trouble);
     // An error test has proposed a length.
     if (trouble != Trouble::error_too_large) size_ = (end - time_) / 2;
+    successes_ = 0;
+    patience_ = std::min(2 * patience_, longest_patience);
     if (size_ < scene_.source.time.minimum_step) return failure(trouble);
   }
 }
 
 OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time) {
+  if (dynamics_.contact() == nullptr) return Trouble::none;
   dynamics_.expand(time, trial_, trial_position_, scratch_velocity_);
-  if (dynamics_.contact() == nullptr || checks_its_own_path()) return Trouble::none;
+  if (checks_its_own_path()) return Trouble::none;
   const auto fault = dynamics_.contact()->check_path(position_, trial_position_);
   if (!fault) return Trouble::none;
   fault_ = fault;
@@ -82,6 +100,9 @@ void OneStepIntegrator::accept(double time) {
   ++counts_.steps;
   if (!is_fixed()) return;
   if (time == grid_time()) ++completed_steps_;
+  if (++successes_ < patience_) return;
+  successes_ = 0;
+  if (size_ == *step_) patience_ = 1;
   size_ = std::min(2 * size_, *step_);
 }
 
@@ -92,10 +113,28 @@ void OneStepIntegrator::count(Trouble trouble) {
       break;
     case Trouble::surfaces:
       ++counts_.vetoed_steps;
+      last_veto_ = fault_;
       break;
     default:
       ++counts_.convergence_failures;
   }
+}
+
+// A healthy run hardly ever cuts a step because of contact. One that keeps doing so creeps on
+// without end. What has lately stood in the way is named, though this step found a way past it.
+std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
+  if (counts_.steps % veto_window != 0) return std::nullopt;
+  const std::int64_t recent = counts_.vetoed_steps - vetoes_before_window_;
+  const double advance = time_ - window_start_;
+  vetoes_before_window_ = counts_.vetoed_steps;
+  window_start_ = time_;
+  const bool creeps = is_fixed() && recent > many_vetoes && advance < 2 * *step_;
+  if (!creeps && recent <= most_vetoes) return std::nullopt;
+  return number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
+         number_text(veto_window) + " to keep surfaces apart at t = " + number_text(time_) + " s" +
+         (last_veto_ ? ": " + last_veto_->describe(scene_) : "") +
+         " (time.step is too long or contact.stiffness too small for this impact, or a prescribed "
+         "motion leaves no room)";
 }
 
 std::string OneStepIntegrator::failure(Trouble trouble) const {

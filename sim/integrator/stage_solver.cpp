@@ -30,7 +30,8 @@ constexpr double largest_last_correction = 0.3;
 // wherever the origin lies.
 constexpr double scale_of_corrections = 1e-9;
 
-constexpr int largest_newton_count = 40;
+// A stage that takes longer costs more than two of half the step.
+constexpr int largest_newton_count = 20;
 
 // Cut more often than this, a correction gains nothing: a shorter step does.
 constexpr int most_cuts = 8;

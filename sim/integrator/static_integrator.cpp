@@ -75,12 +75,11 @@ class StaticIntegrator final : public StageIntegrator {
 
   // From one pseudo-step to the next; makes `y` the start of the next path.
   bool path_is_safe(double end, std::span<const double> y) {
+    if (dynamics().contact() == nullptr) return true;
     dynamics().expand(end, y, to_, scratch_);
-    if (dynamics().contact() != nullptr) {
-      if (const auto fault = dynamics().contact()->check_path(from_, to_)) {
-        set_fault(fault);
-        return false;
-      }
+    if (const auto fault = dynamics().contact()->check_path(from_, to_)) {
+      set_fault(fault);
+      return false;
     }
     from_.swap(to_);
     return true;

@@ -25,6 +25,10 @@ constexpr double multigrid_break_even = 6;
 // The cost of forming the coarse matrices, in iterations.
 constexpr double set_up_iterations = 2;
 
+// Coarse matrices that wore out within a solve would do so again: after so many assemblies it is
+// tried once more.
+constexpr int assemblies_to_renew = 10;
+
 // K's largest eigenvalue hardly moves; it is looked at again after so many assemblies.
 constexpr std::int64_t assemblies_a_frequency = 100;
 constexpr int power_steps = 10;
@@ -96,6 +100,7 @@ bool VelocitySystem::wants_multigrid() {
 bool VelocitySystem::set_up_multigrid(Outcome& outcome) {
   ++outcome.multigrid_set_ups;
   iterations_a_digit_ = excess_iterations_ = 0;
+  set_up_assembly_ = dynamics_.statistics().counters.matrix_assemblies;
   is_set_up_ = multigrid_->set_up(matrix_);
   return is_set_up_;
 }
@@ -104,9 +109,10 @@ bool VelocitySystem::set_up_multigrid(Outcome& outcome) {
 void VelocitySystem::prepare(Outcome& outcome) {
   if (wants_multigrid()) {
     if (multigrid_ == nullptr)
-      multigrid_ =
-          std::make_unique<Multigrid>(dynamics_.scene(), matrix_.pattern());
-    const bool is_worn = !is_set_up_ || excess_iterations_ > set_up_iterations;
+      multigrid_ = std::make_unique<Multigrid>(dynamics_.scene(), matrix_.pattern());
+    const std::int64_t assembly = dynamics_.statistics().counters.matrix_assemblies;
+    const bool is_worn = !is_set_up_ || excess_iterations_ > set_up_iterations ||
+                         (assembly != set_up_assembly_ && assembly < renewed_until_);
     if (is_worn ? set_up_multigrid(outcome) : multigrid_->update(matrix_)) {
       preconditioner_ = multigrid_.get();
       return;
@@ -196,6 +202,7 @@ bool VelocitySystem::renew(Outcome& outcome) {
     return false;
   start_iterations_ = outcome.iterations;
   start_residual_ = outcome.residual;
+  renewed_until_ = dynamics_.statistics().counters.matrix_assemblies + assemblies_to_renew;
   if (!set_up_multigrid(outcome)) use_block_jacobi();
   return true;
 }

@@ -21,7 +21,8 @@ namespace weft::sim {
 // multigrid meets a matrix that is not positive definite.
 //
 // The coarse matrices are kept while they do: they are formed anew once the iterations beyond those
-// of the first solve with them, digit for digit, cost as much. Counts decide, not times.
+// of the first solve with them, digit for digit, cost as much; where that happened within a solve,
+// for the next assemblies of K at once. Counts decide, not times.
 class VelocitySystem {
  public:
   explicit VelocitySystem(Dynamics& dynamics);
@@ -70,9 +71,11 @@ class VelocitySystem {
 
   // Of the multigrid's coarse matrices.
   bool is_set_up_ = false;
-  double iterations_a_digit_ = 0;  // of the first solve with them; 0 before
-  double excess_iterations_ = 0;   // beyond that since
-  int start_iterations_ = 0;       // when the present solve began to use them
+  double iterations_a_digit_ = 0;     // of the first solve with them; 0 before
+  double excess_iterations_ = 0;      // beyond that since
+  std::int64_t set_up_assembly_ = 0;  // of K; those before `renewed_until_` are not waited with
+  std::int64_t renewed_until_ = 0;
+  int start_iterations_ = 0;  // when the present solve began to use them
   double start_residual_ = 0;
   double frequency_ = -1;  // 1/s
   std::int64_t frequency_assembly_ = 0;

@@ -272,6 +272,21 @@ TEST(Methods, AFailureNamesTheCauseAndKeepsTheState) {
   EXPECT_EQ(crossings(sim.scene(), sim.positions(sim.integrator().time(), kept)), 0);
 }
 
+// A contact far too soft for its impact: each step would pass through, however short.
+TEST(Methods, ARunThatCreepsOnEndsWithAReason) {
+  for (const std::string newton : {"0", "1"}) {
+    SimulatedCase sim(fast_impact,
+                      method("euler", {"time.step=0.0166667", "time.newton=" + newton,
+                                       "contact.stiffness=1e-4", "time.minimum_step=1e-15"}));
+    std::optional<std::string> reason;
+    while (!(reason = sim.integrator().step()) && sim.integrator().time() < 0.04) continue;
+    ASSERT_TRUE(reason);
+    EXPECT_NE(reason->find("steps had to be cut"), std::string::npos) << *reason;
+    EXPECT_NE(reason->find("\"ball\""), std::string::npos) << *reason;
+    EXPECT_LT(sim.integrator().counts().steps, 2000);
+  }
+}
+
 TEST(Methods, SameBitsForAnyNumberOfThreads) {
   const std::string text = R"(
 [time]
