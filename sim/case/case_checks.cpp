@@ -64,9 +64,7 @@ class Checker {
            "the minimum_step is " + number_text(time.minimum_step) + " s",
            "expected less than the time between frames, " + number_text(frame) + " s");
     }
-    const bool needs_step =
-        time.method == TimeMethod::implicit_midpoint || time.method == TimeMethod::verlet;
-    if (needs_step && !time.step) {
+    if (time.method == TimeMethod::implicit_midpoint && !time.step) {
       fail("time.method", "this method needs a step", "expected time.step");
     }
     if (time.step && *time.step <= time.minimum_step) {

@@ -91,7 +91,9 @@ Table describe(TimeCase& target) {
       field("relative_tolerance", &relative_tolerance, "", {0, 1, true, true},
             "Error allowed per step as a fraction of the speed."),
       field("step", &step, "s", positive,
-            "Fixed step; longer than minimum_step; implicit_midpoint and verlet need one.")
+            "Fixed step; longer than minimum_step; implicit_midpoint needs one. verlet chooses a "
+            "share of "
+            "the longest stable one, as the root of relative_tolerance.")
           .with_default("chosen by the tolerances")
           .only_for("method", {"euler", "implicit_midpoint", "verlet"}),
       field("newton", &newton, "", at_least(0),

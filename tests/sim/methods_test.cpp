@@ -115,6 +115,38 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [3, 3] }
   EXPECT_NEAR(arkode.positions_at(t)[0].z(), -0.5 * g * t * t, 1e-4);
 }
 
+// What verlet gains and loses again goes as the square of its steps, which go as the root of the
+// tolerance.
+TEST(Methods, VerletKeepsTheEnergyOfAnUndampedSheet) {
+  const std::string text = R"(
+[time]
+duration = 10
+[contact]
+enabled = false
+[material.silk]
+membrane_stiffness = 1000
+bending_stiffness = 1e-5
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [9, 9] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+  const auto drift = [&](const std::string& tolerance) {
+    SimulatedCase sim(text, method("verlet", {"time.relative_tolerance=" + tolerance}));
+    double largest = 0, kinetic = 0;
+    for (double t = 0; t <= 10; t += 0.25) {
+      const Energies energies = sim.dynamics().energies(t, sim.advance_to(t));
+      largest = std::max(largest, std::abs(energies.total()));  // it begins at 0
+      kinetic = std::max(kinetic, energies.kinetic);
+    }
+    return largest / kinetic;
+  };
+  const double at_default = drift("1e-4");
+  EXPECT_LT(at_default, 0.01);
+  EXPECT_LT(drift("2.5e-5"), at_default / 2);
+}
+
 // A spring between a pinned and a free row, moved along itself: x'' = -omega^2 x. Backward Euler
 // shrinks the amplitude by (1 + h^2 omega^2)^(-1/2) a step, midpoint and Verlet keep it.
 TEST(Methods, EnergyOfAnOscillatorIsLostByEulerAloneAndAsMuchAsItsFormulaSays) {
