@@ -197,6 +197,37 @@ TEST(Contact, PathsThatCrossAreRefusedHoweverLong) {
   EXPECT_FALSE(contact.check_path(scene->initial_position, along));
 }
 
+// Paths from one place to many near each other, all far longer than the slack: lists are hardly
+// built, and say what new ones would, along the paths and at their ends.
+TEST(Contact, ListsOfAPathServeThoseBesideIt) {
+  const auto scene = build_scene(parse_case(two_sheets(0, 0), "test.toml"));
+  Statistics kept_statistics, fresh_statistics;
+  Contact kept(*scene, kept_statistics);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> shift(-0.001, 0.001);
+  int refused = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    RandomState end{scene->initial_position, scene->initial_velocity};
+    for (int i = 0; i < scene->dynamic_particles; ++i) {
+      Vec3& x = end.position[i];
+      x.z() += 0.2 + 0.3 * x.x() - (i >= 81 ? 0.0025 * trial : 0);
+      x += Vec3(shift(random), shift(random), shift(random));
+    }
+    Contact fresh(*scene, fresh_statistics);
+    const auto fault = kept.check_path(scene->initial_position, end.position);
+    const auto fresh_fault = fresh.check_path(scene->initial_position, end.position);
+    ASSERT_EQ(fault.has_value(), fresh_fault.has_value()) << trial;
+    refused += fault ? 1 : 0;
+    ASSERT_EQ(kept.evaluate(end.position, end.velocity, 1).has_value(),
+              fresh.evaluate(end.position, end.velocity, 1).has_value());
+    ASSERT_EQ(kept.pairs_in_reach(), fresh.pairs_in_reach()) << trial;
+    ASSERT_EQ(kept.energy(), fresh.energy());
+  }
+  EXPECT_GT(refused, 3);
+  EXPECT_LT(refused, 27);
+  EXPECT_LT(kept_statistics.counters.rebuilds, fresh_statistics.counters.rebuilds / 3);
+}
+
 // A sheet on an inclined plane: sticks while tan(angle) <= mu, else slides with a = g (sin - mu
 // cos).
 TEST(Contact, FrictionOnASlopeFollowsCoulomb) {
