@@ -400,6 +400,29 @@ corners = ["last_first", "last_last"]
   for (const Vec3& left : StateView::of(rate).velocity) EXPECT_LT(left.norm(), 0.1);
 }
 
+// Triangles whose edges differ by a factor of 10^8.
+TEST(Methods, ArkodeSaysWhereItFails) {
+  const std::string needles = R"(
+[time]
+duration = 0.1
+[contact]
+enabled = false
+[material.cloth]
+bending_stiffness = 1e-5
+[[body]]
+name = "ring"
+shape = { type = "torus", major_radius = 0.3, minor_radius = 0.299999997, resolution = [12, 16] }
+[[body.pin]]
+region_min = [0.3, -1, -1]
+region_max = [1, 1, 1]
+)";
+  SimulatedCase sim(needles, method("arkode"));
+  std::optional<std::string> reason;
+  for (int i = 0; i < 100 && !reason; ++i) reason = sim.integrator().step();
+  ASSERT_TRUE(reason);
+  EXPECT_NE(reason->find("body \"ring\", row"), std::string::npos) << *reason;
+}
+
 // A sheet on a ball that carries its middle; its corners hang.
 TEST(Methods, StaticKeepsSurfacesApart) {
   const std::string text = R"(
