@@ -106,7 +106,7 @@ void draw_header(std::ostream& out, const HeatMap& map) {
 std::string svg_of(const HeatMap& map) {
   std::ostringstream body;
   draw_header(body, map);
-  double y = header, width = 600;
+  double y = header, width = 920;  // the legend's, at least
   for (const HeatRow& row : map.rows) {
     double x = margin, height = 0;
     draw_text(body, x, y + 14, "font-size=\"13\" font-weight=\"bold\"", row.title);

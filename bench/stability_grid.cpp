@@ -122,7 +122,7 @@ Axis mass_damping(std::vector<double> values) {
 // Vertices along the longer side; quads stay square. More of them are simulated for a shorter time,
 // so that a wave passes as many.
 Axis resolution(std::vector<double> values) {
-  return {"vertices along a side", std::move(values), [](Setup& setup, double n) {
+  return {"vertices a side", std::move(values), [](Setup& setup, double n) {
             const bool strip = setup.scene.body == std::string("strip");
             const double columns = strip ? std::floor((n - 1) / 4) + 1 : n;
             setup.set_body("shape.resolution", in_brackets(n, columns));
