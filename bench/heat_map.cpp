@@ -79,8 +79,8 @@ void draw_panel(std::ostream& out, const HeatMap& map, const HeatPanel& panel, d
   draw_text(out, left, top - 5, "font-weight=\"bold\"", panel.title);
   const std::size_t columns = panel.x_labels.size();
   for (std::size_t i = 0; i < panel.cells.size(); ++i) {
-    const double column = static_cast<double>(i % columns);
-    const double row = static_cast<double>(i / columns);
+    const std::size_t above = i / columns;
+    const double column = static_cast<double>(i % columns), row = static_cast<double>(above);
     out << "<rect x=\"" << left + column * cell_width << "\" y=\""
         << bottom - (row + 1) * cell_height << "\" width=\"" << cell_width - 1 << "\" height=\""
         << cell_height - 1 << "\" fill=\""
