@@ -101,6 +101,18 @@ struct ScalingOptions {
 };
 int run_scaling(const ScalingOptions& options);
 
+// A grid of extreme cases, each of which must finish rightly or say clearly why not: the slices are
+// in stability_grid.cpp, the checks in stability_cell.h.
+struct StabilityOptions {
+  std::vector<std::string> slices;  // empty: all
+  bool quick = false;               // a small grid, in which all should be well
+  double budget = 2;                // s of CPU time, of a run of 81 vertices
+  int jobs = 1;                     // cells at a time
+  bool json = false;
+  std::filesystem::path csv, plot;  // empty: none
+};
+int run_stability(const StabilityOptions& options);
+
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();
 

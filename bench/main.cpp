@@ -1,5 +1,6 @@
 // weft-bench: the experiments, one subcommand each.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <functional>
@@ -7,6 +8,7 @@
 #include "bench/experiments.h"
 #include "bench/scene_measurement.h"
 #include "bench/scenes.h"
+#include "bench/stability_grid.h"
 #include "sim/case/case_text.h"
 
 namespace {
@@ -22,6 +24,7 @@ struct Arguments {
   LinearSolverOptions linear_solver;
   AccuracyOptions accuracy;
   ScalingOptions scaling;
+  StabilityOptions stability;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -154,6 +157,30 @@ void add_scaling(CLI::App& sub, Arguments& arguments) {
   sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
 }
 
+// What is wrong with the name of a slice, or nothing.
+std::string is_slice(const std::string& name) {
+  const std::vector<std::string> names = slice_names();
+  if (std::find(names.begin(), names.end(), name) != names.end()) return "";
+  return weft::sim::in_quotes(name) + " is no slice; " + weft::sim::name_hint(name, names);
+}
+
+void add_stability(CLI::App& sub, Arguments& arguments) {
+  StabilityOptions& options = arguments.stability;
+  sub.add_flag("--quick", options.quick, "A small grid, in which all should be well");
+  sub.add_option("--slice", options.slices, "Slices (default: all)")
+      ->delimiter(',')
+      ->check(is_slice);
+  sub.add_option("--budget", options.budget, "CPU time of a run of 81 vertices, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub.add_option("--jobs", options.jobs, "Runs at a time")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  sub.add_flag("--json", options.json, "Print JSON instead of a table");
+  sub.add_option("--csv", options.csv, "CSV file of all runs");
+  sub.add_option("--plot", options.plot, "SVG file of the heat map");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -208,6 +235,8 @@ constexpr std::array experiments{
                add_accuracy, [](const Arguments& a) { return run_accuracy(a.accuracy); }},
     Experiment{"scaling", "Time and memory of a run by the size of its images", add_scaling,
                [](const Arguments& a) { return run_scaling(a.scaling); }},
+    Experiment{"stability", "Extreme cases: each finishes rightly or says why not", add_stability,
+               [](const Arguments& a) { return run_stability(a.stability); }},
 #ifdef WEFT_BENCH_GPU
     Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
                [](const Arguments& a) { return run_paper_lod(a.paper); }},

@@ -27,20 +27,6 @@ std::string text_of(double value) {
   return text.data();
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
 // From values to the pixels between `begin` and `end`, with round numbers to mark.
 class Scale {
  public:
@@ -172,6 +158,20 @@ void draw_series(std::ostream& out, const Series& series, const Scale& x, const 
 }
 
 }  // namespace
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
 
 std::string svg_of(const Plot& plot) {
   const Scale x = scale_of(plot, plot.x, &Series::x, left, width - right);

@@ -91,6 +91,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   void set_implicit_options();
   Trouble attempt(double& end, std::span<double> y) override;
   Trouble trouble_of(int flag, double& end);
+  int worst_particle() const;
   double work() const;
   void reconsider();
   void use(bool implicit, double rate, double part_of_cost);
@@ -206,9 +207,32 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
     return fault_in_step_->kind == ContactFault::Kind::not_finite ? Trouble::not_finite
                                                                   : Trouble::surfaces;
   }
+  set_place(worst_particle());
   end = time();
   propose(0);
   return flag == ARK_CONV_FAILURE ? Trouble::not_converged : Trouble::error_too_large;
+}
+
+// Whose local error weighed most in the last try.
+int ArkodeIntegrator::worst_particle() const {
+  N_Vector error = N_VClone(y_), weight = N_VClone(y_);
+  ARKStepGetEstLocalErrors(arkode_, error);
+  ARKStepGetErrWeights(arkode_, weight);
+  N_VProd(error, weight, error);
+  const StateView errors = StateView::of(values(error));
+  int worst = 0;
+  double largest = -1;
+  for (std::size_t i = 0; i < errors.position.size(); ++i) {
+    const double size = errors.position[i].squaredNorm() + errors.velocity[i].squaredNorm();
+    // A value that is not finite is the worst of all.
+    if (size <= largest) continue;
+    largest = size;
+    worst = static_cast<int>(i);
+    if (!std::isfinite(size)) break;
+  }
+  N_VDestroy(error);
+  N_VDestroy(weight);
+  return worst;
 }
 
 // What has been paid so far, in evaluations of the forces.

@@ -1,5 +1,6 @@
 #include "sim/integrator/spectral_estimate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -10,8 +11,13 @@ namespace {
 
 constexpr int iterations = 60;
 
+struct Spectrum {
+  double radius = 0;
+  int place = -1;  // the particle with the largest entry of the vector
+};
+
 // Of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues as M^-1 A.
-double spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
+Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   const Scene& scene = dynamics.scene();
   const int count = dynamics.particle_count();
   std::mt19937 random(1);
@@ -25,7 +31,7 @@ double spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
       if (scene.pinned[i] != 0) vector[i].setZero();
       norm += vector[i].squaredNorm();
     }
-    if (norm == 0) return 0;
+    if (norm == 0) return {};
     norm = std::sqrt(norm);
     for (int i = 0; i < count; ++i) {
       vector[i] /= norm;
@@ -40,7 +46,10 @@ double spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
     }
     radius = std::sqrt(square);
   }
-  return radius;
+  const auto largest = std::max_element(
+      vector.begin(), vector.end(),
+      [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
+  return {radius, static_cast<int>(largest - vector.begin())};
 }
 
 }  // namespace
@@ -48,8 +57,13 @@ double spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
 SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y) {
   dynamics.assemble(t, y);
   SpectralEstimate estimate;
-  estimate.frequency = std::sqrt(spectral_radius(dynamics, dynamics.stiffness()));
-  if (dynamics.has_damping()) estimate.decay = spectral_radius(dynamics, dynamics.damping());
+  const Spectrum vibration = spectral_radius(dynamics, dynamics.stiffness());
+  estimate.frequency = std::sqrt(vibration.radius);
+  estimate.place = vibration.place;
+  if (!dynamics.has_damping()) return estimate;
+  const Spectrum decay = spectral_radius(dynamics, dynamics.damping());
+  estimate.decay = decay.radius;
+  if (estimate.decay > estimate.frequency) estimate.place = decay.place;
   return estimate;
 }
 

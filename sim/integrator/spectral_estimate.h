@@ -10,6 +10,7 @@ namespace weft::sim {
 struct SpectralEstimate {
   double frequency = 0;  // rad/s: the root of the spectral radius of M^-1 K
   double decay = 0;      // 1/s: the spectral radius of M^-1 D
+  int place = -1;        // the particle that takes most part in the faster of the two; -1: none
   // The rate which an explicit method's steps must be short against.
   double stiffest() const { return frequency > decay ? frequency : decay; }
 };

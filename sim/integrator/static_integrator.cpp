@@ -13,14 +13,16 @@ namespace {
 constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
-constexpr int most_pseudo_steps = 500;
+// However small the load: what hangs has to turn all the way to where gravity points. A smaller one
+// would only begin again.
+constexpr int most_pseudo_steps = 2000;
 // What may be left of the forces, as a fraction of the weight.
-constexpr double residual_fraction = 1e-6;
+constexpr double residual_fraction = 1e-4;
 
 class StaticIntegrator final : public StageIntegrator {
  public:
   StaticIntegrator(const Scene& scene, Dynamics& dynamics)
-      : StageIntegrator(scene, dynamics, true) {
+      : StageIntegrator(scene, dynamics, true), rate_(dynamics.state_size()) {
     reached_.assign(state().begin(), state().end());
     stop(reached_);
   }
@@ -45,7 +47,7 @@ class StaticIntegrator final : public StageIntegrator {
         if (h < shortest_pseudo_step) return trouble;
         continue;
       }
-      if (is_at_rest(h, y)) {
+      if (is_at_rest(end, y)) {
         pseudo_step_ = h;
         stop(y);
         return Trouble::none;
@@ -57,6 +59,7 @@ class StaticIntegrator final : public StageIntegrator {
       const std::int64_t iterations = counts().newton_iterations - before;
       h = std::min(h * (iterations <= 6 ? 2 : iterations <= 12 ? 1.2 : 0.6), longest_pseudo_step);
     }
+    end = time();
     return Trouble::not_converged;
   }
 
@@ -85,23 +88,28 @@ class StaticIntegrator final : public StageIntegrator {
     return true;
   }
 
-  // What is left of the forces is M (v1 - v0) / h.
-  bool is_at_rest(double h, std::span<const double> y) const {
+  // Judged by the forces themselves: a step within its tolerance may have left all of them.
+  bool is_at_rest(double end, std::span<const double> y) {
     const StateView now = StateView::of(y), before = StateView::of(reached_);
-    double largest_move = 0, force = 0, mass = 0;
-    for (std::size_t i = 0; i < now.position.size(); ++i) {
-      const double m = scene().mass[i];
+    double largest_move = 0;
+    for (std::size_t i = 0; i < now.position.size(); ++i)
       largest_move = std::max(largest_move, (now.position[i] - before.position[i]).norm());
-      force += m * (now.velocity[i] - before.velocity[i]).squaredNorm() / (h * h);
-      mass += m;
-    }
+    if (largest_move > scene().source.time.position_tolerance) return false;
     const double weight = scene().source.world.gravity.norm();
-    return largest_move <= scene().source.time.position_tolerance &&
-           (weight == 0 || std::sqrt(force / mass) <= residual_fraction * weight);
+    if (weight == 0) return true;
+    if (dynamics().rate(end, y, rate_)) return false;
+    const StateView left = StateView::of(rate_);
+    double force = 0, mass = 0;
+    for (std::size_t i = 0; i < left.velocity.size(); ++i) {
+      force += scene().mass[i] * left.velocity[i].squaredNorm();
+      mass += scene().mass[i];
+    }
+    return std::sqrt(force / mass) <= residual_fraction * weight;
   }
 
   double pseudo_step_ = first_pseudo_step;  // s, of the next load
   std::vector<double> reached_;             // by pseudo-steps
+  std::vector<double> rate_;
   std::vector<Vec3> from_, to_, scratch_;
 };
 

@@ -28,7 +28,8 @@ class VerletIntegrator final : public OneStepIntegrator {
  private:
   // Oscillations grow where h omega > 2, damped ones where h d > 2.
   std::optional<std::string> refusal() override {
-    const double limit = 2 / estimate_spectrum(dynamics(), 0, state()).stiffest();
+    const SpectralEstimate fastest = estimate_spectrum(dynamics(), 0, state());
+    const double limit = 2 / fastest.stiffest();
     const TimeCase& options = scene().source.time;
     if (!options.step) {
       const double share =
@@ -39,8 +40,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
     if (*options.step <= limit) return std::nullopt;
     return "the step of " + number_text(*options.step) +
-           " s is beyond the limit of stability of verlet at the start, " + number_text(limit) +
-           " s";
+           " s is beyond the limit of stability of verlet at t = 0 s, " + number_text(limit) +
+           " s: the motion is fastest at " + scene().describe_particle(fastest.place);
   }
 
   // v+ = v + h/2 a, x1 = x + h v+, a1 = a(x1, v+ + h/2 a), v1 = v+ + h/2 a1: forces that depend on

@@ -242,6 +242,7 @@ TEST(Methods, VerletRefusesAStepBeyondItsStability) {
   const auto reason = sim.integrator().step();
   ASSERT_TRUE(reason);
   EXPECT_NE(reason->find("limit of stability"), std::string::npos) << *reason;
+  EXPECT_NE(reason->find("body \"sheet\", row"), std::string::npos) << *reason;
   EXPECT_EQ(sim.integrator().time(), 0);
 }
 
@@ -413,6 +414,61 @@ keyframes = [{ time = 0.0 }, { time = 1.0, translation = [-0.25, 0, 0] }]
   for (std::size_t i = 0; i < found.size(); ++i) {
     EXPECT_LT((found[i] - damped[i]).norm(), 1e-4) << i;
   }
+}
+
+// A very stiff sheet, held at two corners, starts flat: within a loose tolerance of the velocity
+// the first pseudo-steps change nothing, and all of the weight is still to be carried.
+TEST(Methods, StaticIsNotDoneBeforeForcesBalance) {
+  const std::string text = R"(
+[time]
+duration = 1
+frames_per_second = 5
+position_tolerance = 1e-2
+relative_tolerance = 0.1
+[contact]
+enabled = false
+[material.cloth]
+membrane_stiffness = 1e9
+bending_stiffness = 1e-5
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [13, 13] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+  SimulatedCase sim(text, method("static"));
+  const auto reason = sim.integrator().step();
+  if (reason) {
+    EXPECT_NE(reason->find("body \"sheet\", row"), std::string::npos) << *reason;
+    return;
+  }
+  std::vector<double> y(sim.integrator().state().begin(), sim.integrator().state().end());
+  std::vector<double> rate(y.size());
+  ASSERT_FALSE(sim.dynamics().rate(0.2, y, rate));
+  for (const Vec3& left : StateView::of(rate).velocity) EXPECT_LT(left.norm(), 0.1);
+}
+
+// Triangles whose edges differ by a factor of 10^8.
+TEST(Methods, ArkodeSaysWhereItFails) {
+  const std::string needles = R"(
+[time]
+duration = 0.1
+[contact]
+enabled = false
+[material.cloth]
+bending_stiffness = 1e-5
+[[body]]
+name = "ring"
+shape = { type = "torus", major_radius = 0.3, minor_radius = 0.299999997, resolution = [12, 16] }
+[[body.pin]]
+region_min = [0.3, -1, -1]
+region_max = [1, 1, 1]
+)";
+  SimulatedCase sim(needles, method("arkode"));
+  std::optional<std::string> reason;
+  for (int i = 0; i < 100 && !reason; ++i) reason = sim.integrator().step();
+  ASSERT_TRUE(reason);
+  EXPECT_NE(reason->find("body \"ring\", row"), std::string::npos) << *reason;
 }
 
 // A sheet on a ball that carries its middle; its corners hang.

@@ -1,0 +1,235 @@
+// Stability: a grid of cases far from what is usual, each of which must finish rightly or say
+// clearly why it does not.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bench/experiments.h"
+#include "bench/heat_map.h"
+#include "bench/medians.h"
+#include "bench/plot.h"
+#include "bench/stability_cell.h"
+#include "bench/stability_grid.h"
+#include "sim/case/case_text.h"
+
+namespace weft::bench {
+
+namespace {
+
+using sim::number_text;
+
+struct Run {
+  Slice slice;
+  std::vector<CellResult> results;  // by cell
+};
+
+using Counts = std::array<int, outcome_count>;
+
+Counts count(const Run& run, const std::string& method) {
+  Counts counts{};
+  for (std::size_t i = 0; i < run.results.size(); ++i) {
+    if (method.empty() || run.slice.cells[i].method == method)
+      ++counts[static_cast<std::size_t>(run.results[i].outcome)];
+  }
+  return counts;
+}
+
+std::string x_label(const Slice& slice, const Cell& cell) {
+  return slice.x_labels[static_cast<std::size_t>(cell.x)];
+}
+std::string y_label(const Slice& slice, const Cell& cell) {
+  return slice.y_title.empty() ? "" : slice.y_labels[static_cast<std::size_t>(cell.y)];
+}
+
+void tell(const Cell& cell, const CellResult& result) {
+  std::fprintf(stderr, "%-10s %8.3f s  %s%s%s\n", outcome_name(result.outcome), result.cpu,
+               cell.command().c_str(), result.message.empty() ? "" : "  # ",
+               result.message.c_str());
+}
+
+// Of the cells that ended by themselves, for 81 vertices.
+double median_cost(const std::vector<Run>& runs) {
+  std::vector<double> costs{0};
+  for (const Run& run : runs) {
+    for (std::size_t i = 0; i < run.results.size(); ++i) {
+      const Outcome outcome = run.results[i].outcome;
+      if (outcome == Outcome::finished || outcome == Outcome::failed)
+        costs.push_back(run.results[i].cpu / run.slice.cells[i].size);
+    }
+  }
+  return median(costs);
+}
+
+void print_counts(const std::string& slice, const std::string& method, const Counts& counts) {
+  std::printf("%-24s %-18s", slice.c_str(), method.c_str());
+  for (const int each : counts)
+    std::printf(" %10s", each == 0 ? "." : std::to_string(each).c_str());
+  std::printf("\n");
+}
+
+void print_table(const std::vector<Run>& runs, double budget) {
+  std::printf("%-24s %-18s", "slice", "method");
+  for (int i = 0; i < outcome_count; ++i)
+    std::printf(" %10s", outcome_name(static_cast<Outcome>(i)));
+  std::printf("\n");
+  Counts all{};
+  for (const Run& run : runs) {
+    for (const std::string& method : run.slice.methods) {
+      const Counts counts = count(run, method);
+      print_counts(run.slice.name, method, counts);
+      for (std::size_t i = 0; i < counts.size(); ++i) all[i] += counts[i];
+    }
+  }
+  print_counts("all", "", all);
+  const double median = median_cost(runs);
+  std::printf(
+      "median cost %s s of CPU time; a cell of as many vertices may take %s s, %.0f times "
+      "as much\n",
+      number_text(1e-4 * std::round(1e4 * median)).c_str(), number_text(budget).c_str(),
+      median > 0 ? budget / median : 0);
+}
+
+void print_forbidden(const std::vector<Run>& runs) {
+  for (const Run& run : runs) {
+    for (std::size_t i = 0; i < run.results.size(); ++i) {
+      const CellResult& result = run.results[i];
+      if (!is_forbidden(result.outcome)) continue;
+      std::printf("%s: %s\n  %s\n", outcome_name(result.outcome), result.message.c_str(),
+                  run.slice.cells[i].command().c_str());
+    }
+  }
+}
+
+nlohmann::ordered_json json_of(const std::vector<Run>& runs, double budget) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (const Run& run : runs) {
+    for (std::size_t i = 0; i < run.results.size(); ++i) {
+      const Cell& cell = run.slice.cells[i];
+      const CellResult& result = run.results[i];
+      rows.push_back({{"slice", cell.slice},
+                      {"method", cell.method},
+                      {"x", x_label(run.slice, cell)},
+                      {"y", y_label(run.slice, cell)},
+                      {"outcome", outcome_name(result.outcome)},
+                      {"forbidden", is_forbidden(result.outcome)},
+                      {"message", result.message},
+                      {"cpu_s", result.cpu},
+                      {"reached_s", result.reached},
+                      {"steps", result.steps},
+                      {"energy_share", result.energy},
+                      {"command", cell.command()}});
+    }
+  }
+  return {{"budget_s", budget}, {"median_cpu_s", median_cost(runs)}, {"rows", std::move(rows)}};
+}
+
+std::string in_csv(std::string text) {
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2)
+    text.insert(at, 1, '"');
+  return '"' + text + '"';
+}
+
+std::string csv_of(const std::vector<Run>& runs) {
+  std::ostringstream out;
+  out << "slice,method,x,y,outcome,cpu_s,reached_s,steps,energy_share,message,command\n";
+  for (const Run& run : runs) {
+    for (std::size_t i = 0; i < run.results.size(); ++i) {
+      const Cell& cell = run.slice.cells[i];
+      const CellResult& result = run.results[i];
+      char cost[32], share[32];
+      std::snprintf(cost, sizeof cost, "%.3f", result.cpu);
+      std::snprintf(share, sizeof share, "%.3g", result.energy);
+      out << cell.slice << ',' << cell.method << ',' << x_label(run.slice, cell) << ','
+          << y_label(run.slice, cell) << ',' << outcome_name(result.outcome) << ',' << cost << ','
+          << number_text(result.reached) << ',' << result.steps << ',' << share << ','
+          << in_csv(result.message) << ',' << in_csv(cell.command()) << '\n';
+    }
+  }
+  return out.str();
+}
+
+// Of the picture: finished, refused, failed, too slow, and all that must never be.
+int class_of(Outcome outcome) {
+  return std::min(static_cast<int>(outcome), static_cast<int>(Outcome::hung));
+}
+
+HeatPanel panel_of(const Run& run, const std::string& method) {
+  HeatPanel panel;
+  panel.x_labels = run.slice.x_labels;
+  for (std::size_t i = 0; i < run.results.size(); ++i) {
+    if (method.empty() || run.slice.cells[i].method == method)
+      panel.cells.push_back(class_of(run.results[i].outcome));
+  }
+  return panel;
+}
+
+// Sweeps stand three in a row, with the methods as their rows; the other slices have one row of the
+// picture each and a panel a method.
+void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
+  constexpr std::size_t sweeps_in_a_row = 4;
+  HeatMap map;
+  map.title = "Stability: what becomes of a run";
+  map.classes = {{"finished, checked", "#009e73"},
+                 {"refused at the start", "#9fc9e8"},
+                 {"failed, and said why", "#0072b2"},
+                 {"too slow", "#f0e442"},
+                 {"wrong, not finite, hung or unclear", "#d55e00"}};
+  int cells = 0;
+  for (const Run& run : runs) {
+    cells += static_cast<int>(run.results.size());
+    if (run.slice.y_title.empty()) {
+      if (map.rows.empty() || map.rows.back().panels.size() == sweeps_in_a_row)
+        map.rows.push_back({});
+      HeatPanel panel = panel_of(run, "");
+      panel.title = run.slice.name;
+      panel.x_title = run.slice.x_title;
+      panel.y_labels = run.slice.y_labels;
+      map.rows.back().panels.push_back(std::move(panel));
+      continue;
+    }
+    HeatRow row{run.slice.name + " (across: " + run.slice.x_title + ")", {}};
+    for (const std::string& method : run.slice.methods) {
+      HeatPanel panel = panel_of(run, method);
+      panel.title = method;
+      if (row.panels.empty()) {
+        panel.y_title = run.slice.y_title;
+        panel.y_labels = run.slice.y_labels;
+      }
+      row.panels.push_back(std::move(panel));
+    }
+    map.rows.push_back(std::move(row));
+  }
+  map.note = std::to_string(cells) + " runs; weft bench stability";
+  write_svg(map, path);
+}
+
+}  // namespace
+
+int run_stability(const StabilityOptions& options) {
+  std::vector<Run> runs;
+  for (const Slice& slice : make_slices(options.slices, options.quick)) {
+    runs.push_back({slice, run_cells(slice.cells, options.budget, options.jobs, tell)});
+    // Slice by slice: what has been run is kept, whatever comes.
+    if (!options.csv.empty()) write_text(csv_of(runs), options.csv);
+    if (!options.plot.empty()) draw(runs, options.plot);
+  }
+  if (options.json) {
+    std::printf("%s\n", json_of(runs, options.budget).dump(2).c_str());
+  } else {
+    print_table(runs, options.budget);
+    print_forbidden(runs);
+  }
+  return std::any_of(runs.begin(), runs.end(),
+                     [](const Run& run) {
+                       return std::any_of(
+                           run.results.begin(), run.results.end(),
+                           [](const CellResult& result) { return is_forbidden(result.outcome); });
+                     })
+             ? 1
+             : 0;
+}
+
+}  // namespace weft::bench

@@ -1,0 +1,94 @@
+// One cell of the stability grid: a case, run in a process of its own and judged.
+//
+// What is checked of every state that is looked at, 25 in a run and its last one:
+// - positions and velocities are finite;
+// - kinetic, elastic and contact energy are together not above what was put in: the kinetic energy
+//   of the start and the work of gravity. In a norm, so that errors add up:
+//     sqrt(E) <= sqrt(put in + 5 % of the most that was in, or free fall would put in) + e,
+//   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most): an error of the tolerance
+//   in every component. Nothing else puts energy in: held vertices and obstacles are at rest, and
+//   there is no wind;
+// - with contact, no triangle passes through another (crossings.h, exact), and the first surface
+//   of two has not come out on the other side of the second;
+// - without contact, pins and gravity, the momentum is that of the start, to an error of the
+//   tolerance in every component and one thousandth;
+// - at the end of a static run, the root mean square of the accelerations left is at most a
+//   thousandth of gravity.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/stability_grid.h"
+#include "sim/integrator/integrator.h"
+
+namespace weft::bench {
+
+// In the order of the legend. From `too_slow` on: forbidden.
+enum class Outcome {
+  finished,
+  refused,
+  failed,
+  too_slow,
+  hung,
+  not_finite,
+  wrong,
+  unclear,
+  crashed
+};
+inline constexpr int outcome_count = 9;
+const char* outcome_name(Outcome outcome);
+inline bool is_forbidden(Outcome outcome) { return outcome >= Outcome::too_slow; }
+
+struct CellResult {
+  Outcome outcome = Outcome::crashed;
+  std::string message;  // of the run, or what the check has found; empty where it finished
+  double cpu = 0;       // s
+  double reached = 0;   // s, simulated
+  double energy = 0;    // largest share of the energy that was put in, at the states looked at
+  std::int64_t steps = 0;
+};
+
+// What a state of a scene must fulfil. Evaluates by itself and leaves the integrator's dynamics
+// alone.
+class Judge {
+ public:
+  explicit Judge(const sim::Scene& scene);
+  // Nothing, or what is wrong with the state `y` at `time` (s), for the outcome `wrong`.
+  [[nodiscard]] std::optional<std::string> check(double time, std::span<const double> y);
+  // The forces left at the end of a static run.
+  [[nodiscard]] std::optional<std::string> check_rest(double time, std::span<const double> y);
+  double largest_share() const { return largest_share_; }
+
+ private:
+  std::optional<std::string> check_energy(double time, std::span<const double> y);
+  std::optional<std::string> check_surfaces(double time, std::span<const double> y);
+  std::optional<std::string> check_momentum(std::span<const double> y) const;
+  sim::Vec3 momentum(std::span<const double> y) const;
+
+  const sim::Scene& scene_;
+  sim::Statistics statistics_;
+  sim::Dynamics dynamics_;
+  double mass_ = 0;  // kg, of all dynamic particles
+  bool keeps_momentum_ = false;
+  sim::Vec3 start_momentum_;
+  sim::Energies start_;
+  double most_ = 0, largest_share_ = 0;  // J; share
+  std::vector<sim::Vec3> position_, velocity_;
+};
+
+bool all_finite(std::span<const double> y);
+// Whether it names the body, or what of the case is refused, the time and a reason.
+bool is_clear(const std::string& failure);
+
+// Runs `weft run PATH --set ...` without its trajectory for each cell, `jobs` at a time, each in a
+// child process that is ended when it has not come back from one step after several times its
+// budget: `budget` (s of CPU time) times the size of the cell. Results in the order of the cells;
+// `done` is told of each as it ends.
+std::vector<CellResult> run_cells(std::span<const Cell> cells, double budget, int jobs,
+                                  const std::function<void(const Cell&, const CellResult&)>& done);
+
+}  // namespace weft::bench

@@ -1,0 +1,32 @@
+// What the stability test runs: a scene of bench/stability/ a slice, and what is varied in it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace weft::bench {
+
+// One run, by the file of the case and the keys that are changed in it.
+struct Cell {
+  std::string slice, method, path;
+  int x = 0, y = 0;  // along the axes of the slice; of a sweep, y is the method
+  std::vector<std::string> overrides;
+  double size = 1;  // what its budget is multiplied by
+
+  std::string command() const;  // that reproduces it
+};
+
+struct Slice {
+  std::string name;
+  std::string x_title, y_title;  // y_title is empty for a sweep: its rows are the methods
+  std::vector<std::string> x_labels, y_labels;
+  std::vector<std::string> methods;
+  std::vector<Cell> cells;  // by method, y, x
+};
+
+std::vector<std::string> slice_names();
+// All slices, or those named; `quick`: of the sweeps the start and a point up to which the methods
+// that control their error, and backward Euler, are known to do well.
+std::vector<Slice> make_slices(const std::vector<std::string>& names, bool quick);
+
+}  // namespace weft::bench

@@ -1,0 +1,134 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench/stability_cell.h"
+#include "sim/case/case_text.h"
+#include "sim/trajectory/crossings.h"
+
+namespace weft::bench {
+
+namespace {
+
+using namespace sim;
+
+constexpr double energy_share = 0.05;
+constexpr double momentum_share = 1e-3;
+constexpr double rest_share = 1e-3;  // of gravity
+
+bool nothing_acts(const Scene& scene) {
+  return !scene.source.contact.enabled && scene.source.world.gravity.isZero() &&
+         scene.prescribed.empty();
+}
+
+std::string three_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+double velocity_tolerance(const TimeCase& time) {
+  return time.velocity_tolerance.value_or(100 * time.position_tolerance);
+}
+
+}  // namespace
+
+bool all_finite(std::span<const double> y) {
+  return std::all_of(y.begin(), y.end(), [](double value) { return std::isfinite(value); });
+}
+
+bool is_clear(const std::string& failure) {
+  const auto has = [&](const char* words) { return failure.find(words) != std::string::npos; };
+  return (has("body \"") || has("obstacle \"")) && has(" at t = ");
+}
+
+Judge::Judge(const Scene& scene)
+    : scene_(scene), dynamics_(scene, statistics_), keeps_momentum_(nothing_acts(scene)) {
+  for (int i = 0; i < scene.dynamic_particles; ++i) mass_ += scene.mass[i];
+  const std::vector<double> y = dynamics_.initial_state();
+  start_ = dynamics_.energies(0, y);
+  start_momentum_ = momentum(y);
+  const double fall = scene.source.world.gravity.norm() * scene.source.time.duration;
+  most_ = start_.kinetic + 0.5 * mass_ * fall * fall;
+}
+
+std::optional<std::string> Judge::check(double time, std::span<const double> y) {
+  if (auto reason = check_energy(time, y)) return reason;
+  if (keeps_momentum_) return check_momentum(y);
+  return scene_.source.contact.enabled ? check_surfaces(time, y) : std::nullopt;
+}
+
+std::optional<std::string> Judge::check_energy(double time, std::span<const double> y) {
+  const Energies now = dynamics_.energies(time, y);
+  const double within = now.total() - now.gravitational;
+  const double put_in = start_.total() - now.gravitational;
+  most_ = std::max(most_, put_in);
+  const TimeCase& options = scene_.source.time;
+  const double error = std::sqrt(1.5 * mass_) * velocity_tolerance(options) +
+                       options.relative_tolerance * std::sqrt(most_);
+  const double limit = std::sqrt(std::max(put_in, 0.0) + energy_share * most_) + error;
+  largest_share_ = std::max(largest_share_, within / (limit * limit));
+  if (within <= limit * limit) return std::nullopt;
+  return "the energy is " + three_digits(within) + " J at t = " + three_digits(time) + " s, of " +
+         three_digits(put_in) + " J put in";
+}
+
+std::optional<std::string> Judge::check_surfaces(double time, std::span<const double> y) {
+  dynamics_.expand(time, y, position_, velocity_);
+  std::vector<CrossingSurface> surfaces;
+  for (const SceneBody& body : scene_.bodies) {
+    surfaces.push_back(
+        {std::span<const Vec3>(position_).subspan(body.first_particle, body.particle_count()),
+         body.mesh.triangles, body.self_contact});
+  }
+  const std::string when = " at t = " + three_digits(time) + " s";
+  if (const auto crossings = find_crossings(surfaces); !crossings.empty())
+    return std::to_string(crossings.size()) + " pairs of triangles cross" + when;
+  if (surfaces.size() < 2) return std::nullopt;
+  // The scenes put the first surface above the second.
+  Vec3 centre = Vec3::Zero();
+  for (const Vec3& x : surfaces[0].positions) centre += x;
+  centre /= static_cast<double>(surfaces[0].positions.size());
+  const auto& below = surfaces[1].positions;
+  const auto nearest = std::min_element(below.begin(), below.end(), [&](auto& a, auto& b) {
+    return (a - centre).template head<2>().squaredNorm() <
+           (b - centre).template head<2>().squaredNorm();
+  });
+  if (nearest->z() <= centre.z()) return std::nullopt;
+  return "\"" + scene_.bodies[0].name + "\" has come through \"" + scene_.bodies[1].name + "\"" +
+         when;
+}
+
+Vec3 Judge::momentum(std::span<const double> y) const {
+  const StateView state = StateView::of(y);
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < state.velocity.size(); ++i) sum += scene_.mass[i] * state.velocity[i];
+  return sum;
+}
+
+std::optional<std::string> Judge::check_momentum(std::span<const double> y) const {
+  const double change = (momentum(y) - start_momentum_).norm();
+  const TimeCase& options = scene_.source.time;
+  const double share = momentum_share + options.relative_tolerance;
+  const double limit = std::sqrt(3.0) * mass_ * velocity_tolerance(options) +
+                       share * std::sqrt(2 * mass_ * start_.kinetic);
+  if (change <= limit) return std::nullopt;
+  return "the momentum has changed by " + three_digits(change) + " N s of " +
+         three_digits(start_momentum_.norm()) + " N s";
+}
+
+std::optional<std::string> Judge::check_rest(double time, std::span<const double> y) {
+  std::vector<double> still(y.begin(), y.end()), rate(y.size());
+  std::fill(still.begin() + static_cast<std::ptrdiff_t>(y.size() / 2), still.end(), 0.0);
+  if (auto fault = dynamics_.rate(time, still, rate)) return fault->describe(scene_);
+  const StateView left = StateView::of(rate);
+  double sum = 0;
+  for (std::size_t i = 0; i < left.velocity.size(); ++i)
+    sum += scene_.mass[i] * left.velocity[i].squaredNorm();
+  const double mean = std::sqrt(sum / mass_), gravity = scene_.source.world.gravity.norm();
+  if (mean <= rest_share * gravity) return std::nullopt;
+  return "accelerations of " + three_digits(mean) + " m/s^2 are left at rest, of a gravity of " +
+         three_digits(gravity);
+}
+
+}  // namespace weft::bench
