@@ -80,6 +80,9 @@ class Run {
   }
 
   RunReport execute() {
+    if (options_.notice && !scene_.source.accuracy_choice.empty()) {
+      options_.notice(scene_.source.accuracy_choice);
+    }
     note_compute();
     note_decision();
     const auto wall_start = std::chrono::steady_clock::now();

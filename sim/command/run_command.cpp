@@ -48,7 +48,7 @@ nlohmann::ordered_json error_json(const ErrorEstimate& estimate) {
   return json;
 }
 
-nlohmann::ordered_json report_json(const RunReport& report) {
+nlohmann::ordered_json report_json(const RunReport& report, const std::string& accuracy_choice) {
   nlohmann::ordered_json json;
   json["status"] = status_name(report.status);
   if (!report.reason.empty()) json["reason"] = report.reason;
@@ -82,6 +82,7 @@ nlohmann::ordered_json report_json(const RunReport& report) {
   json["phases_s"] = {{"rebuild", phases.rebuild},           {"traverse", phases.traverse},
                       {"narrow_phase", phases.narrow_phase}, {"forces", phases.forces},
                       {"linear_solve", phases.linear_solve}, {"record", phases.record}};
+  if (!accuracy_choice.empty()) json["accuracy"] = accuracy_choice;
   if (report.error_estimate) json["error_estimate"] = error_json(*report.error_estimate);
   json["trajectory"] = report.trajectory;
   return json;
@@ -146,9 +147,9 @@ void refuse_static(const Scene& scene) {
                   "expected another time.method, or no --estimate-error");
 }
 
-int finish(const RunCommand& command, const RunReport& report) {
+int finish(const RunCommand& command, const Case& source, const RunReport& report) {
   if (command.json) {
-    std::cout << report_json(report).dump(2) << '\n';
+    std::cout << report_json(report, source.accuracy_choice).dump(2) << '\n';
   } else {
     print_summary(report);
   }
@@ -180,7 +181,7 @@ int run_case(const RunCommand& command) {
     }
     const RunReport report = run_simulation(scene, options);
     bar.clear();
-    return finish(command, report);
+    return finish(command, scene.source, report);
   });
 }
 
