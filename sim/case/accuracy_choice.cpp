@@ -25,10 +25,19 @@ constexpr CalibrationRow table[] = {
 #include "sim/case/calibration_table.inc"
 };
 
+constexpr double promised_factor = 3;
+
 struct Option {
   const CalibratedMethod* method = nullptr;
   double setting = 0;
+  double factor = 0;
   double cost = 0;
+  bool limited = false;  // contact allows no setting as coarse as the accuracy would
+  // Cheap ones among those as sure as promised; else the surest.
+  bool is_better_than(const Option& other) const {
+    if (std::max(factor, other.factor) <= promised_factor) return cost < other.cost;
+    return factor < other.factor;
+  }
 };
 
 std::vector<CalibrationRow> rows_of(const CalibratedMethod& method, bool meetings) {
@@ -39,16 +48,24 @@ std::vector<CalibrationRow> rows_of(const CalibratedMethod& method, bool meeting
   return rows;
 }
 
-// Between two rows on logarithmic scales; nothing outside of them.
+// Between two rows on logarithmic scales; nothing outside of them, unless it is contact that allows
+// no tolerance beyond `limit` (m): then the coarsest.
 std::optional<Option> option_at(const CalibratedMethod& method,
-                                const std::vector<CalibrationRow>& rows, double rate) {
+                                const std::vector<CalibrationRow>& rows, double rate,
+                                double limit) {
+  const CalibrationRow& last = rows.back();
+  if (rate > last.error_rate && !method.by_step && last.setting >= limit * (1 - 1e-9)) {
+    return Option{&method, limit, last.factor, last.cost, true};
+  }
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const CalibrationRow &fine = rows[i - 1], &coarse = rows[i];
     if (rate < fine.error_rate || rate > coarse.error_rate) continue;
     const double part =
         std::log(rate / fine.error_rate) / std::log(coarse.error_rate / fine.error_rate);
-    return Option{&method, fine.setting * std::pow(coarse.setting / fine.setting, part),
-                  fine.cost * std::pow(coarse.cost / fine.cost, part)};
+    const double setting = fine.setting * std::pow(coarse.setting / fine.setting, part);
+    const bool limited = !method.by_step && setting > limit;
+    return Option{&method, limited ? limit : setting, std::max(fine.factor, coarse.factor),
+                  fine.cost * std::pow(coarse.cost / fine.cost, part), limited};
   }
   return std::nullopt;
 }
@@ -59,7 +76,7 @@ std::string rounded(double value) {
   return text;
 }
 
-// All that the table offers for an accuracy, the cheapest first.
+// All that the table offers for an accuracy, the best first.
 class Offers {
  public:
   Offers(const Case& source, bool method_given) {
@@ -68,26 +85,25 @@ class Offers {
       if (method_given && method.method != source.time.method) continue;
       const std::vector<CalibrationRow> rows = rows_of(method, has_meetings(source));
       if (rows.empty()) continue;
-      least_ = std::min(least_.value_or(rows.front().error_rate), rows.front().error_rate);
-      most_ = std::max(most_.value_or(rows.back().error_rate), rows.back().error_rate);
-      if (const auto option = option_at(method, rows, rate)) options_.push_back(*option);
+      const double duration = source.time.duration;
+      ranges_ += (ranges_.empty() ? "" : " or ") + rounded(duration * rows.front().error_rate) +
+                 " to " + rounded(duration * rows.back().error_rate) + " m (" + method.name + ")";
+      const auto option = option_at(method, rows, rate, position_tolerance_limit(source));
+      if (option) options_.push_back(*option);
     }
-    std::ranges::sort(options_, {}, &Option::cost);
+    std::ranges::sort(options_,
+                      [](const Option& a, const Option& b) { return a.is_better_than(b); });
   }
   const std::vector<Option>& options() const { return options_; }
-  bool know_the_method() const { return least_.has_value(); }
-  // m, for a run of this duration (s).
-  std::string range(double duration) const {
-    return rounded(*least_ * duration) + " to " + rounded(*most_ * duration) + " m";
-  }
+  // What the table covers for a run as long, in words; empty where it does not have the method.
+  const std::string& ranges() const { return ranges_; }
 
  private:
   std::vector<Option> options_;
-  std::optional<double> least_, most_;  // m/s
+  std::string ranges_;
 };
 
-std::string choice_text(const Case& target, const std::vector<Option>& options, bool method_given,
-                        bool limited) {
+std::string choice_text(const Case& target, const std::vector<Option>& options, bool method_given) {
   const TimeCase& time = target.time;
   const Option& best = options.front();
   std::string text = std::string(best.method->name) + " with ";
@@ -95,7 +111,9 @@ std::string choice_text(const Case& target, const std::vector<Option>& options, 
                                : "position_tolerance " + rounded(time.position_tolerance) + " m";
   text +=
       " for an accuracy of " + rounded(*time.accuracy) + " m over " + rounded(time.duration) + " s";
-  if (limited) text += "; contact.range allows no larger one, so that the error will be smaller";
+  text += " (nine of ten scenes came within a factor " + rounded(best.factor) + ")";
+  if (best.limited)
+    text += "; contact.range allows no larger one, so that the error will be smaller";
   if (method_given) return text + "; the method is that of the case";
   if (options.size() == 1) return text + "; no other method is calibrated for it";
   return text + "; " + options[1].method->name + " is calibrated to take " +
@@ -128,7 +146,7 @@ void choose_accuracy(Case& target, const Locations& locations) {
   if (!time.accuracy) return;
   const bool method_given = locations.given("time.method");
   const Offers offers(target, method_given);
-  if (!offers.know_the_method()) {
+  if (offers.ranges().empty()) {
     throw CaseError(locations.value("time.method"), "this method is not calibrated for an accuracy",
                     "expected no method beside \"accuracy\", or \"cvode\"");
   }
@@ -136,20 +154,12 @@ void choose_accuracy(Case& target, const Locations& locations) {
     throw CaseError(locations.value("time.accuracy"),
                     "the accuracy is " + number_text(*time.accuracy) + " m over " +
                         number_text(time.duration) + " s",
-                    "expected " + offers.range(time.duration) +
-                        ", which the calibration covers for a run as long" +
-                        (method_given ? " with this method" : ""));
+                    "expected " + offers.ranges() + ", which the calibration covers for it");
   }
   const Option& best = offers.options().front();
   apply_setting(time, *best.method, best.setting);
-  const double limit = position_tolerance_limit(target);
-  const bool limited = time.position_tolerance > limit;
-  if (limited) {
-    time.position_tolerance = limit;
-    time.relative_tolerance = std::min(time.relative_tolerance, 10 * limit);
-  }
-  target.accuracy_choice =
-      choice_text(target, offers.options(), method_given, limited && !best.method->by_step);
+  time.position_tolerance = std::min(time.position_tolerance, position_tolerance_limit(target));
+  target.accuracy_choice = choice_text(target, offers.options(), method_given);
 }
 
 }  // namespace weft::sim

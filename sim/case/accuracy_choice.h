@@ -32,12 +32,14 @@ struct CalibrationRow {
   bool meetings;
   double setting;     // m or s; ascending within a method
   double error_rate;  // m/s: the largest error of a run (accuracy in case.h) over its duration
+  double factor;      // within which nine of ten scenes had that rate
   double cost;        // s of CPU a simulated second, mean over the scenes: for comparison only
 };
 
-// Where `time.accuracy` is given: chooses the cheapest method for it, or sets that which is given,
-// and says so in Case::accuracy_choice. Tolerances stay within what contact allows. Throws
-// CaseError for an accuracy outside the table (with its range) and for a method that is not in it.
+// Where `time.accuracy` is given: chooses the cheapest method that is sure to a factor 3, or, where
+// none is, the surest; or sets that which is given; and says so in Case::accuracy_choice.
+// Tolerances stay within what contact allows. Throws CaseError for an accuracy outside the table
+// (with its range) and for a method that is not in it.
 void choose_accuracy(Case& target, const Locations& locations);
 
 }  // namespace weft::sim
