@@ -8,6 +8,7 @@
 #include "bench/experiments.h"
 #include "bench/plot.h"
 #include "bench/reference_run.h"
+#include "sim/accuracy_pilot.h"
 #include "sim/case/accuracy_choice.h"
 #include "sim/case/case_checks.h"
 #include "sim/case/case_error.h"
@@ -25,7 +26,7 @@ constexpr int samples = 20;  // times of a run at which it is compared
 // scene of an error `worst_factor` times that.
 constexpr double wanted_share = 0.9;
 constexpr double wanted_factor = 3;
-constexpr double most_factor = 6;
+constexpr double most_factor = 8;
 constexpr double worst_factor = 10;
 
 struct Ladder {
@@ -260,7 +261,8 @@ int calibrate(const CalibrateOptions& options) {
 std::optional<double> achieved(const CalibrationScene& scene, double asked,
                                const Reference& reference, const CalibrateOptions& options) {
   try {
-    const Case source = case_of(scene, {"time.accuracy=" + number_text(asked)});
+    Case source = case_of(scene, {"time.accuracy=" + number_text(asked)});
+    correct_accuracy(source);
     const TimedRun run = simulate(source, reference.times, options.budget);
     const double error = run.failure.empty() ? largest_error(run, reference)
                                              : std::numeric_limits<double>::infinity();

@@ -287,7 +287,7 @@ const std::vector<CalibrationScene>& calibration_scenes() {
        "33 x 33 vertices, thrown, held by an edge",
        {resolution(33, 33), "body.sheet.pin.0.edges=[\"last_row\"]",
         "body.sheet.velocity=[0.5, 0, 1.5]", material("membrane_stiffness", "500"),
-        material("stiffness_damping", "5e-3"), duration("0.12")},
+        material("stiffness_damping", "5e-3"), duration("0.1")},
        corners,
        true},
       {"gale",

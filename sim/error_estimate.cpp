@@ -17,9 +17,9 @@ constexpr double tolerance_factor = 64;
 // which it grows in proportion to the errors that made it.
 constexpr double small_part = 0.1;
 
-std::unique_ptr<const Scene> tightened_scene(const Scene& scene) {
+std::unique_ptr<const Scene> scene_with(const Scene& scene, const TimeCase& time) {
   Case source = scene.source;
-  source.time = tightened(source.time);
+  source.time = time;
   return build_scene(source);
 }
 
@@ -57,8 +57,8 @@ TimeCase tightened(const TimeCase& time) {
   return result;
 }
 
-ErrorMonitor::ErrorMonitor(const Scene& scene, const std::atomic<int>* stop)
-    : scene_(tightened_scene(scene)),
+ErrorMonitor::ErrorMonitor(const Scene& scene, const TimeCase& second, const std::atomic<int>* stop)
+    : scene_(scene_with(scene, second)),
       stop_(stop),
       dynamics_(*scene_, statistics_),
       integrator_(make_integrator(*scene_, dynamics_)),

@@ -46,7 +46,10 @@ TimeCase tightened(const TimeCase& time);
 class ErrorMonitor {
  public:
   // `stop` (may be null) ends a comparison early, as it ends the run. The scene must outlive it.
-  ErrorMonitor(const Scene& scene, const std::atomic<int>* stop);
+  ErrorMonitor(const Scene& scene, const std::atomic<int>* stop)
+      : ErrorMonitor(scene, tightened(scene.source.time), stop) {}
+  // The same with another, more exact run's options.
+  ErrorMonitor(const Scene& scene, const TimeCase& second, const std::atomic<int>* stop);
 
   // Takes the second run to `time` (s, not before the last call) and compares it with the first
   // one's state. Returns the RMS distances by dynamic body, m: NaN where the second run has failed

@@ -70,6 +70,29 @@ std::optional<Option> option_at(const CalibratedMethod& method,
   return std::nullopt;
 }
 
+// The slope of one quantity against the other on logarithmic scales, between the rows around
+// `value`; the 2/3rd law of methods of order 2 outside of them.
+double interpolated(const std::vector<CalibrationRow>& rows, double value,
+                    double CalibrationRow::*from, double CalibrationRow::*to, double power) {
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const CalibrationRow &fine = rows[i - 1], &coarse = rows[i];
+    if (value < fine.*from || value > coarse.*from) continue;
+    const double part = std::log(value / fine.*from) / std::log(coarse.*from / fine.*from);
+    return fine.*to * std::pow(coarse.*to / fine.*to, part);
+  }
+  const CalibrationRow& end = value < rows.front().*from ? rows.front() : rows.back();
+  return end.*to * std::pow(value / end.*from, power);
+}
+
+std::vector<CalibrationRow> rows_of(const Case& source) {
+  for (const CalibratedMethod& method : methods) {
+    if (method.method == source.time.method && !method.by_step) {
+      return rows_of(method, has_meetings(source));
+    }
+  }
+  return {};
+}
+
 std::string rounded(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -136,6 +159,20 @@ void apply_setting(TimeCase& time, const CalibratedMethod& method, double settin
   time.position_tolerance = setting;
   time.relative_tolerance = std::min(0.1, 10 * setting);
 }
+
+double error_rate_at(const Case& source, double tolerance) {
+  return interpolated(rows_of(source), tolerance, &CalibrationRow::setting,
+                      &CalibrationRow::error_rate, 2.0 / 3);
+}
+
+double tolerance_at(const Case& source, double error_rate) {
+  const std::vector<CalibrationRow> rows = rows_of(source);
+  const double tolerance = interpolated(rows, error_rate, &CalibrationRow::error_rate,
+                                        &CalibrationRow::setting, 3.0 / 2);
+  return std::min({tolerance, rows.back().setting, position_tolerance_limit(source)});
+}
+
+bool has_chosen_tolerance(const Case& source) { return source.time.accuracy && !source.time.step; }
 
 bool has_meetings(const Case& source) {
   return source.contact.enabled && source.body.size() + source.obstacle.size() > 1;

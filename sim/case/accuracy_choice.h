@@ -36,6 +36,15 @@ struct CalibrationRow {
   double cost;        // s of CPU a simulated second, mean over the scenes: for comparison only
 };
 
+// m/s: what the table says of the method of `source` with a tolerance (m), and the tolerance that
+// it has for an error rate. Beyond the table's ends errors go with the 2/3rd power of the
+// tolerance; tolerances are never coarser than the table's. The method must be one that the table
+// has for tolerances.
+double error_rate_at(const Case& source, double tolerance);
+double tolerance_at(const Case& source, double error_rate);
+// Whether choose_accuracy() has set a tolerance, not a step.
+bool has_chosen_tolerance(const Case& source);
+
 // Where `time.accuracy` is given: chooses the cheapest method that is sure to a factor 3, or, where
 // none is, the surest; or sets that which is given; and says so in Case::accuracy_choice.
 // Tolerances stay within what contact allows. Throws CaseError for an accuracy outside the table

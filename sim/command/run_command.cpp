@@ -9,6 +9,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "sim/accuracy_pilot.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/command/progress_bar.h"
@@ -126,9 +127,10 @@ void print_summary(const RunReport& report) {
 }
 
 // The case and its scene, or the exit code of what is wrong with them.
-int with_scene(const RunCommand& command, const auto& use) {
+int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
   try {
-    const Case source = read_case(command.case_path, command.overrides);
+    Case source = read_case(command.case_path, command.overrides);
+    prepare(source);
     const std::unique_ptr<const Scene> scene = build_scene(source);
     return use(*scene);
   } catch (const CaseError& error) {
@@ -141,8 +143,8 @@ int with_scene(const RunCommand& command, const auto& use) {
 }
 
 // An equilibrium does not depend on the steps that led to it.
-void refuse_static(const Scene& scene) {
-  if (scene.source.time.method != TimeMethod::static_loads) return;
+void refuse_static(const Case& source) {
+  if (source.time.method != TimeMethod::static_loads) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
                   "expected another time.method, or no --estimate-error");
 }
@@ -165,8 +167,11 @@ int finish(const RunCommand& command, const Case& source, const RunReport& repor
 }  // namespace
 
 int run_case(const RunCommand& command) {
-  return with_scene(command, [&](const Scene& scene) {
-    if (command.estimate_error) refuse_static(scene);
+  const auto prepare = [&](Case& source) {
+    if (command.estimate_error) refuse_static(source);
+    correct_accuracy(source);
+  };
+  return with_scene(command, prepare, [&](const Scene& scene) {
     catch_stop_signals();
     RunOptions options;
     const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
@@ -186,11 +191,13 @@ int run_case(const RunCommand& command) {
 }
 
 int check_case(const RunCommand& command) {
-  return with_scene(command, [&](const Scene& scene) {
-    check_initial_state(scene);
-    std::cout << describe_scene(scene);
-    return exit_code::done;
-  });
+  return with_scene(
+      command, [](Case&) {},
+      [&](const Scene& scene) {
+        check_initial_state(scene);
+        std::cout << describe_scene(scene);
+        return exit_code::done;
+      });
 }
 
 }  // namespace weft::sim

@@ -125,7 +125,7 @@ std::string describe_scene(const Scene& scene) {
       scene.source.contact.enabled ? describe_compute(scene, out) : ComputeBackend::cpu;
   describe_time(time, out);
   if (!scene.source.accuracy_choice.empty()) {
-    out << "accuracy  " << scene.source.accuracy_choice << '\n';
+    out << "accuracy  " << scene.source.accuracy_choice << "; a run corrects it by a pilot\n";
   }
   if (backend == ComputeBackend::cpu) {
     out << "  skipped GL context: pictures are made by `weft render`\n";

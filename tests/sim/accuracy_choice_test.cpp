@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "sim/accuracy_pilot.h"
 #include "sim/case/case_error.h"
 #include "simulated_case.h"
 
@@ -74,7 +75,9 @@ std::string refusal(const std::string& text, const Overrides& overrides) {
 }
 
 double largest_error(const std::string& text, const Overrides& overrides) {
-  SimulatedCase run(text, overrides);
+  Case source = parse_case(text, "test.toml", overrides);
+  correct_accuracy(source);
+  SimulatedCase run(source.resolved_text);
   SimulatedCase exact(text, {"time.position_tolerance=1e-9", "time.relative_tolerance=1e-8"});
   double largest = 0;
   for (int frame = 1; frame <= 20; ++frame) {
@@ -117,6 +120,19 @@ TEST(AccuracyChoice, SaysWhatItChoseAndWritesACaseThatRunsTheSame) {
   EXPECT_EQ(again.time.position_tolerance, source.time.position_tolerance);
   EXPECT_EQ(again.time.relative_tolerance, source.time.relative_tolerance);
   EXPECT_EQ(chosen(hanging_sheet, {}).accuracy_choice, "");
+}
+
+TEST(AccuracyChoice, IsCorrectedByAPilotRun) {
+  const Case first = chosen(hanging_sheet, {"time.accuracy=5e-4"});
+  Case corrected = first;
+  correct_accuracy(corrected);
+  EXPECT_NE(corrected.time.position_tolerance, first.time.position_tolerance);
+  EXPECT_NE(corrected.accuracy_choice.find("a pilot run of"), std::string::npos);
+  EXPECT_EQ(parse_case(corrected.resolved_text, "again.toml").time.position_tolerance,
+            corrected.time.position_tolerance);
+  Case plain = chosen(hanging_sheet, {});
+  correct_accuracy(plain);
+  EXPECT_EQ(plain.time.position_tolerance, chosen(hanging_sheet, {}).time.position_tolerance);
 }
 
 TEST(AccuracyChoice, KeepsTheMethodOfTheCase) {
