@@ -9,7 +9,7 @@
 #include "bench/experiments.h"
 #include "bench/medians.h"
 #include "bench/plot.h"
-#include "bench/timed_run.h"
+#include "bench/reference_run.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 
@@ -30,12 +30,6 @@ struct Ladder {
   int count;
   void (*apply)(TimeCase& time, double setting);
 };
-
-void set_tolerance(TimeCase& time, TimeMethod method, double tolerance) {
-  time.method = method;
-  time.position_tolerance = tolerance;
-  time.relative_tolerance = std::min(0.1, 10 * tolerance);
-}
 
 // Solved well below its own error, so that the method is judged and not its iterations.
 void set_step(TimeCase& time, TimeMethod method, double step, int newton) {
@@ -81,44 +75,17 @@ struct Row {
   }
 };
 
-struct Reference {
-  std::vector<double> times;  // at which the two methods were compared, s
-  std::vector<std::vector<Vec3>> positions;
-  double agreement = 0;  // m, at the horizon
-  double horizon = 0;    // s
-};
-
 struct Result {
   std::string name;
   Reference reference;
   std::vector<Row> rows;
 };
 
-// Two methods of different kinds, both far more exact than what is measured. Beyond the horizon
-// they part by more than `certainty`: what lies there is chaos, not error.
-Reference find_reference(const Case& source, const AccuracyOptions& options) {
-  constexpr int samples = 20;
-  Reference reference;
-  const double end = options.horizon.value_or(source.time.duration);
-  for (int i = 1; i <= samples; ++i) reference.times.push_back(end * i / samples);
-  const auto run = [&](TimeMethod method, double tolerance) {
-    Case exact = source;
-    set_tolerance(exact.time, method, tolerance);
-    TimedRun result = simulate(exact, reference.times, options.reference_budget);
-    if (!result.failure.empty()) std::fprintf(stderr, "reference: %s\n", result.failure.c_str());
-    return result;
-  };
-  const TimedRun one = run(TimeMethod::arkode, options.reference_tolerance);
-  const TimedRun other = run(TimeMethod::cvode, options.reference_tolerance);
-  const std::size_t reached = std::min(one.positions.size(), other.positions.size());
-  for (std::size_t i = 0; i < reached; ++i) {
-    const double apart = rms_distance(one.positions[i], other.positions[i]);
-    if (apart > options.certainty) break;
-    reference.horizon = reference.times[i];
-    reference.agreement = std::max(reference.agreement, apart);
-    reference.positions.push_back(one.positions[i]);
-  }
-  return reference;
+Reference reference_of(const Case& source, const AccuracyOptions& options) {
+  return find_reference(source, sample_times(options.horizon.value_or(source.time.duration), 20),
+                        {.tolerance = options.reference_tolerance,
+                         .certainty = options.certainty,
+                         .budget = options.reference_budget});
 }
 
 Row measure(const Case& source, const Ladder& ladder, double setting, const Reference& reference,
@@ -296,7 +263,7 @@ int run_accuracy(const AccuracyOptions& options) {
   for (const std::string& path : options.cases) {
     // The case's own method and what belongs to it give way to the ladders.
     const Case source = read_case(path, options.overrides);
-    Result result{std::filesystem::path(path).stem().string(), find_reference(source, options), {}};
+    Result result{std::filesystem::path(path).stem().string(), reference_of(source, options), {}};
     if (result.reference.positions.empty()) {
       std::fprintf(stderr, "%s: the references agree nowhere within %s m\n", path.c_str(),
                    number_text(options.certainty).c_str());

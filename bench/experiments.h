@@ -113,6 +113,21 @@ struct StabilityOptions {
 };
 int run_stability(const StabilityOptions& options);
 
+// The table behind time.accuracy: settings against errors on scenes of short horizon; or a check of
+// it on scenes that it has not seen.
+struct CalibrateOptions {
+  bool verify = false;
+  std::vector<std::string> scenes;              // empty: all of their kind
+  std::vector<double> asked{1e-3, 3e-4, 1e-4};  // m; of the check
+  double reference_tolerance = 1e-8;            // m
+  double certainty = 1e-5;                      // m: within which references must agree to the end
+  double budget = 60;                           // s of CPU time, of one run
+  std::filesystem::path output;                 // the table; empty: none
+  std::filesystem::path plot;                   // SVG file; empty: none
+};
+std::vector<std::string> calibration_scene_names();
+int run_calibrate(const CalibrateOptions& options);
+
 // What do 100 static obstacles 100 m away cost a run?
 int run_far_obstacles();
 

@@ -25,6 +25,7 @@ struct Arguments {
   AccuracyOptions accuracy;
   ScalingOptions scaling;
   StabilityOptions stability;
+  CalibrateOptions calibrate;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -181,6 +182,27 @@ void add_stability(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--plot", options.plot, "SVG file of the heat map");
 }
 
+void add_calibrate(CLI::App& sub, Arguments& arguments) {
+  CalibrateOptions& options = arguments.calibrate;
+  sub.add_flag("--verify", options.verify, "Check the table that is built in, on other scenes");
+  sub.add_option("--scenes", options.scenes, "Scenes (default: all of their kind)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(calibration_scene_names()));
+  sub.add_option("--asked", options.asked, "Accuracies to check, m")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  const auto add_positive = [&](const char* name, double& value, const char* description) {
+    sub.add_option(name, value, description)->check(CLI::PositiveNumber)->capture_default_str();
+  };
+  add_positive("--reference-tolerance", options.reference_tolerance, "Of the references, m");
+  add_positive("--certainty", options.certainty, "Within which the references must agree, m");
+  add_positive("--budget", options.budget, "CPU time of a run, s");
+  sub.add_option("-o,--output", options.output,
+                 "File of the table: sim/case/calibration_table.inc, to build it in");
+  sub.add_option("--plot", options.plot, "SVG file of the chart");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -237,6 +259,8 @@ constexpr std::array experiments{
                [](const Arguments& a) { return run_scaling(a.scaling); }},
     Experiment{"stability", "Extreme cases: each finishes rightly or says why not", add_stability,
                [](const Arguments& a) { return run_stability(a.stability); }},
+    Experiment{"calibrate", "The table that time.accuracy goes by, measured or checked",
+               add_calibrate, [](const Arguments& a) { return run_calibrate(a.calibrate); }},
 #ifdef WEFT_BENCH_GPU
     Experiment{"paper-lod", "Time of a picture against its level of detail", add_paper_lod,
                [](const Arguments& a) { return run_paper_lod(a.paper); }},

@@ -3,22 +3,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 
 #include "sim/case/case_error.h"
+#include "sim/process_time.h"
 #include "sim/trajectory/crossings.h"
 #include "sim/trajectory/frame_recorder.h"
 
 namespace weft::sim {
 
 namespace {
-
-double process_cpu_time() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 constexpr std::size_t listed_pairs = 10;
 
@@ -81,9 +75,14 @@ class Run {
         options_(options),
         dynamics_(scene, report_.statistics),
         integrator_(make_integrator(scene, dynamics_)),
-        recorder_(scene, dynamics_, options.trajectory, options.force) {}
+        recorder_(scene, dynamics_, options.trajectory, options.force, error_series()) {
+    if (options.estimate_error) monitor_.emplace(scene, options.stop_signal);
+  }
 
   RunReport execute() {
+    if (options_.notice && !scene_.source.accuracy_choice.empty()) {
+      options_.notice(scene_.source.accuracy_choice);
+    }
     note_compute();
     note_decision();
     const auto wall_start = std::chrono::steady_clock::now();
@@ -96,6 +95,10 @@ class Run {
     report_.counts = integrator_->counts();
     note_compute();
     report_.cpu_time = process_cpu_time() - cpu_start;
+    if (monitor_) {
+      report_.error_estimate = monitor_->estimate();
+      report_.cpu_time -= report_.error_estimate->cpu_time;
+    }
     report_.wall_time =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
     return report_;
@@ -108,8 +111,19 @@ class Run {
                     scene_.source.time.duration);
   }
 
+  std::vector<TrajectoryWriter::Series> error_series() const {
+    std::vector<TrajectoryWriter::Series> series;
+    for (const SceneBody& body : scene_.bodies) {
+      if (body.dynamic && options_.estimate_error) {
+        series.push_back({"error_estimate_" + body.name, "m"});
+      }
+    }
+    return series;
+  }
+
   void record(double time, std::span<const double> y) {
-    const double stretch = recorder_.add_frame(time, y, integrator_->counts());
+    const auto errors = monitor_ ? monitor_->compare(time, y) : std::span<const double>{};
+    const double stretch = recorder_.add_frame(time, y, integrator_->counts(), errors);
     report_.largest_stretch = std::max(report_.largest_stretch, stretch);
     last_recorded_ = time;
   }
@@ -169,6 +183,7 @@ class Run {
   Dynamics dynamics_;
   std::unique_ptr<Integrator> integrator_;
   FrameRecorder recorder_;
+  std::optional<ErrorMonitor> monitor_;
   double last_recorded_ = 0;
 };
 

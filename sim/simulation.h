@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "sim/error_estimate.h"
 #include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
 #include "sim/statistics.h"
@@ -15,6 +16,9 @@ namespace weft::sim {
 struct RunOptions {
   std::string trajectory;  // path of the HDF5 file; its folder is made where missing
   bool force = false;      // overwrite
+  // Measure the error by a second, more exact run beside this one (error_estimate.h); the
+  // trajectory then has a series error_estimate_BODY (m) a dynamic body. Not with `static`.
+  bool estimate_error = false;
   // Told after every step: simulated time (s). May be empty.
   std::function<void(double time)> progress;
   // Told what the run decides by itself, before it starts. May be empty.
@@ -28,8 +32,8 @@ struct RunReport {
   Status status = Status::done;
   std::string reason;         // why it failed: what, which bodies, when
   double simulated_time = 0;  // s
-  double wall_time = 0;       // s
-  double cpu_time = 0;        // s, all threads
+  double wall_time = 0;       // s, with it
+  double cpu_time = 0;        // s, all threads, without the run that measures the error
   int frames = 0;
   IntegratorCounts counts;
   std::optional<double> smallest_gap;  // m, in the last force evaluation of any step; nothing
@@ -38,6 +42,7 @@ struct RunReport {
   std::string decision;        // what the integrator decided by itself, last; empty for most
   double largest_stretch = 0;  // l / L - 1 over all frames and edges
   Statistics statistics;
+  std::optional<ErrorEstimate> error_estimate;  // where asked for
   std::string trajectory;
 };
 

@@ -27,6 +27,7 @@ struct TimeCase {
   TimeMethod method = TimeMethod::cvode;
   double duration = 1.0;                     // s, > 0
   double frames_per_second = 60.0;           // 1/s, > 0
+  std::optional<double> accuracy;            // m; chooses the method and what is set below
   double position_tolerance = 1e-5;          // m, local error a step
   std::optional<double> velocity_tolerance;  // m/s; default 100 /s * position_tolerance
   double relative_tolerance = 1e-4;          // of the speed
@@ -168,8 +169,11 @@ struct Case {
   std::vector<ObstacleCase> obstacle;  // [[obstacle]]
 
   std::string path;  // of the file, for relative paths and messages
-  // The case as TOML with every default and override, for the trajectory.
+  // The case as TOML with every default and override, for the trajectory; what an accuracy has
+  // chosen stands in its place.
   std::string resolved_text;
+  // What time.accuracy has chosen and why; empty without it.
+  std::string accuracy_choice;
 };
 
 }  // namespace weft::sim

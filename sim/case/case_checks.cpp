@@ -1,6 +1,7 @@
 #include "sim/case/case_checks.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "sim/case/case_error.h"
@@ -105,7 +106,7 @@ class Checker {
   void tolerances() const {
     if (!case_.contact.enabled || case_.time.method == TimeMethod::verlet) return;
     const double range = case_.contact.range;
-    const double position_limit = position_tolerance_per_range * range;
+    const double position_limit = position_tolerance_limit(case_);
     if (case_.time.position_tolerance > position_limit * rounding) {
       fail(first_given("time.position_tolerance", "contact.range"),
            "a position_tolerance of " + number_text(case_.time.position_tolerance) +
@@ -172,6 +173,11 @@ class Checker {
 };
 
 }  // namespace
+
+double position_tolerance_limit(const Case& target) {
+  return target.contact.enabled ? position_tolerance_per_range * target.contact.range
+                                : std::numeric_limits<double>::infinity();
+}
 
 void check_case(const Case& target, const Locations& locations) {
   Checker(target, locations).check();

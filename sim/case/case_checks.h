@@ -10,4 +10,7 @@ namespace weft::sim {
 // (case_schema.h) and every body has the name of a material already.
 void check_case(const Case& target, const Locations& locations);
 
+// The largest time.position_tolerance with which contact is sound, m; infinite without contact.
+double position_tolerance_limit(const Case& target);
+
 }  // namespace weft::sim

@@ -8,6 +8,7 @@
 #include <limits>
 #include <sstream>
 
+#include "sim/case/accuracy_choice.h"
 #include "sim/case/case_checks.h"
 #include "sim/case/case_locations.h"
 #include "sim/case/case_schema.h"
@@ -285,6 +286,7 @@ Case parse_case(const std::string& text, const std::string& path,
   Locations locations(path);
   read_table(root, describe(result), "", locations);
   choose_materials(result, locations);
+  choose_accuracy(result, locations);
   check_case(result, locations);
   result.resolved_text = case_text(result);
   return result;

@@ -69,8 +69,9 @@ TableList tables(std::vector<Struct>* target, bool named = false) {
 // case.h and not described here does not compile.
 
 Table describe(TimeCase& target) {
-  auto& [method, duration, frames, position_tolerance, velocity_tolerance, relative_tolerance, step,
-         newton, order, minimum_step, maximum_step, preconditioner] = target;
+  auto& [method, duration, frames, accuracy, position_tolerance, velocity_tolerance,
+         relative_tolerance, step, newton, order, minimum_step, maximum_step, preconditioner] =
+      target;
   return {{
       field("method",
             choice(&method, {"cvode", "arkode", "euler", "static", "implicit_midpoint", "verlet"}),
@@ -81,29 +82,41 @@ Table describe(TimeCase& target) {
             "comparison."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
+      field("accuracy", &accuracy, "m", positive,
+            "The error wanted: the largest, over frames and bodies, of the root mean square over "
+            "a body's vertices of their distance from where exact integration in time of the same "
+            "mesh would have them. Chooses the method, unless that is given, and its tolerances or "
+            "step, by a calibration: short of chaos, mostly within a factor 3.")
+          .with_default("none: tolerances as given"),
       field("position_tolerance", &position_tolerance, "m", positive,
             "Error of a position allowed per step, or left in the solution of an implicit one of "
             "fixed length; "
-            "with contact at most 0.005 of contact.range."),
+            "with contact at most 0.005 of contact.range.")
+          .not_with("accuracy"),
       field("velocity_tolerance", &velocity_tolerance, "m/s", positive,
             "Error of a velocity allowed per step; with contact at most 0.5 /s of contact.range.")
-          .with_default("100 /s of position_tolerance"),
+          .with_default("100 /s of position_tolerance")
+          .not_with("accuracy"),
       field("relative_tolerance", &relative_tolerance, "", {0, 1, true, true},
-            "Error allowed per step as a fraction of the speed."),
+            "Error allowed per step as a fraction of the speed.")
+          .not_with("accuracy"),
       field("step", &step, "s", positive,
             "Fixed step; longer than minimum_step; implicit_midpoint needs one. verlet chooses a "
             "share of "
             "the longest stable one, as the root of relative_tolerance.")
           .with_default("chosen by the tolerances")
-          .only_for("method", {"euler", "implicit_midpoint", "verlet"}),
+          .only_for("method", {"euler", "implicit_midpoint", "verlet"})
+          .not_with("accuracy"),
       field("newton", &newton, "", at_least(0),
             "Newton iterations of a step: 1 is the linearly implicit step; 0: until they converge "
             "to the tolerances.")
-          .only_for("method", {"euler", "implicit_midpoint"}),
+          .only_for("method", {"euler", "implicit_midpoint"})
+          .not_with("accuracy"),
       field("maximum_order", &order, "", {1, 5},
             "Highest order of the BDF method; 3 to 5 need damping in every material and a "
             "position_tolerance of at most 1e-6.")
-          .only_for("method", {"cvode"}),
+          .only_for("method", {"cvode"})
+          .not_with("accuracy"),
       field("minimum_step", &minimum_step, "s", positive,
             "A step that must be shorter than this stops the run; less than a frame."),
       field("maximum_step", &maximum_step, "s", positive, "Longest step.")
@@ -342,8 +355,8 @@ Table describe(ObstacleCase& target) {
 }  // namespace
 
 Table describe(Case& target) {
-  auto& [title, time, world, contact, output, compute, material, body, obstacle, path, resolved] =
-      target;
+  auto& [title, time, world, contact, output, compute, material, body, obstacle, path, resolved,
+         choice] = target;
   return {{
       field("title", &title, "What the case shows."),
       field("time", table(&time), "How long, how often recorded, how exactly."),

@@ -57,7 +57,9 @@ bool is_table(const Field& field) {
 // Whether a key that rules this one out is in use.
 bool is_excluded(const Field& field, const Table& table) {
   if (field.excluded_by.empty()) return false;
-  return std::get<TableList>(table.find(field.excluded_by)->member).size() > 0;
+  const Field& other = *table.find(field.excluded_by);
+  const auto* list = std::get_if<TableList>(&other.member);
+  return list != nullptr ? list->size() > 0 : !value_text(other).empty();
 }
 
 void write_table(const Table& table, const std::string& header, std::string& text);
@@ -131,6 +133,10 @@ std::string toml_string(const std::string& text) {
 std::string case_text(const Case& source) {
   Case copy = source;  // descriptions point into what they could change
   std::string text;
+  if (!source.accuracy_choice.empty()) {
+    text = "# time.accuracy: " + source.accuracy_choice + '\n';
+    copy.time.accuracy.reset();
+  }
   write_table(describe(copy), "", text);
   return text;
 }

@@ -94,6 +94,10 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   run->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
   run->add_flag("--json", arguments.command.json, "Print the report as one JSON object");
   run->add_flag("--quiet", arguments.command.quiet, "No progress bar");
+  run->add_flag(
+      "--estimate-error", arguments.command.estimate_error,
+      "Measure the error by a second, more exact run beside this one: four to eight times "
+      "as many steps");
   run->callback([&] { arguments.code = run_case(arguments.command); });
 
   CLI::App* check =

@@ -2,13 +2,16 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "sim/accuracy_pilot.h"
 #include "sim/case/case_reader.h"
+#include "sim/case/case_text.h"
 #include "sim/command/progress_bar.h"
 #include "sim/simulation.h"
 #include "sim/trajectory/trajectory.h"
@@ -30,7 +33,23 @@ void catch_stop_signals() {
   }
 }
 
-nlohmann::ordered_json report_json(const RunReport& report) {
+nlohmann::ordered_json error_json(const ErrorEstimate& estimate) {
+  nlohmann::ordered_json json;
+  for (const BodyError& body : estimate.bodies) {
+    json["bodies"].push_back({{"body", body.body},
+                              {"largest_m", body.largest},
+                              {"largest_time_s", body.largest_time},
+                              {"last_m", body.last}});
+  }
+  json["last_time_s"] = estimate.last_time;
+  json["parted_time_s"] =
+      estimate.parted_time ? nlohmann::ordered_json(*estimate.parted_time) : nullptr;
+  if (!estimate.failure.empty()) json["failure"] = estimate.failure;
+  json["cpu_s"] = estimate.cpu_time;
+  return json;
+}
+
+nlohmann::ordered_json report_json(const RunReport& report, const std::string& accuracy_choice) {
   nlohmann::ordered_json json;
   json["status"] = status_name(report.status);
   if (!report.reason.empty()) json["reason"] = report.reason;
@@ -64,8 +83,32 @@ nlohmann::ordered_json report_json(const RunReport& report) {
   json["phases_s"] = {{"rebuild", phases.rebuild},           {"traverse", phases.traverse},
                       {"narrow_phase", phases.narrow_phase}, {"forces", phases.forces},
                       {"linear_solve", phases.linear_solve}, {"record", phases.record}};
+  if (!accuracy_choice.empty()) json["accuracy"] = accuracy_choice;
+  if (report.error_estimate) json["error_estimate"] = error_json(*report.error_estimate);
   json["trajectory"] = report.trajectory;
   return json;
+}
+
+// Of the bodies with the largest errors; the trajectory has them all.
+void print_errors(const ErrorEstimate& estimate) {
+  const BodyError& worst = *std::ranges::max_element(estimate.bodies, {}, &BodyError::largest);
+  const BodyError& last = *std::ranges::max_element(estimate.bodies, {}, &BodyError::last);
+  std::printf(
+      "  estimated error (RMS) %.3g m at the most (%s, t = %.4g s), %.3g m at t = %.4g s (%s)\n",
+      worst.largest, worst.body.c_str(), worst.largest_time, last.last, estimate.last_time,
+      last.body.c_str());
+}
+
+// On standard error, also beside --json.
+void warn_of_errors(const ErrorEstimate& estimate) {
+  if (!estimate.failure.empty()) {
+    std::cerr << "weft: the run that measures the error ended early: " << estimate.failure << '\n';
+  }
+  if (!estimate.parted_time) return;
+  std::cerr << "weft: from t = " << number_text(*estimate.parted_time)
+            << " s on the error is only known to be large: a more exact run differs by "
+               "more than a tenth of the motion or the size of a body; the motion may be chaotic "
+               "there\n";
 }
 
 void print_summary(const RunReport& report) {
@@ -79,13 +122,15 @@ void print_summary(const RunReport& report) {
               static_cast<long long>(report.counts.linear_iterations));
   if (report.smallest_gap) std::printf("  smallest gap %.3g mm\n", 1e3 * *report.smallest_gap);
   std::printf("  largest stretch %.2f %%\n", 100 * report.largest_stretch);
+  if (report.error_estimate) print_errors(*report.error_estimate);
   std::printf("  trajectory %s\n", report.trajectory.c_str());
 }
 
 // The case and its scene, or the exit code of what is wrong with them.
-int with_scene(const RunCommand& command, const auto& use) {
+int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
   try {
-    const Case source = read_case(command.case_path, command.overrides);
+    Case source = read_case(command.case_path, command.overrides);
+    prepare(source);
     const std::unique_ptr<const Scene> scene = build_scene(source);
     return use(*scene);
   } catch (const CaseError& error) {
@@ -97,12 +142,20 @@ int with_scene(const RunCommand& command, const auto& use) {
   }
 }
 
-int finish(const RunCommand& command, const RunReport& report) {
+// An equilibrium does not depend on the steps that led to it.
+void refuse_static(const Case& source) {
+  if (source.time.method != TimeMethod::static_loads) return;
+  throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
+                  "expected another time.method, or no --estimate-error");
+}
+
+int finish(const RunCommand& command, const Case& source, const RunReport& report) {
   if (command.json) {
-    std::cout << report_json(report).dump(2) << '\n';
+    std::cout << report_json(report, source.accuracy_choice).dump(2) << '\n';
   } else {
     print_summary(report);
   }
+  if (report.error_estimate) warn_of_errors(*report.error_estimate);
   if (report.status == RunReport::Status::failed) {
     std::cerr << "weft: " << report.reason << '\n';
     return exit_code::numerical_failure;
@@ -114,12 +167,17 @@ int finish(const RunCommand& command, const RunReport& report) {
 }  // namespace
 
 int run_case(const RunCommand& command) {
-  return with_scene(command, [&](const Scene& scene) {
+  const auto prepare = [&](Case& source) {
+    if (command.estimate_error) refuse_static(source);
+    correct_accuracy(source);
+  };
+  return with_scene(command, prepare, [&](const Scene& scene) {
     catch_stop_signals();
     RunOptions options;
     const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
     options.trajectory = (std::filesystem::path(command.directory) / name).string();
     options.force = command.force;
+    options.estimate_error = command.estimate_error;
     options.stop_signal = &caught_signal;
     ProgressBar bar(scene.source.time.duration, !command.quiet);
     options.progress = [&](double time) { bar.show(time); };
@@ -128,16 +186,18 @@ int run_case(const RunCommand& command) {
     }
     const RunReport report = run_simulation(scene, options);
     bar.clear();
-    return finish(command, report);
+    return finish(command, scene.source, report);
   });
 }
 
 int check_case(const RunCommand& command) {
-  return with_scene(command, [&](const Scene& scene) {
-    check_initial_state(scene);
-    std::cout << describe_scene(scene);
-    return exit_code::done;
-  });
+  return with_scene(
+      command, [](Case&) {},
+      [&](const Scene& scene) {
+        check_initial_state(scene);
+        std::cout << describe_scene(scene);
+        return exit_code::done;
+      });
 }
 
 }  // namespace weft::sim

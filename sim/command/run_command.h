@@ -13,6 +13,7 @@ struct RunCommand {
   bool force = false;
   bool json = false;
   bool quiet = false;
+  bool estimate_error = false;
 };
 
 // Exit codes of the weft command.

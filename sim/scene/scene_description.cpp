@@ -81,6 +81,31 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   out << "  skipped pyramids of bodies whose bounding spheres stay out of each other's reach\n";
 }
 
+void describe_time(const TimeCase& time, std::ostream& out) {
+  out << "time      " << time.duration << " s, " << time.frames_per_second << " frames/s; ";
+  switch (time.method) {
+    case TimeMethod::cvode:
+      out << "CVODE, BDF of order 1 to " << time.maximum_order;
+      break;
+    case TimeMethod::arkode:
+      out << "ARKODE, Runge-Kutta";
+      break;
+    case TimeMethod::euler:
+      out << "backward Euler";
+      break;
+    case TimeMethod::static_loads:
+      out << "equilibria under growing loads";
+      break;
+    case TimeMethod::implicit_midpoint:
+      out << "implicit midpoint";
+      break;
+    case TimeMethod::verlet:
+      out << "Verlet";
+  }
+  if (time.step) out << ", steps of " << *time.step << " s";
+  out << ", position tolerance " << time.position_tolerance << " m a step\n";
+}
+
 ComputeBackend describe_compute(const Scene& scene, std::ostream& out) {
   const ComputeChoice choice = choose_search(scene).choice;
   out << "search    " << choice.text() << '\n';
@@ -98,9 +123,10 @@ std::string describe_scene(const Scene& scene) {
   describe_contact(scene, out);
   const auto backend =
       scene.source.contact.enabled ? describe_compute(scene, out) : ComputeBackend::cpu;
-  out << "time      " << time.duration << " s, " << time.frames_per_second
-      << " frames/s; CVODE, BDF of order 1 to " << time.maximum_order << ", position tolerance "
-      << time.position_tolerance << " m a step\n";
+  describe_time(time, out);
+  if (!scene.source.accuracy_choice.empty()) {
+    out << "accuracy  " << scene.source.accuracy_choice << "; a run corrects it by a pilot\n";
+  }
   if (backend == ComputeBackend::cpu) {
     out << "  skipped GL context: pictures are made by `weft render`\n";
   }

@@ -118,10 +118,10 @@ double gap_or_nan(const Dynamics& dynamics) {
 }  // namespace
 
 FrameRecorder::FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path,
-                             bool force)
+                             bool force, const std::vector<Series>& more)
     : scene_(scene),
       dynamics_(dynamics),
-      writer_(path, trajectory_bodies(scene), frame_series(),
+      writer_(path, trajectory_bodies(scene), frame_series(more),
               {.title = scene.source.title,
                .case_text = scene.source.resolved_text,
                .compute = dynamics.contact() != nullptr ? dynamics.contact()->compute().text() : "",
@@ -130,12 +130,13 @@ FrameRecorder::FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::
                .step_series = step_series(dynamics)},
               split_by_body(scene, scene.initial_position)) {}
 
-std::vector<Series> FrameRecorder::frame_series() const {
+std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more) const {
   std::vector<Series> series = energy_series(dynamics_);
   series.push_back({"smallest_gap", "m"});
   series.push_back({"largest_stretch", "1"});
   for (const StatisticColumn& column : statistic_columns)
     series.push_back({column.name, column.units});
+  series.insert(series.end(), more.begin(), more.end());
   return series;
 }
 
@@ -168,7 +169,7 @@ void FrameRecorder::add_step(const Integrator& integrator) {
 }
 
 double FrameRecorder::add_frame(double time, std::span<const double> y,
-                                const IntegratorCounts& counts) {
+                                const IntegratorCounts& counts, std::span<const double> more) {
   const Energies energies = dynamics_.energies(time, y);
   PhaseTimer timer(dynamics_.statistics().phases.record);
   dynamics_.expand(time, y, position_, velocity_);
@@ -176,8 +177,9 @@ double FrameRecorder::add_frame(double time, std::span<const double> y,
   const std::vector<std::span<const Vec3>> velocities = scene_.source.output.velocity
                                                             ? split_by_body(scene_, velocity_)
                                                             : std::vector<std::span<const Vec3>>{};
-  writer_.write_frame(time, split_by_body(scene_, position_), velocities,
-                      frame_values(energies, largest_stretch, counts), step_rows_);
+  std::vector<double> values = frame_values(energies, largest_stretch, counts);
+  values.insert(values.end(), more.begin(), more.end());
+  writer_.write_frame(time, split_by_body(scene_, position_), velocities, values, step_rows_);
   step_rows_.clear();
   return largest_stretch;
 }

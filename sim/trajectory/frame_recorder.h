@@ -13,16 +13,21 @@ namespace weft::sim {
 // Writes frames (positions, energies, counters, times) and, between them, one row a step.
 class FrameRecorder {
  public:
-  FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force);
+  // `more` series follow those of every run.
+  FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
+                const std::vector<TrajectoryWriter::Series>& more = {});
 
   // A row of /steps: kept until the next frame, which flushes it.
   void add_step(const Integrator& integrator);
-  // A frame of the state `y` at `time`. Returns the largest stretch in it.
-  double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts);
+  // A frame of the state `y` at `time`, and a value for each of the series `more`. Returns the
+  // largest stretch in it.
+  double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
+                   std::span<const double> more = {});
   int frames() const { return writer_.frames(); }
 
  private:
-  std::vector<TrajectoryWriter::Series> frame_series() const;
+  std::vector<TrajectoryWriter::Series> frame_series(
+      const std::vector<TrajectoryWriter::Series>& more) const;
   std::vector<double> frame_values(const Energies& energies, double largest_stretch,
                                    const IntegratorCounts& counts) const;
 

@@ -129,6 +129,41 @@ shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
   EXPECT_TRUE(report.at("counters").at("ccd_calls").is_number_integer());
 }
 
+TEST_F(CommandRun, MeasuresItsError) {
+  write("sheet.toml", sheet_case);
+  const Result text = weft({"run", "sheet.toml", "--quiet", "--estimate-error"});
+  EXPECT_EQ(text.code, exit_code::done);
+  EXPECT_EQ(text.err, "");
+  EXPECT_NE(text.out.find("estimated error (RMS)"), std::string::npos) << text.out;
+
+  const Result result =
+      weft({"run", "sheet.toml", "--quiet", "--json", "--estimate-error", "--force"});
+  const nlohmann::json estimate = nlohmann::json::parse(result.out).at("error_estimate");
+  EXPECT_EQ(estimate.at("bodies").at(0).at("body"), "sheet");
+  EXPECT_GT(estimate.at("bodies").at(0).at("largest_m"), 0);
+  EXPECT_EQ(estimate.at("last_time_s"), 0.1);
+  EXPECT_TRUE(estimate.at("parted_time_s").is_null());
+  EXPECT_GT(estimate.at("cpu_s"), 0);
+}
+
+TEST_F(CommandRun, WarnsWhereItsErrorMeansNothing) {
+  write("sheet.toml", sheet_case);
+  const Result result =
+      weft({"run", "sheet.toml", "--quiet", "--estimate-error", "--set", "time.method=euler",
+            "--set", "time.step=0.02", "--set", "time.duration=0.5"});
+  EXPECT_EQ(result.code, exit_code::done);
+  EXPECT_NE(result.err.find("weft: from t = "), std::string::npos) << result.err;
+}
+
+TEST_F(CommandRun, RefusesToMeasureTheErrorOfAnEquilibrium) {
+  write("sheet.toml", sheet_case);
+  const Result result =
+      weft({"run", "sheet.toml", "--quiet", "--estimate-error", "--set", "time.method=static"});
+  EXPECT_EQ(result.code, exit_code::bad_case);
+  EXPECT_NE(result.err.find("--estimate-error: time.method"), std::string::npos) << result.err;
+  EXPECT_FALSE(exists("out"));
+}
+
 TEST_F(CommandRun, OverwritesOnlyWhenTold) {
   write("sheet.toml", sheet_case);
   const WeftProcess::Arguments arguments = {"run", "sheet.toml", "--quiet", "-o", "deep/folder"};

@@ -1,0 +1,79 @@
+// The error of a run, measured while it goes on by a second run that is more exact.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/integrator/integrator.h"
+#include "sim/scene/scene.h"
+#include "sim/statistics.h"
+
+namespace weft::sim {
+
+struct BodyError {
+  std::string body;
+  // RMS over the body's vertices of the distance between the two runs, m.
+  double largest = 0, last = 0;
+  double largest_time = 0;  // s
+};
+
+struct ErrorEstimate {
+  std::vector<BodyError> bodies;  // the dynamic ones
+  double last_time = 0;           // s, of the last frame that was compared
+  // The first frame (s) in which the runs are further apart than a tenth of the largest motion of a
+  // body, or of its radius: beyond, differences no longer grow in proportion to the errors that
+  // made them, and only say that the error is large.
+  std::optional<double> parted_time;
+  std::string failure;  // why the second run ended early; empty: it did not
+  double cpu_time = 0;  // s, of the second run
+};
+
+// Options of a run whose error is small beside that of a run with `time`. Tolerances are a 64th:
+// steps under error control go with the (p + 1)-th root of the tolerance, p being the order, and
+// errors with the p-th power of the steps (Hairer, Noersett, Wanner, Solving Ordinary Differential
+// Equations I, II.4), so that with p = 2 four times as many steps leave a 16th of the error.
+// `euler` without a step, of order 1 and far from that law at loose tolerances, gives way to
+// `cvode`. Fixed steps are an eighth (euler) or a quarter (order 2) as long: an eighth or a 16th of
+// the error. Not for `static`, whose error no step makes.
+TimeCase tightened(const TimeCase& time);
+
+// Holds one state of the second run, no trajectory. It is told the frames of the first as they
+// come.
+class ErrorMonitor {
+ public:
+  // `stop` (may be null) ends a comparison early, as it ends the run. The scene must outlive it.
+  ErrorMonitor(const Scene& scene, const std::atomic<int>* stop)
+      : ErrorMonitor(scene, tightened(scene.source.time), stop) {}
+  // The same with another, more exact run's options.
+  ErrorMonitor(const Scene& scene, const TimeCase& second, const std::atomic<int>* stop);
+
+  // Takes the second run to `time` (s, not before the last call) and compares it with the first
+  // one's state. Returns the RMS distances by dynamic body, m: NaN where the second run has failed
+  // or was stopped.
+  std::span<const double> compare(double time, std::span<const double> y);
+  ErrorEstimate estimate() const;
+
+ private:
+  bool advance(double time);
+  void measure(double time);
+
+  std::unique_ptr<const Scene> scene_;
+  const std::atomic<int>* stop_;
+  Statistics statistics_;
+  Dynamics dynamics_;
+  std::unique_ptr<Integrator> integrator_;
+  std::vector<double> state_;
+  std::vector<Vec3> position_, other_position_, scratch_velocity_;
+  std::vector<double> distances_;        // m, by body
+  std::vector<double> motion_, radius_;  // m, by body: the largest so far; at the start
+  std::vector<double> times_;            // s, of the frames compared
+  std::vector<double> all_distances_;    // m, by frame and body
+  std::string failure_;
+  double cpu_time_ = 0;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,15 @@
+// The clock of reports.
+#pragma once
+
+#include <ctime>
+
+namespace weft::sim {
+
+// CPU time of the whole process, s.
+inline double process_cpu_time() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,181 @@
+// From an accuracy to a method and its tolerances, and what then comes out.
+#include "sim/case/accuracy_choice.h"
+
+#include <cmath>
+
+#include "sim/accuracy_pilot.h"
+#include "sim/case/case_error.h"
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+using Overrides = std::vector<std::string>;
+
+const std::string hanging_sheet = R"(
+[time]
+duration = 0.2
+[contact]
+enabled = false
+[material.cloth]
+membrane_stiffness = 400
+stiffness_damping = 2e-3
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.8, 0.8], resolution = [11, 11] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+
+const std::string swinging_strip = R"(
+[time]
+duration = 0.2
+[contact]
+enabled = false
+[material.plastic]
+density = 0.4
+membrane_stiffness = 2000
+bending_stiffness = 1e-3
+stiffness_damping = 5e-4
+bending_damping = 2e-3
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [0.3, 0.08], resolution = [5, 17] }
+[[body.pin]]
+cols = [0, 1]
+)";
+
+const std::string undamped_drum = R"(
+[time]
+duration = 0.1
+[contact]
+enabled = false
+[material.skin]
+density = 0.3
+membrane_stiffness = 800
+[[body]]
+name = "drum"
+velocity = [0, 0, 1.5]
+shape = { type = "rectangle", size = [0.6, 0.6], resolution = [9, 9] }
+[[body.pin]]
+edges = ["first_row", "last_row", "first_col", "last_col"]
+)";
+
+Case chosen(const std::string& text, const Overrides& overrides) {
+  return parse_case(text, "test.toml", overrides);
+}
+
+std::string refusal(const std::string& text, const Overrides& overrides) {
+  try {
+    chosen(text, overrides);
+  } catch (const CaseError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+double largest_error(const std::string& text, const Overrides& overrides) {
+  Case source = parse_case(text, "test.toml", overrides);
+  correct_accuracy(source);
+  SimulatedCase run(source.resolved_text);
+  SimulatedCase exact(text, {"time.position_tolerance=1e-9", "time.relative_tolerance=1e-8"});
+  double largest = 0;
+  for (int frame = 1; frame <= 20; ++frame) {
+    const double time = run.scene().source.time.duration * frame / 20;
+    largest = std::max(largest, position_difference(run.advance_to(time), exact.advance_to(time)));
+  }
+  return largest;
+}
+
+// The benchmark `weft bench calibrate --verify` does the same on larger scenes.
+TEST(AccuracyChoice, IsKeptWithinAFactorThree) {
+  for (const std::string& scene : {hanging_sheet, swinging_strip, undamped_drum}) {
+    for (const double asked : {1e-3, 1e-4}) {
+      const double error = largest_error(scene, {"time.accuracy=" + std::to_string(asked)});
+      EXPECT_GT(error, asked / 3) << scene;
+      EXPECT_LT(error, asked * 3) << scene;
+    }
+  }
+}
+
+TEST(AccuracyChoice, TightensWithTheAccuracyAndTheDuration) {
+  const auto tolerance = [](const Overrides& overrides) {
+    return chosen(hanging_sheet, overrides).time.position_tolerance;
+  };
+  const Overrides method{"time.method=cvode"};
+  const double base = tolerance({"time.accuracy=1e-3", method[0]});
+  EXPECT_LT(tolerance({"time.accuracy=2e-4", method[0]}), base);
+  // What counts is the error a second.
+  EXPECT_DOUBLE_EQ(tolerance({"time.accuracy=2e-3", "time.duration=0.4", method[0]}), base);
+}
+
+TEST(AccuracyChoice, SaysWhatItChoseAndWritesACaseThatRunsTheSame) {
+  const Case source = chosen(hanging_sheet, {"time.accuracy=5e-4"});
+  EXPECT_NE(source.accuracy_choice.find("for an accuracy of 0.0005 m over 0.2 s"),
+            std::string::npos)
+      << source.accuracy_choice;
+  const Case again = parse_case(source.resolved_text, "again.toml");
+  EXPECT_FALSE(again.time.accuracy);
+  EXPECT_EQ(again.time.method, source.time.method);
+  EXPECT_EQ(again.time.position_tolerance, source.time.position_tolerance);
+  EXPECT_EQ(again.time.relative_tolerance, source.time.relative_tolerance);
+  EXPECT_EQ(chosen(hanging_sheet, {}).accuracy_choice, "");
+}
+
+TEST(AccuracyChoice, IsCorrectedByAPilotRun) {
+  const Case first = chosen(hanging_sheet, {"time.accuracy=5e-4"});
+  Case corrected = first;
+  correct_accuracy(corrected);
+  EXPECT_NE(corrected.time.position_tolerance, first.time.position_tolerance);
+  EXPECT_NE(corrected.accuracy_choice.find("a pilot run of"), std::string::npos);
+  EXPECT_EQ(parse_case(corrected.resolved_text, "again.toml").time.position_tolerance,
+            corrected.time.position_tolerance);
+  Case plain = chosen(hanging_sheet, {});
+  correct_accuracy(plain);
+  EXPECT_EQ(plain.time.position_tolerance, chosen(hanging_sheet, {}).time.position_tolerance);
+}
+
+TEST(AccuracyChoice, KeepsTheMethodOfTheCase) {
+  const Case source = chosen(hanging_sheet, {"time.accuracy=5e-4", "time.method=cvode"});
+  EXPECT_EQ(source.time.method, TimeMethod::cvode);
+  EXPECT_NE(source.accuracy_choice.find("the method is that of the case"), std::string::npos);
+  EXPECT_NE(refusal(hanging_sheet, {"time.accuracy=5e-4", "time.method=verlet"})
+                .find("this method is not calibrated"),
+            std::string::npos);
+}
+
+TEST(AccuracyChoice, DoesNotGoWithTolerances) {
+  for (const char* key : {"position_tolerance", "velocity_tolerance", "relative_tolerance"}) {
+    const std::string message =
+        refusal(hanging_sheet, {"time.accuracy=5e-4", std::string("time.") + key + "=1e-5"});
+    EXPECT_NE(message.find(std::string(key) + "\" does not go with \"accuracy\""),
+              std::string::npos)
+        << message;
+  }
+}
+
+TEST(AccuracyChoice, RefusesWhatTheCalibrationDoesNotCoverAndSaysWhatItDoes) {
+  for (const char* asked : {"1", "1e-9"}) {
+    const std::string message = refusal(hanging_sheet, {std::string("time.accuracy=") + asked});
+    EXPECT_NE(message.find("over 0.2 s"), std::string::npos) << message;
+    EXPECT_NE(message.find(" m (cvode)"), std::string::npos) << message;
+  }
+}
+
+TEST(AccuracyChoice, StaysWithinWhatContactAllows) {
+  const std::string text = R"(
+[contact]
+range = 1e-3
+[[body]]
+name = "sheet"
+thickness = 0
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [5, 5] }
+)";
+  const Case source = chosen(text, {"time.accuracy=1e-2", "time.method=cvode"});
+  EXPECT_EQ(source.time.position_tolerance, 0.005 * 1e-3);
+  EXPECT_NE(source.accuracy_choice.find("contact.range allows no larger one"), std::string::npos)
+      << source.accuracy_choice;
+}
+
+}  // namespace
+}  // namespace weft::sim
