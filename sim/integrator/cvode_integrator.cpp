@@ -176,8 +176,8 @@ int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
 void CvodeIntegrator::Implementation::choose_matrix_interval() {
   const long iterations = count(CVodeGetNumNonlinSolvIters);
   const long failures = count(CVodeGetNumNonlinSolvConvFails);
-  const bool is_smooth = failures == failures_before_step &&
-                         iterations - iterations_before_step <= smooth_iterations;
+  const bool is_smooth =
+      failures == failures_before_step && iterations - iterations_before_step <= smooth_iterations;
   iterations_before_step = iterations;
   failures_before_step = failures;
   if (!is_smooth) {
