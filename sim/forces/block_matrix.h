@@ -66,38 +66,55 @@ class BlockMatrix {
   }
 
   Vec3 row_product(int row, const Vec3* in) const {
-    using Four = Eigen::Array4d;
-    const auto four = [](const double* value) { return Eigen::Map<const Four>(value); };
-    // Columns of blocks are taken four numbers at a time, of which the last is ignored. Below the
-    // diagonal they are rows: products first, and one sum over the three at the end.
-    Four below0 = Four::Zero(), below1 = below0, below2 = below0;
-    const int diagonal = pattern_->diagonal_slot(row);
-    for (int slot = pattern_->row_begin(row); slot < diagonal; ++slot) {
-      const double* value = at(pattern_->upper(row, slot));
-      const Four x = four(in[pattern_->column(slot)].data());  // not the last particle
-      below0 += four(value) * x;
-      below1 += four(value + 3) * x;
-      below2 += four(value + 6) * x;
-    }
-    Four sum0 = Four::Zero(), sum1 = sum0, sum2 = sum0;
-    const double* value = at(pattern_->upper(row, diagonal));
-    for (int slot = diagonal; slot < pattern_->row_end(row); ++slot, value += 9) {
-      const Vec3& x = in[pattern_->column(slot)];
-      sum0 += four(value) * x[0];
-      sum1 += four(value + 3) * x[1];
-      sum2 += four(value + 6) * x[2];
-    }
-    sum0 += sum1 + sum2;
-    return {sum0[0] + (below0[0] + below0[1] + below0[2]),
-            sum0[1] + (below1[0] + below1[1] + below1[2]),
-            sum0[2] + (below2[0] + below2[1] + below2[2])};
+    return row_product_of(*pattern_, row, in, [this](int upper, int column) -> Four {
+      return Column(at(upper) + 3 * column);
+    });
+  }
+  // That of factor * this + other_factor * other, of one pattern, in one pass.
+  Vec3 row_product(int row, const Vec3* in, double factor, const BlockMatrix& other,
+                   double other_factor) const {
+    return row_product_of(*pattern_, row, in, [&](int upper, int column) -> Four {
+      return factor * Column(at(upper) + 3 * column) +
+             other_factor * Column(other.at(upper) + 3 * column);
+    });
   }
 
   // out = this * in. Sizes: rows() each. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
  private:
+  // Columns of blocks are taken four numbers at a time, of which the last is ignored.
+  using Four = Eigen::Array4d;
+  using Column = Eigen::Map<const Four>;
   static constexpr std::size_t padding = 1;  // so that the last column can be read as four
+
+  // `block_column` gives column 0, 1 or 2 of an upper block. Below the diagonal columns are rows:
+  // products first, and one sum over the three at the end.
+  template <class BlockColumn>
+  static Vec3 row_product_of(const BlockPattern& pattern, int row, const Vec3* in,
+                             const BlockColumn& block_column) {
+    Four below0 = Four::Zero(), below1 = below0, below2 = below0;
+    const int diagonal = pattern.diagonal_slot(row);
+    for (int slot = pattern.row_begin(row); slot < diagonal; ++slot) {
+      const int upper = pattern.upper(row, slot);
+      const Four x = Column(in[pattern.column(slot)].data());  // not the last particle
+      below0 += block_column(upper, 0) * x;
+      below1 += block_column(upper, 1) * x;
+      below2 += block_column(upper, 2) * x;
+    }
+    Four sum0 = Four::Zero(), sum1 = sum0, sum2 = sum0;
+    int upper = pattern.upper(row, diagonal);
+    for (int slot = diagonal; slot < pattern.row_end(row); ++slot, ++upper) {
+      const Vec3& x = in[pattern.column(slot)];
+      sum0 += block_column(upper, 0) * x[0];
+      sum1 += block_column(upper, 1) * x[1];
+      sum2 += block_column(upper, 2) * x[2];
+    }
+    sum0 += sum1 + sum2;
+    return {sum0[0] + (below0[0] + below0[1] + below0[2]),
+            sum0[1] + (below1[0] + below1[1] + below1[2]),
+            sum0[2] + (below2[0] + below2[1] + below2[2])};
+  }
 
   double* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }
   const double* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }

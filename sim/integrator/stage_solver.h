@@ -20,7 +20,7 @@ namespace weft::sim {
 class StageSolver {
  public:
   // `newton_count`: so many iterations, with neither line search nor test of convergence nor
-  // halving; 0: until they converge.
+  // halving, on semi-definite matrices from the start; 0: until they converge, 20 at the most.
   // `may_factorise`: once conjugate gradients have failed, systems with as long a gamma are
   // factorised (direct_solver.h).
   StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count, bool may_factorise = false);

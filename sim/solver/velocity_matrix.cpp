@@ -47,8 +47,11 @@ void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) con
   const double square = gamma_ * gamma_;
   parallel_chunks(static_cast<int>(in.size()), dynamics_.threads(), [&](int first, int last) {
     for (int i = first; i < last; ++i) {
-      out[i] = dynamics_.scene().mass[i] * in[i] + square * stiffness.row_product(i, in.data());
-      if (dynamics_.has_damping()) out[i] += gamma_ * dynamics_.damping().row_product(i, in.data());
+      const Vec3 product =
+          dynamics_.has_damping()
+              ? stiffness.row_product(i, in.data(), square, dynamics_.damping(), gamma_)
+              : Vec3(square * stiffness.row_product(i, in.data()));
+      out[i] = dynamics_.scene().mass[i] * in[i] + product;
     }
   });
   add_contact_product(in, out);
