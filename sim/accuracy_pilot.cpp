@@ -15,11 +15,7 @@ namespace weft::sim {
 namespace {
 
 constexpr double looser = 16;
-// m. Beyond it the curves of error against tolerance are rough: at the start of a flat sheet, steps
-// that Newton's method fails on, not tolerances, say how long the others are.
-constexpr double loosest_pilot = 2e-5;
-constexpr double most_loosening = 4;  // and so a pilot is no reason to go far beyond the table
-constexpr int samples = 20;           // times at which the two runs are compared
+constexpr int samples = 20;  // times at which the two runs are compared
 
 // The largest distance of the two runs, m; nothing where one fails or no motion is.
 std::optional<double> distance(const Scene& scene, const TimeCase& tight) {
@@ -56,8 +52,8 @@ void correct_accuracy(Case& target) {
   if (!has_chosen_tolerance(target)) return;
   const double start = process_cpu_time();
   const double duration = target.time.duration;
-  const double first = target.time.position_tolerance;
-  const double loose = std::min({looser * first, loosest_pilot, position_tolerance_limit(target)});
+  const double loose =
+      std::min(looser * target.time.position_tolerance, position_tolerance_limit(target));
   const double tight = loose / looser;
   Case pilot = target;
   pilot.time = with_tolerance(target.time, loose);
@@ -68,8 +64,8 @@ void correct_accuracy(Case& target) {
     const double expected =
         duration * (error_rate_at(target, loose) - error_rate_at(target, tight));
     const double factor = *apart / expected;
-    const double wanted = tolerance_at(target, *target.time.accuracy / (factor * duration));
-    target.time = with_tolerance(target.time, std::min(wanted, most_loosening * first));
+    target.time = with_tolerance(target.time,
+                                 tolerance_at(target, *target.time.accuracy / (factor * duration)));
     char text[160];
     std::snprintf(text, sizeof text,
                   "; a pilot run of %.2g s of CPU finds %.2g times the usual errors: "
