@@ -312,7 +312,7 @@ const std::vector<CalibrationScene>& calibration_scenes() {
       {"soft_drum",
        "a soft heavy drum",
        {material("membrane_stiffness", "200"), material("density", "0.5"),
-        "body.sheet.velocity=[0, 0, 3]", duration("0.3")},
+        "body.sheet.velocity=[0, 0, 3]", duration("0.25")},
        drum,
        true},
       {"fall_on_sphere",

@@ -15,6 +15,8 @@ namespace weft::sim {
 namespace {
 
 constexpr double looser = 16;
+// m. Beyond it the curves of error against tolerance are rough.
+constexpr double loosest_pilot = 2e-5;
 constexpr int samples = 20;  // times at which the two runs are compared
 
 // The largest distance of the two runs, m; nothing where one fails or no motion is.
@@ -52,8 +54,8 @@ void correct_accuracy(Case& target) {
   if (!has_chosen_tolerance(target)) return;
   const double start = process_cpu_time();
   const double duration = target.time.duration;
-  const double loose =
-      std::min(looser * target.time.position_tolerance, position_tolerance_limit(target));
+  const double first = target.time.position_tolerance;
+  const double loose = std::min({looser * first, loosest_pilot, position_tolerance_limit(target)});
   const double tight = loose / looser;
   Case pilot = target;
   pilot.time = with_tolerance(target.time, loose);
@@ -64,8 +66,8 @@ void correct_accuracy(Case& target) {
     const double expected =
         duration * (error_rate_at(target, loose) - error_rate_at(target, tight));
     const double factor = *apart / expected;
-    target.time = with_tolerance(target.time,
-                                 tolerance_at(target, *target.time.accuracy / (factor * duration)));
+    const double wanted = tolerance_at(target, *target.time.accuracy / (factor * duration));
+    target.time = with_tolerance(target.time, wanted);
     char text[160];
     std::snprintf(text, sizeof text,
                   "; a pilot run of %.2g s of CPU finds %.2g times the usual errors: "

@@ -32,7 +32,7 @@ struct Option {
   double setting = 0;
   double factor = 0;
   double cost = 0;
-  bool limited = false;  // contact allows no setting as coarse as the accuracy would
+  bool limited = false;  // contact or the table allow no setting as coarse as the accuracy would
   // Cheap ones among those as sure as promised; else the surest.
   bool is_better_than(const Option& other) const {
     if (std::max(factor, other.factor) <= promised_factor) return cost < other.cost;
@@ -48,15 +48,14 @@ std::vector<CalibrationRow> rows_of(const CalibratedMethod& method, bool meeting
   return rows;
 }
 
-// Between two rows on logarithmic scales; nothing outside of them, unless it is contact that allows
-// no tolerance beyond `limit` (m): then the coarsest.
+// Between two rows on logarithmic scales, no tolerance beyond `limit` (m), which contact sets; the
+// coarsest tolerance where a larger error would do; else nothing outside of them.
 std::optional<Option> option_at(const CalibratedMethod& method,
                                 const std::vector<CalibrationRow>& rows, double rate,
                                 double limit) {
   const CalibrationRow& last = rows.back();
-  if (rate > last.error_rate && !method.by_step && last.setting >= limit * (1 - 1e-9)) {
-    return Option{&method, limit, last.factor, last.cost, true};
-  }
+  if (rate > last.error_rate && !method.by_step)
+    return Option{&method, std::min(last.setting, limit), last.factor, last.cost, true};
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const CalibrationRow &fine = rows[i - 1], &coarse = rows[i];
     if (rate < fine.error_rate || rate > coarse.error_rate) continue;
@@ -136,7 +135,7 @@ std::string choice_text(const Case& target, const std::vector<Option>& options, 
       " for an accuracy of " + rounded(*time.accuracy) + " m over " + rounded(time.duration) + " s";
   text += " (nine of ten scenes came within a factor " + rounded(best.factor) + ")";
   if (best.limited)
-    text += "; contact.range allows no larger one, so that the error will be smaller";
+    text += "; contact.range or the calibration allow no larger one, so the error will be smaller";
   if (method_given) return text + "; the method is that of the case";
   if (options.size() == 1) return text + "; no other method is calibrated for it";
   return text + "; " + options[1].method->name + " is calibrated to take " +

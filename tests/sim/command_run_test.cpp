@@ -150,7 +150,7 @@ TEST_F(CommandRun, WarnsWhereItsErrorMeansNothing) {
   write("sheet.toml", sheet_case);
   const Result result =
       weft({"run", "sheet.toml", "--quiet", "--estimate-error", "--set", "time.method=euler",
-            "--set", "time.step=0.02", "--set", "time.duration=0.5"});
+            "--set", "time.step=0.02", "--set", "time.newton=1", "--set", "time.duration=0.5"});
   EXPECT_EQ(result.code, exit_code::done);
   EXPECT_NE(result.err.find("weft: from t = "), std::string::npos) << result.err;
 }
