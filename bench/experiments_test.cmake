@@ -127,6 +127,26 @@ if(NOT vertices EQUAL 289)
   message(FATAL_ERROR "scaling: ${json}")
 endif()
 
+# Errors shrink with the tolerance; a chart is drawn.
+run(json accuracy ${CMAKE_CURRENT_LIST_DIR}/../cases/hanging_sheet.toml --json --plot accuracy.svg
+  --set body.sheet.shape.resolution=[5,5] --horizon 0.05 --methods cvode,linear-euler
+  --reference-tolerance 1e-7 --certainty 1e-4)
+string(JSON count LENGTH "${json}" rows)
+string(JSON first GET "${json}" rows 0 error_m)
+set(last ${first})
+math(EXPR end "${count} - 1")
+foreach(i RANGE ${end})
+  foreach(key method setting cpu_s error_m energy_change_j steps newton linear)
+    string(JSON ${key} GET "${json}" rows ${i} ${key})
+  endforeach()
+  if(method STREQUAL "cvode")
+    set(last ${error_m})
+  endif()
+endforeach()
+if(NOT last LESS first OR NOT method STREQUAL "linear-euler" OR NOT EXISTS ${work}/accuracy.svg)
+  message(FATAL_ERROR "accuracy: ${json}")
+endif()
+
 # A table of one scene, and the check of the one that is built in; against quick references.
 set(quick --reference-tolerance 1e-7 --certainty 1e-4)
 run(text calibrate --scenes drum ${quick} -o table.inc --plot calibration.svg)
