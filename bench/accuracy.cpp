@@ -12,6 +12,7 @@
 #include "bench/reference_run.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/error_estimate.h"
 
 namespace weft::bench {
 

@@ -13,6 +13,7 @@
 #include "sim/case/case_checks.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
+#include "sim/error_estimate.h"
 
 namespace weft::bench {
 

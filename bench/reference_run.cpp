@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "sim/error_estimate.h"
+
 namespace weft::bench {
 
 using namespace sim;

@@ -1,7 +1,5 @@
 #include "bench/timed_run.h"
 
-#include <cmath>
-
 #include "bench/medians.h"
 #include "sim/case/case_text.h"
 
@@ -45,12 +43,6 @@ TimedRun simulate(const Case& source, std::span<const double> times, double budg
   const double reached = run.positions.empty() ? 0 : times[run.positions.size() - 1];
   run.last = dynamics.energies(reached, state);
   return run;
-}
-
-double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
 }  // namespace weft::bench

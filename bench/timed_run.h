@@ -22,7 +22,4 @@ struct TimedRun {
 // more CPU time than `budget` (s).
 TimedRun simulate(const sim::Case& source, std::span<const double> times, double budget);
 
-// Root mean square over particles of the distance between two states, m.
-double rms_distance(std::span<const sim::Vec3> a, std::span<const sim::Vec3> b);
-
 }  // namespace weft::bench

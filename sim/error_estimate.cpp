@@ -23,13 +23,6 @@ std::unique_ptr<const Scene> scene_with(const Scene& scene, const TimeCase& time
   return build_scene(source);
 }
 
-// Root mean square of the distances between two lists, m.
-double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(a.size()));
-}
-
 std::span<const Vec3> of_body(const SceneBody& body, std::span<const Vec3> all) {
   return all.subspan(body.first_particle, body.particle_count());
 }
@@ -41,6 +34,12 @@ double rms_radius(std::span<const Vec3> points) {
 }
 
 }  // namespace
+
+double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
 
 TimeCase tightened(const TimeCase& time) {
   assert(time.method != TimeMethod::static_loads);

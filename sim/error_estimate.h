@@ -14,6 +14,9 @@
 
 namespace weft::sim {
 
+// Root mean square of the distances between two lists of the same length, m.
+double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b);
+
 struct BodyError {
   std::string body;
   // RMS over the body's vertices of the distance between the two runs, m.

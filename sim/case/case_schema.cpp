@@ -78,8 +78,8 @@ Table describe(TimeCase& target) {
             "Which integrator; docs/guide.md says which is for what. cvode: BDF of variable order "
             "and step; arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
             "asks; euler: backward Euler; static: equilibria under gravity that grows from nothing "
-            "and motions that proceed, one a frame; implicit_midpoint and verlet: fixed steps, for "
-            "comparison."),
+            "and motions that proceed, one a frame; implicit_midpoint: fixed steps, to compare; "
+            "verlet: explicit fixed steps, for motion without damping."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("accuracy", &accuracy, "m", positive,
@@ -102,8 +102,7 @@ Table describe(TimeCase& target) {
           .not_with("accuracy"),
       field("step", &step, "s", positive,
             "Fixed step; longer than minimum_step; implicit_midpoint needs one. verlet chooses a "
-            "share of "
-            "the longest stable one, as the root of relative_tolerance.")
+            "share of the longest stable one, as the root of relative_tolerance.")
           .with_default("chosen by the tolerances")
           .only_for("method", {"euler", "implicit_midpoint", "verlet"})
           .not_with("accuracy"),

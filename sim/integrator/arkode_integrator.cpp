@@ -3,7 +3,6 @@
 #include <nvector/nvector_serial.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "sim/case/case_text.h"
@@ -218,18 +217,7 @@ int ArkodeIntegrator::worst_particle() const {
   N_Vector error = N_VClone(y_), weight = N_VClone(y_);
   ARKStepGetEstLocalErrors(arkode_, error);
   ARKStepGetErrWeights(arkode_, weight);
-  N_VProd(error, weight, error);
-  const StateView errors = StateView::of(values(error));
-  int worst = 0;
-  double largest = -1;
-  for (std::size_t i = 0; i < errors.position.size(); ++i) {
-    const double size = errors.position[i].squaredNorm() + errors.velocity[i].squaredNorm();
-    // A value that is not finite is the worst of all.
-    if (size <= largest) continue;
-    largest = size;
-    worst = static_cast<int>(i);
-    if (!std::isfinite(size)) break;
-  }
+  const int worst = weft::sim::worst_particle(values(error), values(weight));
   N_VDestroy(error);
   N_VDestroy(weight);
   return worst;

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <limits>
 
 #include "sim/case/case_text.h"
@@ -214,21 +213,10 @@ std::string CvodeIntegrator::Implementation::worst_place() const {
   N_Vector error = N_VClone(y), weight = N_VClone(y);
   CVodeGetEstLocalErrors(cvode, error);
   CVodeGetErrWeights(cvode, weight);
-  const StateView errors = StateView::of(values(error)), weights = StateView::of(values(weight));
-  std::size_t worst = 0;
-  double largest = -1;
-  for (std::size_t i = 0; i < errors.position.size(); ++i) {
-    const double size = errors.position[i].cwiseProduct(weights.position[i]).squaredNorm() +
-                        errors.velocity[i].cwiseProduct(weights.velocity[i]).squaredNorm();
-    // A value that is not finite is the worst of all.
-    if (size <= largest) continue;
-    largest = size;
-    worst = i;
-    if (!std::isfinite(size)) break;
-  }
+  const int worst = worst_particle(values(error), values(weight));
   N_VDestroy(error);
   N_VDestroy(weight);
-  return ": the error is largest at " + scene.describe_particle(static_cast<int>(worst));
+  return ": the error is largest at " + scene.describe_particle(worst);
 }
 
 std::string CvodeIntegrator::Implementation::failure(int flag) const {

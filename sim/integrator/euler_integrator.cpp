@@ -15,6 +15,7 @@ class EulerIntegrator final : public StageIntegrator {
     if (is_fixed()) return;
     rate_.resize(dynamics.state_size());
     weight_.resize(dynamics.state_size());
+    error_.resize(dynamics.state_size());
   }
 
   int last_order() const override { return 1; }
@@ -33,18 +34,21 @@ class EulerIntegrator final : public StageIntegrator {
     const double factor = h * h / (h + last_step());
     double sum = 0;
     for (std::size_t i = 0; i < y.size(); ++i) {
-      const double error = factor * ((y[i] - state()[i]) / h - rate_[i]) * weight_[i];
-      sum += error * error;
+      error_[i] = factor * ((y[i] - state()[i]) / h - rate_[i]);
+      sum += error_[i] * error_[i] * weight_[i] * weight_[i];
     }
     const double size = std::sqrt(sum / static_cast<double>(y.size()));
     propose(h * std::clamp(0.9 / std::sqrt(std::max(size, 1e-10)), 0.1, 2.0));
-    if (!(size <= 1)) return Trouble::error_too_large;
+    if (!(size <= 1)) {
+      set_place(worst_particle(error_, weight_));
+      return Trouble::error_too_large;
+    }
     for (std::size_t i = 0; i < y.size(); ++i) rate_[i] = (y[i] - state()[i]) / h;
     return Trouble::none;
   }
 
-  std::vector<double> rate_;    // slope of the step before; at the start, of the motion
-  std::vector<double> weight_;  // both: without a fixed step
+  std::vector<double> rate_;            // slope of the step before; at the start, of the motion
+  std::vector<double> weight_, error_;  // all: without a fixed step
 };
 
 }  // namespace

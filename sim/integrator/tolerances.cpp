@@ -22,4 +22,19 @@ bool error_weights(const TimeCase& options, std::span<const double> y, std::span
   return true;
 }
 
+int worst_particle(std::span<const double> errors, std::span<const double> weights) {
+  const StateView error = StateView::of(errors), weight = StateView::of(weights);
+  int worst = 0;
+  double largest = -1;
+  for (std::size_t i = 0; i < error.position.size(); ++i) {
+    const double size = error.position[i].cwiseProduct(weight.position[i]).squaredNorm() +
+                        error.velocity[i].cwiseProduct(weight.velocity[i]).squaredNorm();
+    if (size <= largest) continue;
+    largest = size;
+    worst = static_cast<int>(i);
+    if (!std::isfinite(size)) break;
+  }
+  return worst;
+}
+
 }  // namespace weft::sim
