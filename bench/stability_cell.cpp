@@ -33,10 +33,11 @@ constexpr const char* names[outcome_count] = {"finished", "refused", "failed",
                                               "wrong",    "unclear", "crashed"};
 
 // Steps to the end of the case, a failure, or the end of the budget.
-void advance(const Scene& scene, Integrator& integrator, Judge& judge, double budget,
+void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, double budget,
              CellResult& result) {
   const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  const TimeCase& options = scene.source.time;
+  const TimeCase& options = dynamics.scene().source.time;
+  EnergyWatch watch(dynamics.scene(), dynamics.energies(0, integrator.state()));
   double next_look = 0, judging = 0;
   const auto end_with = [&](Outcome outcome, std::string message) {
     result.outcome = outcome;
@@ -54,6 +55,9 @@ void advance(const Scene& scene, Integrator& integrator, Judge& judge, double bu
     if (failure) return end_with(is_clear(*failure) ? Outcome::failed : Outcome::unclear, *failure);
     if (!all_finite(integrator.state()) || !std::isfinite(time))
       return end_with(Outcome::not_finite, "a value is not finite at t = " + number_text(time));
+    const Energies energies = dynamics.energies_at_last_rate(time, integrator.state());
+    if (auto fault = watch.check(time, integrator.state(), energies))
+      return end_with(is_clear(*fault) ? Outcome::failed : Outcome::unclear, *fault);
     if (time < next_look && time < options.duration) continue;
     if (auto fault = judge.check(time, integrator.state())) return end_with(Outcome::wrong, *fault);
     next_look = time + options.duration / looks;
@@ -76,7 +80,7 @@ CellResult run_here(const std::string& path, const std::vector<std::string>& ove
     Dynamics dynamics(*scene, statistics);
     const auto integrator = make_integrator(*scene, dynamics);
     Judge judge(*scene);
-    advance(*scene, *integrator, judge, budget, result);
+    advance(dynamics, *integrator, judge, budget, result);
     result.steps = integrator->counts().steps;
     result.energy = judge.largest_share();
   } catch (const CaseError& error) {

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "bench/stability_cell.h"
 #include "sim/case/case_text.h"
+#include "sim/integrator/tolerances.h"
 #include "sim/trajectory/crossings.h"
 
 namespace weft::bench {
@@ -12,7 +14,6 @@ namespace {
 
 using namespace sim;
 
-constexpr double energy_share = 0.05;
 constexpr double momentum_share = 1e-3;
 constexpr double rest_share = 1e-3;  // of gravity
 
@@ -27,10 +28,6 @@ std::string three_digits(double value) {
   return text;
 }
 
-double velocity_tolerance(const TimeCase& time) {
-  return time.velocity_tolerance.value_or(100 * time.position_tolerance);
-}
-
 }  // namespace
 
 bool all_finite(std::span<const double> y) {
@@ -43,34 +40,18 @@ bool is_clear(const std::string& failure) {
 }
 
 Judge::Judge(const Scene& scene)
-    : scene_(scene), dynamics_(scene, statistics_), keeps_momentum_(nothing_acts(scene)) {
-  for (int i = 0; i < scene.dynamic_particles; ++i) mass_ += scene.mass[i];
-  const std::vector<double> y = dynamics_.initial_state();
-  start_ = dynamics_.energies(0, y);
-  start_momentum_ = momentum(y);
-  const double fall = scene.source.world.gravity.norm() * scene.source.time.duration;
-  most_ = start_.kinetic + 0.5 * mass_ * fall * fall;
-}
+    : scene_(scene),
+      dynamics_(scene, statistics_),
+      mass_(std::accumulate(scene.mass.begin(), scene.mass.end(), 0.0)),
+      keeps_momentum_(nothing_acts(scene)),
+      start_(dynamics_.energies(0, dynamics_.initial_state())),
+      start_momentum_(momentum(dynamics_.initial_state())),
+      energy_watch_(scene, start_) {}
 
 std::optional<std::string> Judge::check(double time, std::span<const double> y) {
-  if (auto reason = check_energy(time, y)) return reason;
+  if (auto reason = energy_watch_.check(time, y, dynamics_.energies(time, y))) return reason;
   if (keeps_momentum_) return check_momentum(y);
   return scene_.source.contact.enabled ? check_surfaces(time, y) : std::nullopt;
-}
-
-std::optional<std::string> Judge::check_energy(double time, std::span<const double> y) {
-  const Energies now = dynamics_.energies(time, y);
-  const double within = now.total() - now.gravitational;
-  const double put_in = start_.total() - now.gravitational;
-  most_ = std::max(most_, put_in);
-  const TimeCase& options = scene_.source.time;
-  const double error = std::sqrt(1.5 * mass_) * velocity_tolerance(options) +
-                       options.relative_tolerance * std::sqrt(most_);
-  const double limit = std::sqrt(std::max(put_in, 0.0) + energy_share * most_) + error;
-  largest_share_ = std::max(largest_share_, within / (limit * limit));
-  if (within <= limit * limit) return std::nullopt;
-  return "the energy is " + three_digits(within) + " J at t = " + three_digits(time) + " s, of " +
-         three_digits(put_in) + " J put in";
 }
 
 std::optional<std::string> Judge::check_surfaces(double time, std::span<const double> y) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "sim/case/case_error.h"
+#include "sim/integrator/energy_watch.h"
 #include "sim/process_time.h"
 #include "sim/trajectory/crossings.h"
 #include "sim/trajectory/frame_recorder.h"
@@ -75,7 +76,8 @@ class Run {
         options_(options),
         dynamics_(scene, report_.statistics),
         integrator_(make_integrator(scene, dynamics_)),
-        recorder_(scene, dynamics_, options.trajectory, options.force, error_series()) {
+        recorder_(scene, dynamics_, options.trajectory, options.force, error_series()),
+        energy_watch_(scene, dynamics_.energies(0, integrator_->state())) {
     if (options.estimate_error) monitor_.emplace(scene, options.stop_signal);
   }
 
@@ -90,7 +92,9 @@ class Run {
     report_.trajectory = options_.trajectory;
     record(0.0, integrator_->state());
     integrate();
-    report_.simulated_time = std::min(integrator_->time(), scene_.source.time.duration);
+    const bool failed = report_.status == RunReport::Status::failed;
+    report_.simulated_time =
+        failed ? last_recorded_ : std::min(integrator_->time(), scene_.source.time.duration);
     report_.frames = recorder_.frames();
     report_.counts = integrator_->counts();
     note_compute();
@@ -137,21 +141,35 @@ class Run {
         return;
       }
       if (const auto reason = integrator_->step()) {
-        report_.status = RunReport::Status::failed;
-        report_.reason = *reason;
+        fail(*reason);
         // The last good state is kept as a frame of its own.
         if (integrator_->time() > last_recorded_) record(integrator_->time(), integrator_->state());
         return;
       }
       note_gap();
       note_decision();
-      recorder_.add_step(*integrator_);
+      // A step that is found wrong after it was taken leaves the last frame as the last good state.
+      if (const auto reason = note_step()) return fail(*reason);
       for (; last_recorded_ < duration && frame_time(frame) <= integrator_->time(); ++frame) {
         integrator_->state_at(frame_time(frame), interpolated);
         record(frame_time(frame), interpolated);
       }
       if (options_.progress) options_.progress(std::min(integrator_->time(), duration));
     }
+  }
+
+  void fail(const std::string& reason) {
+    report_.status = RunReport::Status::failed;
+    report_.reason = reason;
+  }
+
+  // Records the step, or says what is wrong with it.
+  std::optional<std::string> note_step() {
+    PhaseTimer timer(report_.statistics.phases.record);
+    const Energies energies =
+        dynamics_.energies_at_last_rate(integrator_->time(), integrator_->state());
+    recorder_.add_step(*integrator_, energies);
+    return energy_watch_.check(integrator_->time(), integrator_->state(), energies);
   }
 
   void note_gap() {
@@ -183,6 +201,7 @@ class Run {
   Dynamics dynamics_;
   std::unique_ptr<Integrator> integrator_;
   FrameRecorder recorder_;
+  EnergyWatch energy_watch_;
   std::optional<ErrorMonitor> monitor_;
   double last_recorded_ = 0;
 };

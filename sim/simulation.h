@@ -31,7 +31,7 @@ struct RunReport {
   enum class Status { done, failed, interrupted };
   Status status = Status::done;
   std::string reason;         // why it failed: what, which bodies, when
-  double simulated_time = 0;  // s
+  double simulated_time = 0;  // s; after a failure, of the last good state
   double wall_time = 0;       // s, with it
   double cpu_time = 0;        // s, all threads, without the run that measures the error
   int frames = 0;

@@ -152,7 +152,7 @@ std::vector<double> FrameRecorder::frame_values(const Energies& energies, double
   return values;
 }
 
-void FrameRecorder::add_step(const Integrator& integrator) {
+void FrameRecorder::add_step(const Integrator& integrator, const Energies& energies) {
   PhaseTimer timer(dynamics_.statistics().phases.record);
   const IntegratorCounts counts = integrator.counts();
   const double pairs =
@@ -163,8 +163,7 @@ void FrameRecorder::add_step(const Integrator& integrator) {
        number(counts.newton_iterations - last_counts_.newton_iterations),
        number(counts.linear_iterations - last_counts_.linear_iterations),
        number(counts.vetoed_steps - last_counts_.vetoed_steps), pairs, gap_or_nan(dynamics_)});
-  append_energies(dynamics_.energies_at_last_rate(integrator.time(), integrator.state()),
-                  step_rows_);
+  append_energies(energies, step_rows_);
   last_counts_ = counts;
 }
 

@@ -17,8 +17,8 @@ class FrameRecorder {
   FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
                 const std::vector<TrajectoryWriter::Series>& more = {});
 
-  // A row of /steps: kept until the next frame, which flushes it.
-  void add_step(const Integrator& integrator);
+  // A row of /steps, with the energies after the step: kept until the next frame, which flushes it.
+  void add_step(const Integrator& integrator, const Energies& energies);
   // A frame of the state `y` at `time`, and a value for each of the series `more`. Returns the
   // largest stretch in it.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,

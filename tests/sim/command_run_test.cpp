@@ -150,9 +150,28 @@ TEST_F(CommandRun, WarnsWhereItsErrorMeansNothing) {
   write("sheet.toml", sheet_case);
   const Result result =
       weft({"run", "sheet.toml", "--quiet", "--estimate-error", "--set", "time.method=euler",
-            "--set", "time.step=0.02", "--set", "time.newton=1", "--set", "time.duration=0.5"});
+            "--set", "time.step=0.01", "--set", "time.newton=1", "--set", "time.duration=0.5"});
   EXPECT_EQ(result.code, exit_code::done);
   EXPECT_NE(result.err.find("weft: from t = "), std::string::npos) << result.err;
+}
+
+// Linearly implicit steps of twice that length throw the sheet about.
+TEST_F(CommandRun, StopsWhereTheMotionGainsEnergy) {
+  write("sheet.toml", sheet_case);
+  const Result result =
+      weft({"run", "sheet.toml", "--json", "--quiet", "--set", "time.method=euler", "--set",
+            "time.step=0.02", "--set", "time.newton=1", "--set", "time.duration=0.5"});
+  EXPECT_EQ(result.code, exit_code::numerical_failure);
+  const nlohmann::json report = nlohmann::json::parse(result.out);
+  const std::string reason = report.at("reason");
+  EXPECT_NE(reason.find("gained energy"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("body \"sheet\""), std::string::npos) << reason;
+  EXPECT_NE(reason.find("time.step is too long"), std::string::npos) << reason;
+  // Every frame that is kept is from before.
+  const std::vector<double> times = frame_times(path("out/sheet.h5"));
+  ASSERT_FALSE(times.empty());
+  EXPECT_EQ(times.back(), report.at("simulated_s"));
+  EXPECT_LT(times.back(), 0.04);
 }
 
 TEST_F(CommandRun, RefusesToMeasureTheErrorOfAnEquilibrium) {
