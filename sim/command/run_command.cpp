@@ -167,15 +167,18 @@ int finish(const RunCommand& command, const Case& source, const RunReport& repor
 }  // namespace
 
 int run_case(const RunCommand& command) {
+  const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
+  const std::string trajectory = (std::filesystem::path(command.directory) / name).string();
   const auto prepare = [&](Case& source) {
     if (command.estimate_error) refuse_static(source);
+    // Not only after the pilot runs.
+    TrajectoryWriter::refuse_existing(trajectory, command.force);
     correct_accuracy(source);
   };
   return with_scene(command, prepare, [&](const Scene& scene) {
     catch_stop_signals();
     RunOptions options;
-    const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
-    options.trajectory = (std::filesystem::path(command.directory) / name).string();
+    options.trajectory = trajectory;
     options.force = command.force;
     options.estimate_error = command.estimate_error;
     options.stop_signal = &caught_signal;

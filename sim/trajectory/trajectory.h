@@ -72,6 +72,9 @@ class TrajectoryWriter {
                    std::vector<Series> series, Options options,
                    const std::vector<std::span<const Vec3>>& initial_positions);
   ~TrajectoryWriter();
+  // Throws TrajectoryError for a path that the constructor would refuse because something is there:
+  // for whoever has much to do before a writer is made.
+  static void refuse_existing(const std::string& path, bool force);
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 

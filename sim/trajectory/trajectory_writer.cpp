@@ -15,6 +15,10 @@
 namespace weft::sim {
 namespace {
 
+std::string sidecar_of(const std::string& path) {
+  return std::filesystem::path(path).replace_extension(".xdmf").string();
+}
+
 using hdf5::Handle;
 using hdf5::make_space;
 
@@ -112,7 +116,6 @@ struct TrajectoryWriter::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
-  void refuse_existing() const;
   void create_file();
   void create_root();
   void create_body(const TrajectoryBody& body, std::span<const Vec3> initial_positions);
@@ -138,7 +141,6 @@ struct TrajectoryWriter::Implementation {
   std::vector<Series> series;
   Options options;
   std::string temporary;  // empty once renamed
-  std::string sidecar_path;
   Handle file, body_group, series_group, step_group, frame_group, shelf_group, block_group, time;
   std::vector<BodyDatasets> body_datasets;
   std::vector<Handle> series_datasets, step_datasets;
@@ -149,12 +151,15 @@ struct TrajectoryWriter::Implementation {
   bool failed = false;
 };
 
-void TrajectoryWriter::Implementation::refuse_existing() const {
-  for (const std::string& name : {access.path(), sidecar_path}) {
+void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
+  const std::string sidecar = sidecar_of(path);
+  if (sidecar == path) throw TrajectoryError(path + ": a trajectory cannot be named .xdmf");
+  for (const std::string& name : {path, sidecar}) {
     std::error_code error;
     const auto status = std::filesystem::symlink_status(name, error);
-    if (std::filesystem::is_directory(status)) access.reject(name + " is a directory");
-    if (!options.force && std::filesystem::exists(status)) {
+    if (std::filesystem::is_directory(status))
+      throw TrajectoryError(path + ": " + name + " is a directory");
+    if (!force && std::filesystem::exists(status)) {
       throw TrajectoryError(name + ": exists already, and is only overwritten by force (--force)");
     }
   }
@@ -305,14 +310,15 @@ void TrajectoryWriter::Implementation::publish() {
   const unsigned flags = options.force ? 0 : RENAME_NOREPLACE;
   int result = renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, access.path().c_str(), flags);
   if (result != 0 && (errno == EINVAL || errno == ENOSYS)) {
-    refuse_existing();
+    refuse_existing(access.path(), options.force);
     result = std::rename(temporary.c_str(), access.path().c_str());
   }
   if (result != 0) {
     throw TrajectoryError(access.path() + ": cannot create: " + std::strerror(errno));
   }
   temporary.clear();
-  sidecar.create(sidecar_path, std::filesystem::path(access.path()).filename().string());
+  sidecar.create(sidecar_of(access.path()),
+                 std::filesystem::path(access.path()).filename().string());
 }
 
 void TrajectoryWriter::Implementation::flush(const std::string& action) const {
@@ -450,9 +456,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   Implementation& self = *implementation_;
   assert(initial_positions.size() == self.bodies.size());
   const hdf5::QuietErrors quiet;
-  self.sidecar_path = std::filesystem::path(path).replace_extension(".xdmf").string();
-  if (self.sidecar_path == path) self.access.reject("a trajectory cannot be named .xdmf");
-  self.refuse_existing();
+  refuse_existing(path, self.options.force);
   self.create_file();
   self.create_root();
   for (std::size_t b = 0; b < self.bodies.size(); ++b) {
