@@ -113,10 +113,12 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
   return row;
 }
 
-// From coarse to fine, to where the error is lost in that of the reference or the budget is spent.
+// From coarse to fine, to where the error is lost in that of the reference or two settings in a row
+// spend the budget: the coarsest ones may fail to come to an end where finer ones do.
 void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& options,
            Result& result) {
   double setting = ladder.first;
+  int too_slow = 0;
   for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
     const Row row = measure(source, ladder, setting, result.reference, options);
     std::fprintf(stderr, "%s, %s: %s\n", ladder.name, row.setting_text().c_str(),
@@ -125,7 +127,8 @@ void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& opti
                      : row.failure.c_str());
     const bool lost = row.error && *row.error < 10 * result.reference.agreement;
     if (!lost) result.rows.push_back(row);
-    if (lost || row.cpu > options.budget) break;
+    too_slow = row.cpu > options.budget ? too_slow + 1 : 0;
+    if (lost || too_slow == 2) break;
   }
 }
 
