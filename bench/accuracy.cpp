@@ -1,11 +1,15 @@
 // Run time against error: every method over a ladder of settings, against a converged reference.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
+#include <span>
 
+#include "bench/cloth_peers.h"
 #include "bench/experiments.h"
 #include "bench/medians.h"
 #include "bench/plot.h"
@@ -61,19 +65,23 @@ constexpr Ladder ladders[] = {
      [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::verlet, setting); }},
 };
 
+// Steps of other libraries: from the first down by the divisor, as far as the budget allows.
+constexpr double first_peer_step = 1.0 / 30;
+constexpr double peer_divisor = std::numbers::sqrt2;
+constexpr int peer_steps = 26;
+
 struct Row {
-  const Ladder* ladder = nullptr;
-  double setting = 0;
+  std::string method, setting;
   double cpu = 0;               // s, median
   std::optional<double> error;  // m
-  double energy_change = 0;  // J, of the total; without damping and moving pins it should be none
-  IntegratorCounts counts;
+  std::int64_t steps = 0;
+  // Of Weft's own methods alone.
+  struct Own {
+    double energy_change = 0;  // J, of the total; without damping and moving pins it should be none
+    std::int64_t newton = 0, linear = 0;
+  };
+  std::optional<Own> own;
   std::string failure;
-  std::string setting_text() const {
-    char text[40];
-    std::snprintf(text, sizeof text, ladder->by_step ? "step %.3g s" : "tolerance %.2g m", setting);
-    return text;
-  }
 };
 
 struct Result {
@@ -81,6 +89,26 @@ struct Result {
   Reference reference;
   std::vector<Row> rows;
 };
+
+std::string step_text(double step) {
+  char text[40];
+  std::snprintf(text, sizeof text, "step %.3g s", step);
+  return text;
+}
+
+std::string setting_text(const Ladder& ladder, double setting) {
+  if (ladder.by_step) return step_text(setting);
+  char text[40];
+  std::snprintf(text, sizeof text, "tolerance %.2g m", setting);
+  return text;
+}
+
+void tell(const Row& row) {
+  std::fprintf(stderr, "%s, %s: %s\n", row.method.c_str(), row.setting.c_str(),
+               row.error
+                   ? (number_text(*row.error) + " m in " + number_text(row.cpu) + " s").c_str()
+                   : row.failure.c_str());
+}
 
 Reference reference_of(const Case& source, const AccuracyOptions& options) {
   return find_reference(source, sample_times(options.horizon.value_or(source.time.duration), 20),
@@ -92,8 +120,8 @@ Reference reference_of(const Case& source, const AccuracyOptions& options) {
 Row measure(const Case& source, const Ladder& ladder, double setting, const Reference& reference,
             const AccuracyOptions& options) {
   Row row;
-  row.ladder = &ladder;
-  row.setting = setting;
+  row.method = ladder.name;
+  row.setting = setting_text(ladder, setting);
   Case timed = source;
   ladder.apply(timed.time, setting);
   const double end[] = {reference.horizon};
@@ -101,8 +129,9 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
   for (int i = 0; i < options.repeats; ++i) {
     const TimedRun run = simulate(timed, end, options.budget);
     cpu.push_back(run.cpu);
-    row.counts = run.counts;
-    row.energy_change = run.last.total() - run.first.total();
+    row.steps = run.counts.steps;
+    row.own = {run.last.total() - run.first.total(), run.counts.newton_iterations,
+               run.counts.linear_iterations};
     row.failure = run.failure;
     if (!run.failure.empty()) break;
     row.error = rms_distance(run.positions.back(), reference.positions.back());
@@ -121,15 +150,81 @@ void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& opti
   int too_slow = 0;
   for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
     const Row row = measure(source, ladder, setting, result.reference, options);
-    std::fprintf(stderr, "%s, %s: %s\n", ladder.name, row.setting_text().c_str(),
-                 row.error
-                     ? (number_text(*row.error) + " m in " + number_text(row.cpu) + " s").c_str()
-                     : row.failure.c_str());
+    tell(row);
     const bool lost = row.error && *row.error < 10 * result.reference.agreement;
     if (!lost) result.rows.push_back(row);
     too_slow = row.cpu > options.budget ? too_slow + 1 : 0;
     if (lost || too_slow == 2) break;
   }
+}
+
+Row measure_peer(const ClothMethod& method, const std::string& program, const ClothProblem& problem,
+                 double step, const ClothVariant& variant, const Reference& reference,
+                 const AccuracyOptions& options) {
+  ClothSettings settings{.method = method.method,
+                         .iterations = variant.iterations,
+                         .tolerance = variant.tolerance,
+                         .line_search = variant.line_search,
+                         .budget = options.budget};
+  settings.steps = std::lround(std::ceil(reference.horizon / step));
+  settings.step = reference.horizon / static_cast<double>(settings.steps);
+  Row row;
+  row.method = method.name;
+  row.setting = step_text(settings.step);
+  if (*variant.label != 0) row.setting += std::string(", ") + variant.label;
+  row.steps = settings.steps;
+  std::vector<double> cpu;
+  for (int i = 0; i < options.repeats; ++i) {
+    const ClothOutcome outcome = run_cloth(program, problem, settings);
+    cpu.push_back(outcome.cpu);
+    row.failure = outcome.failure;
+    if (!row.failure.empty()) break;
+    std::vector<Vec3> position;
+    for (const auto& p : outcome.position) position.emplace_back(p[0], p[1], p[2]);
+    row.error = rms_distance(position, reference.positions.back());
+  }
+  row.cpu = median(cpu);
+  return row;
+}
+
+// What is worth its cost: rows by growing cost, each more exact than all before.
+std::vector<Row> best_of(std::vector<Row> rows) {
+  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.cpu < b.cpu; });
+  std::vector<Row> best;
+  for (Row& row : rows) {
+    if (best.empty() || *row.error < *best.back().error) best.push_back(std::move(row));
+  }
+  return best;
+}
+
+// Its steps in each variant, down to where the budget is spent. Of these, what is
+// worth its cost and nearer to the reference than the start is.
+void climb(const Scene& scene, const ClothMethod& method, const AccuracyOptions& options,
+           Result& result) {
+  const auto program = cloth_program(method);
+  const auto reason = beyond_peers(scene);
+  if (!program || reason) {
+    std::fprintf(stderr, "%s does not take part: %s\n", method.name,
+                 reason ? reason->c_str() : "it was not found when Weft was built");
+    return;
+  }
+  const ClothProblem problem = cloth_problem(scene);
+  const double moved = rms_distance(
+      std::span(scene.initial_position).first(static_cast<std::size_t>(scene.dynamic_particles)),
+      result.reference.positions.back());
+  std::vector<Row> rows;
+  for (const ClothVariant& variant : method.variants) {
+    double step = first_peer_step;
+    for (int i = 0; i < peer_steps; ++i, step /= peer_divisor) {
+      const Row row =
+          measure_peer(method, *program, problem, step, variant, result.reference, options);
+      tell(row);
+      if (row.error && *row.error<moved&& * row.error> 10 * result.reference.agreement)
+        rows.push_back(row);
+      if (row.cpu > options.budget) break;
+    }
+  }
+  for (Row& row : best_of(std::move(rows))) result.rows.push_back(std::move(row));
 }
 
 // What a method takes for this error, between two rungs of its ladder on logarithmic scales;
@@ -138,7 +233,7 @@ std::optional<double> cost_at(const std::vector<Row>& rows, const char* method, 
   std::optional<double> best;
   const Row* before = nullptr;
   for (const Row& row : rows) {
-    if (row.ladder->name != method) continue;
+    if (row.method != method) continue;
     if (row.error && *row.error <= error) {
       double cost = row.cpu;
       if (before != nullptr && *before->error > error) {
@@ -153,66 +248,94 @@ std::optional<double> cost_at(const std::vector<Row>& rows, const char* method, 
   return best;
 }
 
+constexpr int name_width = 26;
 constexpr double shown_errors[] = {2e-2, 1e-2, 1e-3, 1e-4, 1e-5};
 
 void print_table(const Result& result) {
   std::printf("\n%s: errors (RMS over particles) at t = %s s; the two references agree to %.1e m\n",
               result.name.c_str(), number_text(result.reference.horizon).c_str(),
               result.reference.agreement);
-  std::printf("%-18s %-22s %10s %12s %8s %8s %9s %10s\n", "method", "setting", "CPU s", "error m",
-              "steps", "newton", "linear", "energy J");
+  std::printf("%-*s %-34s %10s %12s %8s %8s %9s %10s\n", name_width, "method", "setting", "CPU s",
+              "error m", "steps", "newton", "linear", "energy J");
   for (const Row& row : result.rows) {
     if (!row.error) {
-      std::printf("%-18s %-22s %10.4f %s\n", row.ladder->name, row.setting_text().c_str(), row.cpu,
-                  row.failure.c_str());
+      std::printf("%-*s %-34s %10.4f %s\n", name_width, row.method.c_str(), row.setting.c_str(),
+                  row.cpu, row.failure.c_str());
       continue;
     }
-    std::printf("%-18s %-22s %10.4f %12.3e %8lld %8lld %9lld %+10.1e\n", row.ladder->name,
-                row.setting_text().c_str(), row.cpu, *row.error,
-                static_cast<long long>(row.counts.steps),
-                static_cast<long long>(row.counts.newton_iterations),
-                static_cast<long long>(row.counts.linear_iterations), row.energy_change);
+    std::printf("%-*s %-34s %10.4f %12.3e %8lld", name_width, row.method.c_str(),
+                row.setting.c_str(), row.cpu, *row.error, static_cast<long long>(row.steps));
+    if (row.own) {
+      std::printf(" %8lld %9lld %+10.1e", static_cast<long long>(row.own->newton),
+                  static_cast<long long>(row.own->linear), row.own->energy_change);
+    }
+    std::printf("\n");
   }
 }
 
-// Weft's methods beside the cheapest implicit one of fixed steps.
-void print_ratios(const Result& result) {
-  std::printf("\nCPU s for an error of at most\n%-18s", "");
-  for (const double error : shown_errors) std::printf(" %10.0e", error);
-  std::optional<double> best[std::size(shown_errors)], fixed[std::size(shown_errors)];
-  for (const Ladder& ladder : ladders) {
-    std::printf("\n%-18s", ladder.name);
-    for (std::size_t i = 0; i < std::size(shown_errors); ++i) {
-      const auto cost = cost_at(result.rows, ladder.name, shown_errors[i]);
-      if (cost)
-        std::printf(" %10.4f", *cost);
-      else
-        std::printf(" %10s", "-");
-      auto& slot = ladder.baseline ? fixed[i] : best[i];
-      if (cost && (!ladder.baseline || ladder.implicit) && (!slot || *cost < *slot)) slot = cost;
-    }
-  }
-  std::printf("\n%-18s", "fixed / weft");
-  for (std::size_t i = 0; i < std::size(shown_errors); ++i) {
-    if (best[i] && fixed[i])
-      std::printf(" %9.1fx", *fixed[i] / *best[i]);
+// Costs of the shown errors.
+using Costs = std::array<std::optional<double>, std::size(shown_errors)>;
+
+void print_costs(const std::string& name, const Costs& costs) {
+  std::printf("\n%-*s", name_width, name.c_str());
+  for (const auto& cost : costs) {
+    if (cost)
+      std::printf(" %10.4f", *cost);
     else
       std::printf(" %10s", "-");
   }
+}
+
+void print_ratios(const char* name, const Costs& others, const Costs& weft) {
+  std::printf("\n%-*s", name_width, name);
+  for (std::size_t i = 0; i < weft.size(); ++i) {
+    if (weft[i] && others[i])
+      std::printf(" %9.1fx", *others[i] / *weft[i]);
+    else
+      std::printf(" %10s", "-");
+  }
+}
+
+// Weft's methods under error control beside the cheapest implicit one of fixed steps, and beside
+// the cheapest of other libraries.
+void print_ratios(const Result& result) {
+  std::printf("\nCPU s for an error of at most\n%-*s", name_width, "");
+  for (const double error : shown_errors) std::printf(" %10.0e", error);
+  Costs weft, fixed, peers;
+  const auto add = [&](const char* name, Costs* best) {
+    Costs costs;
+    for (std::size_t i = 0; i < costs.size(); ++i) {
+      costs[i] = cost_at(result.rows, name, shown_errors[i]);
+      if (best == nullptr || !costs[i]) continue;
+      auto& slot = (*best)[i];
+      if (!slot || *costs[i] < *slot) slot = costs[i];
+    }
+    print_costs(name, costs);
+  };
+  for (const Ladder& ladder : ladders)
+    add(ladder.name, !ladder.baseline ? &weft : ladder.implicit ? &fixed : nullptr);
+  const bool has_peers =
+      std::any_of(result.rows.begin(), result.rows.end(), [](const Row& row) { return !row.own; });
+  if (has_peers) {
+    for (const ClothMethod& method : cloth_methods()) add(method.name, &peers);
+  }
+  print_ratios("fixed / weft", fixed, weft);
+  if (has_peers) print_ratios("peers / weft", peers, weft);
   std::printf("\n");
 }
 
 nlohmann::ordered_json json_of(const Result& result) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const Row& row : result.rows) {
-    nlohmann::ordered_json entry{{"method", row.ladder->name},
-                                 {"setting", row.setting_text()},
-                                 {"cpu_s", row.cpu},
-                                 {"error_m", nullptr},
-                                 {"steps", row.counts.steps},
-                                 {"energy_change_j", row.energy_change},
-                                 {"newton", row.counts.newton_iterations},
-                                 {"linear", row.counts.linear_iterations}};
+    nlohmann::ordered_json entry{{"method", row.method}, {"setting", row.setting},
+                                 {"cpu_s", row.cpu},     {"error_m", nullptr},
+                                 {"steps", row.steps},   {"energy_change_j", nullptr},
+                                 {"newton", nullptr},    {"linear", nullptr}};
+    if (row.own) {
+      entry["energy_change_j"] = row.own->energy_change;
+      entry["newton"] = row.own->newton;
+      entry["linear"] = row.own->linear;
+    }
     if (row.error) entry["error_m"] = *row.error;
     if (!row.failure.empty()) entry["failure"] = row.failure;
     rows.push_back(std::move(entry));
@@ -229,10 +352,10 @@ void plot(const Result& result, const std::filesystem::path& path) {
   chart.note = "at t = " + number_text(result.reference.horizon) + " s, one thread";
   chart.x.title = "error, m (RMS over particles)";
   chart.y.title = "CPU time, s";
-  for (const Ladder& ladder : ladders) {
-    Series series{ladder.name, {}, {}};
+  for (const std::string& method : accuracy_methods()) {
+    Series series{method, {}, {}};
     for (const Row& row : result.rows) {
-      if (row.ladder != &ladder || !row.error || *row.error <= 0) continue;
+      if (row.method != method || !row.error || *row.error <= 0) continue;
       series.x.push_back(*row.error);
       series.y.push_back(row.cpu);
     }
@@ -248,9 +371,9 @@ std::filesystem::path plot_path(const AccuracyOptions& options, const std::strin
   return path.replace_filename(path.stem().string() + "_" + name + path.extension().string());
 }
 
-bool is_wanted(const AccuracyOptions& options, const Ladder& ladder) {
-  return options.methods.empty() || std::find(options.methods.begin(), options.methods.end(),
-                                              ladder.name) != options.methods.end();
+bool is_wanted(const AccuracyOptions& options, const char* method) {
+  return options.methods.empty() ||
+         std::find(options.methods.begin(), options.methods.end(), method) != options.methods.end();
 }
 
 }  // namespace
@@ -258,6 +381,7 @@ bool is_wanted(const AccuracyOptions& options, const Ladder& ladder) {
 std::vector<std::string> accuracy_methods() {
   std::vector<std::string> names;
   for (const Ladder& ladder : ladders) names.emplace_back(ladder.name);
+  for (const ClothMethod& method : cloth_methods()) names.emplace_back(method.name);
   return names;
 }
 
@@ -275,7 +399,11 @@ int run_accuracy(const AccuracyOptions& options) {
       continue;
     }
     for (const Ladder& ladder : ladders) {
-      if (is_wanted(options, ladder)) climb(source, ladder, options, result);
+      if (is_wanted(options, ladder.name)) climb(source, ladder, options, result);
+    }
+    const auto scene = build_scene(source);
+    for (const ClothMethod& method : cloth_methods()) {
+      if (is_wanted(options, method.name)) climb(*scene, method, options, result);
     }
     if (options.json) {
       all.push_back(json_of(result));

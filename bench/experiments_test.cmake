@@ -1,5 +1,5 @@
 # Runs the experiments, tiny, by `weft bench`, and looks at what they print and write.
-# cmake -D weft=COMMAND -D work=FOLDER -P experiments_test.cmake
+# cmake -D weft=COMMAND -D work=FOLDER -D bullet_cloth=BOOLEAN -P experiments_test.cmake
 cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE ${work})
 file(MAKE_DIRECTORY ${work})
@@ -145,6 +145,42 @@ foreach(i RANGE ${end})
 endforeach()
 if(NOT last LESS first OR NOT method STREQUAL "linear-euler" OR NOT EXISTS ${work}/accuracy.svg)
   message(FATAL_ERROR "accuracy: ${json}")
+endif()
+
+# Other libraries take part where they were built and the case is one for them; of their settings,
+# those are shown that are worth their cost.
+execute_process(COMMAND ${weft} bench accuracy ${CMAKE_CURRENT_LIST_DIR}/../cases/spring_sheet.toml
+  --json --set body.sheet.shape.resolution=[5,5] --horizon 0.05 --budget 0.05 --certainty 1e-4
+  --methods cvode,bullet-soft-body,bullet-deformable,bullet-deformable-explicit
+  OUTPUT_VARIABLE json ERROR_VARIABLE error RESULT_VARIABLE code)
+string(JSON count LENGTH "${json}" rows)
+math(EXPR end "${count} - 1")
+foreach(i RANGE ${end})
+  foreach(key method cpu_s error_m)
+    string(JSON ${key} GET "${json}" rows ${i} ${key})
+  endforeach()
+  if(method MATCHES "bullet" AND method STREQUAL "${before}" AND
+      (cpu_s LESS cpu_before OR NOT error_m LESS error_before))
+    message(FATAL_ERROR "accuracy: not worth its cost: row ${i} of ${json}")
+  endif()
+  set(before ${method})
+  set(cpu_before ${cpu_s})
+  set(error_before ${error_m})
+  set(found_${method} TRUE)
+endforeach()
+foreach(method bullet-soft-body bullet-deformable bullet-deformable-explicit)
+  if(bullet_cloth AND NOT found_${method})
+    message(FATAL_ERROR "accuracy: no ${method}: ${json}${error}")
+  elseif(NOT bullet_cloth AND NOT error MATCHES "${method} does not take part: it was not found")
+    message(FATAL_ERROR "accuracy: ${error}")
+  endif()
+endforeach()
+
+execute_process(COMMAND ${weft} bench accuracy ${CMAKE_CURRENT_LIST_DIR}/../cases/hanging_sheet.toml
+  --set body.sheet.shape.resolution=[5,5] --horizon 0.05 --methods bullet-deformable --certainty 1e-4
+  --reference-tolerance 1e-7 OUTPUT_QUIET ERROR_VARIABLE error)
+if(NOT error MATCHES "does not take part: body \"sheet\": its membrane is not made of springs")
+  message(FATAL_ERROR "accuracy: ${error}")
 endif()
 
 # A table of one scene, and the check of the one that is built in; against quick references.

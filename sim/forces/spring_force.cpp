@@ -1,8 +1,7 @@
-#include "materials/spring.h"
-
 #include <set>
 
 #include "sim/forces/force_arrays.h"
+#include "sim/forces/springs.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/parallel.h"
 #include "sim/scene/scene.h"
@@ -15,8 +14,8 @@ using materials::Spring;
 
 class SpringForce final : public Force {
  public:
-  SpringForce(std::vector<std::array<int, 2>> ends, std::vector<Spring> springs, int particle_count)
-      : ends_(std::move(ends), particle_count), springs_(std::move(springs)) {}
+  SpringForce(SpringNetwork network, int particle_count)
+      : ends_(std::move(network.ends), particle_count), springs_(std::move(network.springs)) {}
 
   std::string_view name() const override { return "springs"; }
 
@@ -78,8 +77,8 @@ class SpringForce final : public Force {
 // once.
 class SpringCollector {
  public:
-  SpringCollector(const SceneBody& body, double damping_time)
-      : body_(body), damping_time_(damping_time) {}
+  SpringCollector(const SceneBody& body, double damping_time, SpringNetwork& network)
+      : body_(body), damping_time_(damping_time), network_(network) {}
 
   void add(int row_step, int col_step, double stiffness) {
     if (stiffness == 0) return;
@@ -93,9 +92,6 @@ class SpringCollector {
     }
   }
 
-  std::vector<std::array<int, 2>> ends;
-  std::vector<Spring> springs;
-
  private:
   void add_one(int p, int row, int col, int other_row, int other_col, double stiffness) {
     const bsi::Patch& patch = body_.atlas.patches()[p];
@@ -107,20 +103,20 @@ class SpringCollector {
     const int a = body_.atlas.particle(p, row, col),
               b = body_.atlas.particle(p, other_row, other_col);
     if (a == b || !seen_.insert({std::min(a, b), std::max(a, b)}).second) return;
-    ends.push_back({a + body_.first_particle, b + body_.first_particle});
-    springs.push_back({(body_.rest[b] - body_.rest[a]).norm(), stiffness, damping_time_});
+    network_.ends.push_back({a + body_.first_particle, b + body_.first_particle});
+    network_.springs.push_back({(body_.rest[b] - body_.rest[a]).norm(), stiffness, damping_time_});
   }
 
   const SceneBody& body_;
   double damping_time_;
+  SpringNetwork& network_;
   std::set<std::pair<int, int>> seen_;
 };
 
 }  // namespace
 
-std::unique_ptr<Force> make_spring_force(const Scene& scene) {
-  std::vector<std::array<int, 2>> ends;
-  std::vector<Spring> springs;
+SpringNetwork springs_of(const Scene& scene) {
+  SpringNetwork network;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
     const MaterialCase& material = *body.material;
@@ -131,19 +127,21 @@ std::unique_ptr<Force> make_spring_force(const Scene& scene) {
         material.structural_stiffness.value_or(0.75 * material.membrane_stiffness);
     const double shear = material.shear_stiffness.value_or(0.5 * structural);
     const double bend = material.bend_stiffness.value_or(0.0);
-    SpringCollector collector(body, material.stiffness_damping);
+    SpringCollector collector(body, material.stiffness_damping, network);
     collector.add(0, 1, structural);
     collector.add(1, 0, structural);
     collector.add(1, 1, shear);
     collector.add(1, -1, shear);
     collector.add(0, 2, bend);
     collector.add(2, 0, bend);
-    ends.insert(ends.end(), collector.ends.begin(), collector.ends.end());
-    springs.insert(springs.end(), collector.springs.begin(), collector.springs.end());
   }
-  if (ends.empty()) return nullptr;
-  return std::make_unique<SpringForce>(std::move(ends), std::move(springs),
-                                       scene.dynamic_particles);
+  return network;
+}
+
+std::unique_ptr<Force> make_spring_force(const Scene& scene) {
+  SpringNetwork network = springs_of(scene);
+  if (network.ends.empty()) return nullptr;
+  return std::make_unique<SpringForce>(std::move(network), scene.dynamic_particles);
 }
 
 }  // namespace weft::sim

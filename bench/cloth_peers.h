@@ -1,0 +1,45 @@
+// Other libraries' ways to move cloth, each in a program of its own beside weft-bench.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/peers/cloth_peer.h"
+#include "sim/scene/scene.h"
+
+namespace weft::bench {
+
+// A way to set a method that is worth trying at any step. The names are those of ClothSettings.
+struct ClothVariant {
+  const char* label;
+  int iterations = 1;
+  double tolerance = 0;
+  bool line_search = false;
+};
+
+struct ClothMethod {
+  const char* name;
+  const char* library;  // of the program weft-bench-LIBRARY
+  const char* method;   // in its words
+  std::vector<ClothVariant> variants;
+};
+
+// All that Weft knows of, whether they were built or not.
+std::span<const ClothMethod> cloth_methods();
+
+// Where the program is: beside this one, or in the build folder; nothing where it was not built.
+std::optional<std::string> cloth_program(const ClothMethod& method);
+
+// What of the scene the libraries cannot express, or nothing.
+std::optional<std::string> beyond_peers(const sim::Scene& scene);
+
+// The scene as its springs and point masses. Precondition: !beyond_peers(scene).
+ClothProblem cloth_problem(const sim::Scene& scene);
+
+// Runs the program. What goes wrong is the outcome's failure.
+ClothOutcome run_cloth(const std::string& program, const ClothProblem& problem,
+                       const ClothSettings& settings);
+
+}  // namespace weft::bench

@@ -1,0 +1,21 @@
+// The springs of a scene.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "materials/spring.h"
+
+namespace weft::sim {
+
+struct Scene;
+
+struct SpringNetwork {
+  std::vector<std::array<int, 2>> ends;  // particles
+  std::vector<materials::Spring> springs;
+};
+
+// Those of all dynamic bodies whose membrane is made of springs.
+SpringNetwork springs_of(const Scene& scene);
+
+}  // namespace weft::sim
