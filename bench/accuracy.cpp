@@ -248,7 +248,7 @@ std::optional<double> cost_at(const std::vector<Row>& rows, const char* method, 
   return best;
 }
 
-constexpr int name_width = 26;
+constexpr int name_width = 18;
 constexpr double shown_errors[] = {2e-2, 1e-2, 1e-3, 1e-4, 1e-5};
 
 void print_table(const Result& result) {
@@ -356,6 +356,7 @@ void plot(const Result& result, const std::filesystem::path& path) {
     Series series{method, {}, {}};
     for (const Row& row : result.rows) {
       if (row.method != method || !row.error || *row.error <= 0) continue;
+      series.dashed = !row.own;
       series.x.push_back(*row.error);
       series.y.push_back(row.cpu);
     }

@@ -151,7 +151,7 @@ endif()
 # those are shown that are worth their cost.
 execute_process(COMMAND ${weft} bench accuracy ${CMAKE_CURRENT_LIST_DIR}/../cases/spring_sheet.toml
   --json --set body.sheet.shape.resolution=[5,5] --horizon 0.05 --budget 0.05 --certainty 1e-4
-  --methods cvode,bullet-soft-body,bullet-deformable,bullet-deformable-explicit
+  --methods cvode,bullet-soft-body,bullet-deformable,bullet-explicit
   OUTPUT_VARIABLE json ERROR_VARIABLE error RESULT_VARIABLE code)
 string(JSON count LENGTH "${json}" rows)
 math(EXPR end "${count} - 1")
@@ -168,7 +168,7 @@ foreach(i RANGE ${end})
   set(error_before ${error_m})
   set(found_${method} TRUE)
 endforeach()
-foreach(method bullet-soft-body bullet-deformable bullet-deformable-explicit)
+foreach(method bullet-soft-body bullet-deformable bullet-explicit)
   if(bullet_cloth AND NOT found_${method})
     message(FATAL_ERROR "accuracy: no ${method}: ${json}${error}")
   elseif(NOT bullet_cloth AND NOT error MATCHES "${method} does not take part: it was not found")

@@ -141,8 +141,8 @@ void draw_series(std::ostream& out, const Series& series, const Scale& x, const 
     out << "<circle cx=\"" << text_of(px) << "\" cy=\"" << text_of(py) << "\" r=\"3\" fill=\""
         << colour << "\"/>\n";
   };
-  const std::string style =
-      std::string("fill=\"none\" stroke-width=\"2\" stroke=\"") + colour + "\"";
+  const std::string style = std::string("fill=\"none\" stroke-width=\"2\" stroke=\"") + colour +
+                            (series.dashed ? "\" stroke-dasharray=\"5 3\"" : "\"");
   if (series.line) {
     out << "<polyline " << style << " points=\"";
     for (std::size_t i = 0; i < series.x.size(); ++i)

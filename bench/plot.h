@@ -11,6 +11,7 @@ struct Series {
   std::string name;
   std::vector<double> x, y;  // of the same length; with logarithmic axes, positive
   bool line = true;          // false: marks alone
+  bool dashed = false;
 };
 
 struct Axis {
