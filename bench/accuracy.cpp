@@ -12,6 +12,7 @@
 #include "bench/cloth_peers.h"
 #include "bench/experiments.h"
 #include "bench/medians.h"
+#include "bench/method_ladders.h"
 #include "bench/plot.h"
 #include "bench/reference_run.h"
 #include "sim/case/case_reader.h"
@@ -23,47 +24,6 @@ namespace weft::bench {
 namespace {
 
 using namespace sim;
-
-// How a method is set for a given accuracy: by a tolerance (m) or by a step (s).
-struct Ladder {
-  const char* name;
-  bool baseline;  // fixed steps, as others do
-  bool implicit;
-  bool by_step;
-  double first;    // its coarsest setting
-  double divisor;  // from one to the next
-  int count;
-  void (*apply)(TimeCase& time, double setting);
-};
-
-// Solved well below its own error, so that the method is judged and not its iterations.
-void set_step(TimeCase& time, TimeMethod method, double step, int newton) {
-  time.method = method;
-  time.step = step;
-  time.newton = newton;
-  time.position_tolerance = 1e-3 * step;
-  time.relative_tolerance = 1e-3;
-}
-
-constexpr Ladder ladders[] = {
-    {"cvode", false, true, false, 1e-2, std::sqrt(10.0), 11,
-     [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::cvode, setting); }},
-    {"arkode", false, true, false, 1e-2, std::sqrt(10.0), 11,
-     [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::arkode, setting); }},
-    {"euler", false, true, false, 1e-2, std::sqrt(10.0), 7,
-     [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::euler, setting); }},
-    {"linear-euler", true, true, true, 1.0 / 30, 2, 9,
-     [](TimeCase& time, double setting) { set_step(time, TimeMethod::euler, setting, 1); }},
-    {"backward-euler", true, true, true, 1.0 / 30, 2, 9,
-     [](TimeCase& time, double setting) { set_step(time, TimeMethod::euler, setting, 0); }},
-    {"implicit-midpoint", true, true, true, 1.0 / 30, 2, 9,
-     [](TimeCase& time, double setting) {
-       set_step(time, TimeMethod::implicit_midpoint, setting, 0);
-     }},
-    // From half its longest stable step.
-    {"verlet", true, false, false, 4e-5, 4, 5,
-     [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::verlet, setting); }},
-};
 
 // Steps of other libraries: from the first down by the divisor, as far as the budget allows.
 constexpr double first_peer_step = 1.0 / 30;
@@ -89,19 +49,6 @@ struct Result {
   Reference reference;
   std::vector<Row> rows;
 };
-
-std::string step_text(double step) {
-  char text[40];
-  std::snprintf(text, sizeof text, "step %.3g s", step);
-  return text;
-}
-
-std::string setting_text(const Ladder& ladder, double setting) {
-  if (ladder.by_step) return step_text(setting);
-  char text[40];
-  std::snprintf(text, sizeof text, "tolerance %.2g m", setting);
-  return text;
-}
 
 void tell(const Row& row) {
   std::fprintf(stderr, "%s, %s: %s\n", row.method.c_str(), row.setting.c_str(),
@@ -130,8 +77,8 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
     const TimedRun run = simulate(timed, end, options.budget);
     cpu.push_back(run.cpu);
     row.steps = run.counts.steps;
-    row.own = {run.last.total() - run.first.total(), run.counts.newton_iterations,
-               run.counts.linear_iterations};
+    row.own = {run.energies.back().total() - run.energies.front().total(),
+               run.counts.newton_iterations, run.counts.linear_iterations};
     row.failure = run.failure;
     if (!run.failure.empty()) break;
     row.error = rms_distance(run.positions.back(), reference.positions.back());
@@ -312,7 +259,7 @@ void print_ratios(const Result& result) {
     }
     print_costs(name, costs);
   };
-  for (const Ladder& ladder : ladders)
+  for (const Ladder& ladder : method_ladders())
     add(ladder.name, !ladder.baseline ? &weft : ladder.implicit ? &fixed : nullptr);
   const bool has_peers =
       std::any_of(result.rows.begin(), result.rows.end(), [](const Row& row) { return !row.own; });
@@ -381,7 +328,7 @@ bool is_wanted(const AccuracyOptions& options, const char* method) {
 
 std::vector<std::string> accuracy_methods() {
   std::vector<std::string> names;
-  for (const Ladder& ladder : ladders) names.emplace_back(ladder.name);
+  for (const Ladder& ladder : method_ladders()) names.emplace_back(ladder.name);
   for (const ClothMethod& method : cloth_methods()) names.emplace_back(method.name);
   return names;
 }
@@ -399,7 +346,7 @@ int run_accuracy(const AccuracyOptions& options) {
       right = false;
       continue;
     }
-    for (const Ladder& ladder : ladders) {
+    for (const Ladder& ladder : method_ladders()) {
       if (is_wanted(options, ladder.name)) climb(source, ladder, options, result);
     }
     const auto scene = build_scene(source);

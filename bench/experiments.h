@@ -91,6 +91,17 @@ struct AccuracyOptions {
 std::vector<std::string> accuracy_methods();
 int run_accuracy(const AccuracyOptions& options);
 
+// Run time against the drift of the energy, by the same methods: of a motion that should keep it.
+struct EnergyDriftOptions {
+  std::string path;                    // of the case
+  std::vector<std::string> overrides;  // KEY=VALUE
+  std::vector<std::string> methods;    // empty: all
+  double budget = 60;                  // s of CPU time, of one run
+  bool json = false;
+  std::filesystem::path plot;  // SVG file; empty: none
+};
+int run_energy_drift(const EnergyDriftOptions& options);
+
 // Time and memory of the first steps of a case against the size of its first body's image.
 struct ScalingOptions {
   std::string path;                    // of the case

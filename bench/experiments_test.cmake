@@ -147,6 +147,20 @@ if(NOT last LESS first OR NOT method STREQUAL "linear-euler" OR NOT EXISTS ${wor
   message(FATAL_ERROR "accuracy: ${json}")
 endif()
 
+# Without damping the energy stays, the better the smaller the steps; at coarse ones it is lost.
+run(json energy-drift ${CMAKE_CURRENT_LIST_DIR}/../cases/undamped_sheet.toml --json --plot drift.svg
+  --set body.sheet.shape.resolution=[5,5] --set time.duration=0.5 --methods linear-euler,verlet)
+string(JSON count LENGTH "${json}" rows)
+math(EXPR end "${count} - 1")
+math(EXPR end_before "${count} - 2")
+string(JSON lost GET "${json}" rows 0 largest_drift)
+string(JSON kept GET "${json}" rows ${end} largest_drift)
+string(JSON before GET "${json}" rows ${end_before} largest_drift)
+if(NOT kept LESS before OR NOT kept LESS 1e-3 OR NOT lost GREATER 0.01 OR
+    NOT EXISTS ${work}/drift.svg)
+  message(FATAL_ERROR "energy-drift: ${json}")
+endif()
+
 # Other libraries take part where they were built and the case is one for them; of their settings,
 # those are shown that are worth their cost.
 execute_process(COMMAND ${weft} bench accuracy ${CMAKE_CURRENT_LIST_DIR}/../cases/spring_sheet.toml

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "bench/experiments.h"
+#include "bench/method_ladders.h"
 #include "bench/scene_measurement.h"
 #include "bench/scenes.h"
 #include "bench/stability_grid.h"
@@ -23,6 +24,7 @@ struct Arguments {
   GpuOptions gpu;
   LinearSolverOptions linear_solver;
   AccuracyOptions accuracy;
+  EnergyDriftOptions energy_drift;
   ScalingOptions scaling;
   StabilityOptions stability;
   CalibrateOptions calibrate;
@@ -147,6 +149,22 @@ void add_accuracy(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--plot", options.plot, "SVG file of the chart");
 }
 
+void add_energy_drift(CLI::App& sub, Arguments& arguments) {
+  EnergyDriftOptions& options = arguments.energy_drift;
+  std::vector<std::string> methods;
+  for (const Ladder& ladder : method_ladders()) methods.emplace_back(ladder.name);
+  sub.add_option("case", options.path, "Case file")->required()->check(CLI::ExistingFile);
+  sub.add_option("--set", options.overrides, "KEY=VALUE of the case")->allow_extra_args(false);
+  sub.add_option("--methods", options.methods, "Methods (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(methods));
+  sub.add_option("--budget", options.budget, "CPU time of a run, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
+  sub.add_option("--plot", options.plot, "SVG file of the chart");
+}
+
 void add_scaling(CLI::App& sub, Arguments& arguments) {
   ScalingOptions& options = arguments.scaling;
   sub.add_option("case", options.path, "Case file")->required()->check(CLI::ExistingFile);
@@ -255,6 +273,9 @@ constexpr std::array experiments{
                [](const Arguments& a) { return run_linear_solver(a.linear_solver); }},
     Experiment{"accuracy", "Run time against error of all methods of time integration",
                add_accuracy, [](const Arguments& a) { return run_accuracy(a.accuracy); }},
+    Experiment{"energy-drift", "Run time against the drift of the energy, by the same methods",
+               add_energy_drift,
+               [](const Arguments& a) { return run_energy_drift(a.energy_drift); }},
     Experiment{"scaling", "Time and memory of a run by the size of its images", add_scaling,
                [](const Arguments& a) { return run_scaling(a.scaling); }},
     Experiment{"stability", "Extreme cases: each finishes rightly or says why not", add_stability,

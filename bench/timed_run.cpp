@@ -1,5 +1,7 @@
 #include "bench/timed_run.h"
 
+#include <optional>
+
 #include "bench/medians.h"
 #include "sim/case/case_text.h"
 
@@ -10,16 +12,20 @@ namespace {
 using namespace sim;
 
 // The failure, if any. Frames are interpolated as a recorder would.
-std::string advance(Integrator& integrator, std::span<const double> times, double budget,
-                    std::vector<double>& state, TimedRun& run) {
+std::string advance(Dynamics& dynamics, Integrator& integrator, std::span<const double> times,
+                    double budget, TimedRun& run) {
+  std::vector<double> state(dynamics.state_size());
   const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
   std::size_t next = 0;
   while (next < times.size()) {
     if (auto failure = integrator.step()) return *failure;
+    std::optional<Energies> energies;
     for (; next < times.size() && times[next] <= integrator.time(); ++next) {
       integrator.state_at(times[next], state);
       const std::span<const Vec3> position = StateView::of(state).position;
       run.positions.emplace_back(position.begin(), position.end());
+      if (!energies) energies = dynamics.energies(integrator.time(), integrator.state());
+      run.energies.push_back(*energies);
     }
     if (seconds(CLOCK_PROCESS_CPUTIME_ID) - start > budget)
       return "over the budget of " + number_text(budget) +
@@ -36,12 +42,9 @@ TimedRun simulate(const Case& source, std::span<const double> times, double budg
   Dynamics dynamics(*scene, statistics);
   const auto integrator = make_integrator(*scene, dynamics);
   TimedRun run;
-  std::vector<double> state = dynamics.initial_state();
-  run.first = dynamics.energies(0, state);
-  run.cpu = cpu_time_of([&] { run.failure = advance(*integrator, times, budget, state, run); });
+  run.energies.push_back(dynamics.energies(0, integrator->state()));
+  run.cpu = cpu_time_of([&] { run.failure = advance(dynamics, *integrator, times, budget, run); });
   run.counts = integrator->counts();
-  const double reached = run.positions.empty() ? 0 : times[run.positions.size() - 1];
-  run.last = dynamics.energies(reached, state);
   return run;
 }
 

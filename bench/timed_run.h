@@ -15,7 +15,8 @@ struct TimedRun {
   sim::IntegratorCounts counts;
   // Positions of the dynamic particles (m) at each of the times that were reached.
   std::vector<std::vector<sim::Vec3>> positions;
-  sim::Energies first, last;  // at the start and at the last time reached
+  // At the start, and at the end of the step that reached each of the times.
+  std::vector<sim::Energies> energies;
 };
 
 // From t = 0 to the last of `times` (s, increasing, > 0). Stops with a failure when it has taken
