@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #if defined(__AVX512F__)
 #include <immintrin.h>
@@ -65,25 +66,24 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   for (int i = 0; i < lane_count; ++i) angle.values[i] = std::atan2(y.values[i], x.values[i]);
   return angle;
 }
+// Exchanges halves of each 2 distance numbers between each row and that `distance` below it.
+template <int distance, int... lane>
+void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence<int, lane...>) {
+  for (int i = 0; i < lane_count; ++i) {
+    if ((i & distance) != 0) continue;
+    const Lanes::Vector a = rows[i], b = rows[i + distance];
+    rows[i] = __builtin_shufflevector(
+        a, b, ((lane & distance) == 0 ? lane : lane_count + lane - distance)...);
+    rows[i + distance] = __builtin_shufflevector(
+        a, b, ((lane & distance) == 0 ? lane + distance : lane_count + lane)...);
+  }
+}
 // Row i of eight numbers becomes column i.
 inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
-  using Vector = Lanes::Vector;
-  using Index = decltype(Vector{} < Vector{});
-  // Within pairs of rows, then pairs of pairs, then halves.
-  constexpr Index even{0, 8, 2, 10, 4, 12, 6, 14}, odd{1, 9, 3, 11, 5, 13, 7, 15};
-  constexpr Index even_pairs{0, 1, 8, 9, 4, 5, 12, 13}, odd_pairs{2, 3, 10, 11, 6, 7, 14, 15};
-  constexpr Index low{0, 1, 2, 3, 8, 9, 10, 11}, high{4, 5, 6, 7, 12, 13, 14, 15};
-  const auto exchange = [&rows](int distance, const Index& first, const Index& second) {
-    for (int i = 0; i < lane_count; ++i) {
-      if ((i & distance) != 0) continue;
-      const Vector a = rows[i], b = rows[i + distance];
-      rows[i] = __builtin_shuffle(a, b, first);
-      rows[i + distance] = __builtin_shuffle(a, b, second);
-    }
-  };
-  exchange(1, even, odd);
-  exchange(2, even_pairs, odd_pairs);
-  exchange(4, low, high);
+  constexpr std::make_integer_sequence<int, lane_count> lanes;
+  exchange<1>(rows, lanes);
+  exchange<2>(rows, lanes);
+  exchange<4>(rows, lanes);
 }
 
 inline double sum_of_lanes(Lanes a) {
