@@ -57,6 +57,9 @@ BlockMatrix::BlockMatrix(std::shared_ptr<const BlockPattern> pattern)
       values_(9 * static_cast<std::size_t>(pattern_->upper_count()) + padding) {}
 
 void BlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
+void BlockMatrix::scale(double factor) {
+  for (double& value : values_) value *= factor;
+}
 
 void BlockMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const {
   assert(static_cast<int>(in.size()) == pattern_->rows() && in.size() == out.size());

@@ -57,6 +57,7 @@ class BlockMatrix {
   const BlockPattern& pattern() const { return *pattern_; }
   const std::shared_ptr<const BlockPattern>& shared_pattern() const { return pattern_; }
   void set_zero();
+  void scale(double factor);
   Eigen::Map<Mat3> upper_block(int upper) { return Eigen::Map<Mat3>(at(upper)); }
   Eigen::Map<const Mat3> upper_block(int upper) const { return Eigen::Map<const Mat3>(at(upper)); }
   // Block at a slot of a row, on either side of the diagonal.

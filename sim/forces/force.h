@@ -28,6 +28,8 @@ class Force {
   virtual ~Force() = default;
   // Name of its energy in the trajectory: /series/energy_NAME.
   virtual std::string_view name() const = 0;
+  // Resists stretching of the surface.
+  virtual bool is_membrane() const { return false; }
   virtual double energy(const Kinematics& state, int threads) = 0;  // J
   // Adds to `force` (N), one entry a particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;

@@ -46,6 +46,7 @@ class MembraneForce final : public Force {
   }
 
   std::string_view name() const override { return "membrane"; }
+  bool is_membrane() const override { return true; }
 
   double energy(const Kinematics& state, int threads) override {
     return parallel_sum(static_cast<int>(membranes_.size()), threads, [&](int first, int last) {

@@ -18,6 +18,7 @@ class SpringForce final : public Force {
       : ends_(std::move(network.ends), particle_count), springs_(std::move(network.springs)) {}
 
   std::string_view name() const override { return "springs"; }
+  bool is_membrane() const override { return true; }
 
   double energy(const Kinematics& state, int threads) override {
     return parallel_sum(ends_.count(), threads, [&](int first, int last) {

@@ -22,7 +22,7 @@ struct DirectSolver::Implementation {
     double value = 0;
   };
   std::vector<Entry> entries;
-  std::vector<int> column_start, row;
+  std::vector<int> column_start, row, analysed_start, analysed_row;
   std::vector<double> value;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
 };
@@ -108,9 +108,15 @@ bool DirectSolver::solve(double gamma, std::span<const double> b, std::span<doub
   Implementation& self = *implementation_;
   self.assemble(gamma);
   const auto size = static_cast<Eigen::Index>(self.column_start.size()) - 1;
-  self.factors.compute(Eigen::Map<const Eigen::SparseMatrix<double>>(
+  const Eigen::Map<const Eigen::SparseMatrix<double>> matrix(
       size, size, static_cast<Eigen::Index>(self.value.size()), self.column_start.data(),
-      self.row.data(), self.value.data()));
+      self.row.data(), self.value.data());
+  if (self.column_start != self.analysed_start || self.row != self.analysed_row) {
+    self.factors.analyzePattern(matrix);
+    self.analysed_start = self.column_start;
+    self.analysed_row = self.row;
+  }
+  self.factors.factorize(matrix);
   if (self.factors.info() != Eigen::Success) return false;
   if (!(self.factors.vectorD().minCoeff() > 0)) return false;
   const StateView right = StateView::of(b);

@@ -99,7 +99,13 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   {
     PhaseTimer timer(statistics_.phases.forces);
     std::fill(force_.begin(), force_.end(), Vec3::Zero());
-    for (const auto& force : forces_) force->add_forces(kinematics(), force_, threads_);
+    for (const bool membrane : {true, false}) {
+      for (const auto& force : forces_) {
+        if (force->is_membrane() == membrane) force->add_forces(kinematics(), force_, threads_);
+      }
+      if (!membrane || hardness_ == 1) continue;
+      for (Vec3& f : force_) f *= hardness_;
+    }
   }
   if (contact_) {
     if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
@@ -135,8 +141,13 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
   if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
   stiffness_.set_zero();
   damping_.set_zero();
-  for (const auto& force : forces_)
-    force->add_derivatives(kinematics(), stiffness_, damping_, definiteness, threads_);
+  for (const bool membrane : {true, false}) {
+    for (const auto& force : forces_) {
+      if (force->is_membrane() != membrane) continue;
+      force->add_derivatives(kinematics(), stiffness_, damping_, definiteness, threads_);
+    }
+    if (membrane && hardness_ != 1) stiffness_.scale(hardness_);
+  }
   if (load_) {
     damping_.set_zero();
     return;

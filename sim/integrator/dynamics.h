@@ -57,6 +57,8 @@ class Dynamics {
   // From now on, forces are those of particles at rest, and gravity is this part of the scene's:
   // for equilibria.
   void set_load(double load) { load_ = load; }
+  // From now on, membranes and springs have this part of their stiffness: on the way to equilibria.
+  void set_hardness(double hardness) { hardness_ = hardness; }
   const BlockMatrix& stiffness() const { return stiffness_; }
   // Only where there is some.
   const BlockMatrix& damping() const { return damping_; }
@@ -89,6 +91,7 @@ class Dynamics {
   BlockMatrix stiffness_, damping_;
   bool has_damping_ = false;
   std::optional<double> load_;
+  double hardness_ = 1;
   std::vector<double> mass_damping_;  // 1/s, by particle
   std::vector<Vec3> position_, velocity_, force_;
 };

@@ -2,18 +2,11 @@
 
 #include <nvector/nvector_serial.h>
 
-#include <limits>
-#include <optional>
-
-#include "sim/integrator/direct_solver.h"
 #include "sim/integrator/velocity_system.h"
 
 namespace weft::sim {
 
 namespace {
-
-// Iterations of conjugate gradients that take longer than a factorisation.
-constexpr int worth_a_factorisation = 200;
 
 struct Content {
   Content(Dynamics& dynamics_, NewtonHooks hooks_)
@@ -24,8 +17,6 @@ struct Content {
   // SUNDIALS tells the state at a setup to the preconditioner's setup function alone.
   SUNPSetupFn setup = nullptr;
   void* setup_data = nullptr;
-  std::optional<DirectSolver> direct;
-  double factorised_from = std::numeric_limits<double>::infinity();  // gamma
   N_Vector weight = nullptr;
   int iterations = 0;
   double residual = 0;
@@ -47,20 +38,6 @@ int set_up(SUNLinearSolver solver, SUNMatrix) {
   return SUNLS_SUCCESS;
 }
 
-int factorise(Content& content, double gamma, N_Vector b, N_Vector x) {
-  PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
-  if (!content.direct) content.direct.emplace(content.dynamics);
-  content.iterations = 1;
-  content.residual = 0;
-  const auto solved = [&] { return content.direct->solve(gamma, values(b), values(x)); };
-  if (!solved()) {
-    const bool definite = content.hooks.make_definite && content.hooks.make_definite();
-    if (!definite || !solved()) return SUNLS_PSOLVE_FAIL_REC;
-  }
-  if (content.hooks.limit) content.hooks.limit(values(x));
-  return SUNLS_SUCCESS;
-}
-
 int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype tolerance) {
   Content& content = content_of(solver);
   const double gamma = content.hooks.gamma();
@@ -69,7 +46,7 @@ int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype to
     return content.system.solve(gamma, values(b), values(content.weight), tolerance, values(x),
                                 content.hooks.linear_fraction);
   };
-  if (gamma >= content.factorised_from) return factorise(content, gamma, b, x);
+  if (content.hooks.linearise_anew && content.hooks.linearise_anew()) content.system.set_up(gamma);
   VelocitySystem::Outcome outcome = attempt();
   content.iterations = outcome.iterations;
   if (outcome.indefinite && content.hooks.make_definite && content.hooks.make_definite()) {
@@ -78,10 +55,6 @@ int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype to
     content.iterations += outcome.iterations;
   }
   content.residual = outcome.residual;
-  if (content.hooks.may_factorise && outcome.iterations > worth_a_factorisation) {
-    content.factorised_from = gamma;
-    if (!outcome.converged) return factorise(content, gamma, b, x);
-  }
   if (!outcome.converged) return outcome.indefinite ? SUNLS_PSOLVE_FAIL_REC : SUNLS_CONV_FAIL;
   if (content.hooks.limit) content.hooks.limit(values(x));
   return SUNLS_SUCCESS;

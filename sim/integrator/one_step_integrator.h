@@ -41,6 +41,7 @@ class OneStepIntegrator : public Integrator {
   // Without a fixed step: the length of the next step, or of the next try.
   void propose(double h) { size_ = h; }
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
+  const std::optional<ContactFault>& fault() const { return fault_; }
   void set_place(int particle) { place_ = particle; }
 
   const Scene& scene() const { return scene_; }

@@ -8,10 +8,8 @@ namespace weft::sim {
 
 class StageIntegrator : public OneStepIntegrator {
  public:
-  // `may_factorise`: as in StageSolver.
-  StageIntegrator(const Scene& scene, Dynamics& dynamics, bool may_factorise = false)
-      : OneStepIntegrator(scene, dynamics),
-        solver_(scene, dynamics, scene.source.time.newton, may_factorise) {}
+  StageIntegrator(const Scene& scene, Dynamics& dynamics)
+      : OneStepIntegrator(scene, dynamics), solver_(scene, dynamics, scene.source.time.newton) {}
 
   IntegratorCounts counts() const final {
     IntegratorCounts counts = OneStepIntegrator::counts();

@@ -33,6 +33,9 @@ constexpr double scale_of_corrections = 1e-9;
 // A stage that takes longer costs more than two of half the step.
 constexpr int largest_newton_count = 20;
 
+// Whole corrections that do not converge sooner hardly ever do.
+constexpr int most_whole_corrections = 12;
+
 // Cut more often than this, a correction gains nothing: a shorter step does.
 constexpr int most_cuts = 8;
 
@@ -50,13 +53,14 @@ struct StageSolver::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
-  void create(bool may_factorise);
+  void create();
   int residual(N_Vector state, N_Vector out);
   int assemble(std::span<const double> state);
   bool make_definite();
   void limit(std::span<double> correction);
   bool path_is_safe(std::span<const double> state);
   Outcome outcome(int flag) const;
+  Outcome iterate(int strategy, int most_iterations);
 
   const Scene& scene;
   Dynamics& dynamics;
@@ -78,7 +82,7 @@ struct StageSolver::Implementation {
   std::optional<ContactFault> fault;
 };
 
-void StageSolver::Implementation::create(bool may_factorise) {
+void StageSolver::Implementation::create() {
   SUNContext_Create(nullptr, &context);
   u = make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context);
   step_scale = N_VClone(u);
@@ -102,7 +106,6 @@ void StageSolver::Implementation::create(bool may_factorise) {
                          {.gamma = [this] { return gamma; },
                           .linear_fraction = linear_fraction,
                           .make_definite = [this] { return make_definite(); },
-                          .may_factorise = may_factorise,
                           .limit = [this](std::span<double> correction) { limit(correction); }},
                          context);
   KINSetLinearSolver(kinsol, newton_solver, nullptr);
@@ -116,7 +119,6 @@ void StageSolver::Implementation::create(bool may_factorise) {
   KINSetEtaForm(kinsol, KIN_ETACONSTANT);
   KINSetEtaConstValue(kinsol, linear_fraction);
   KINSetMaxSetupCalls(kinsol, 1);
-  KINSetNumMaxIters(kinsol, newton_count > 0 ? newton_count : largest_newton_count);
   KINSetMaxNewtonStep(kinsol, 1 / scale_of_corrections);
   KINSetScaledStepTol(kinsol, largest_last_correction * scale_of_corrections);
   KINSetFuncNormTol(kinsol, largest_last_correction);
@@ -194,10 +196,21 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
   }
 }
 
-StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count,
-                         bool may_factorise)
+// From `u`.
+StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
+  KINSetNumMaxIters(kinsol, most_iterations);
+  const int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
+  long newton = 0, linear = 0;
+  KINGetNumNonlinSolvIters(kinsol, &newton);
+  KINGetNumLinIters(kinsol, &linear);
+  newton_iterations += newton;
+  linear_iterations += linear;
+  return outcome(flag);
+}
+
+StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count)
     : implementation_(std::make_unique<Implementation>(scene, dynamics, newton_count)) {
-  implementation_->create(may_factorise);
+  implementation_->create();
 }
 
 StageSolver::~StageSolver() = default;
@@ -216,14 +229,14 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   std::copy(y.begin(), y.end(), u.begin());
   error_weights(self.scene.source.time, y, values(self.residual_scale));
   N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
-  const int strategy = self.newton_count > 0 ? KIN_NONE : KIN_LINESEARCH;
-  const int flag = KINSol(self.kinsol, self.u, strategy, self.step_scale, self.residual_scale);
-  long newton = 0, linear = 0;
-  KINGetNumNonlinSolvIters(self.kinsol, &newton);
-  KINGetNumLinIters(self.kinsol, &linear);
-  self.newton_iterations += newton;
-  self.linear_iterations += linear;
-  const Outcome outcome = self.outcome(flag);
+  // What is stiff turns along straight lines: a correction stretches it, the next one pulls it
+  // back. In between the residual is far larger than before, and a line search would hardly move.
+  Outcome outcome =
+      self.iterate(KIN_NONE, self.newton_count > 0 ? self.newton_count : most_whole_corrections);
+  if (outcome == Outcome::not_converged && self.newton_count == 0) {
+    std::copy(y.begin(), y.end(), u.begin());
+    outcome = self.iterate(KIN_LINESEARCH, largest_newton_count);
+  }
   if (outcome == Outcome::solved) std::copy(u.begin(), u.end(), y.begin());
   return outcome;
 }

@@ -10,20 +10,20 @@
 
 namespace weft::sim {
 
-// Newton's method with a line search on the residual; each correction by conjugate gradients
-// (newton_solver.h). Residuals and corrections are weighted as in the tolerances of the case:
-// positions by 1 / position_tolerance, velocities by 1 / (velocity_tolerance + relative_tolerance
-// |v|). Done when no weighted component of the last correction is above 0.3. Where conjugate
-// gradients meet negative curvature, the rest of the stage uses positive semi-definite matrices.
+// Newton's method with whole corrections and, where these do not converge, from the guess again
+// with a line search on the residual; each correction by newton_solver.h. Residuals and corrections
+// are weighted as in the tolerances of the case: positions by 1 / position_tolerance, velocities by
+// 1 / (velocity_tolerance + relative_tolerance |v|). Done when no weighted component of the last
+// correction is above 0.3. Where negative curvature is met, the rest of the stage uses positive
+// semi-definite matrices.
 // With contact, a correction is halved until the straight path from the last accepted positions to
 // where it leads is certain to keep surfaces apart, and the line search is confined to it.
 class StageSolver {
  public:
   // `newton_count`: so many iterations, with neither line search nor test of convergence nor
-  // halving, on semi-definite matrices from the start; 0: until they converge, 20 at the most.
-  // `may_factorise`: once conjugate gradients have failed, systems with as long a gamma are
-  // factorised (direct_solver.h).
-  StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count, bool may_factorise = false);
+  // halving, on semi-definite matrices from the start; 0: until they converge, 12 whole ones and 20
+  // with a line search at the most.
+  StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count);
   ~StageSolver();
   StageSolver(const StageSolver&) = delete;
   StageSolver& operator=(const StageSolver&) = delete;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "sim/integrator/direct_solver.h"
 #include "sim/integrator/dynamics.h"
 #include "sim/solver/block_jacobi.h"
 #include "sim/solver/multigrid.h"
@@ -20,6 +22,9 @@ namespace weft::sim {
 // makes it worth its set-up (or time.preconditioner says so), block-Jacobi elsewhere and wherever
 // multigrid meets a matrix that is not positive definite.
 //
+// Where that takes so many iterations that a factorisation costs less, systems of as long a gamma
+// are factorised (direct_solver.h), unless time.preconditioner names one.
+//
 // The coarse matrices are kept while they do: they are formed anew once the iterations beyond those
 // of the first solve with them, digit for digit, cost as much; where that happened within a solve,
 // for the next assemblies of K at once. Counts decide, not times.
@@ -32,7 +37,7 @@ class VelocitySystem {
 
   struct Outcome {
     bool converged = false;
-    bool indefinite = false;  // A direction of negative curvature was met: the step is too large
+    bool indefinite = false;  // A has a direction of negative curvature: the step is too large
     int iterations = 0;
     double residual = 0;     // in the norm of the tolerance
     bool multigrid = false;  // what the last iteration was preconditioned with
@@ -50,6 +55,8 @@ class VelocitySystem {
   double highest_frequency();
 
  private:
+  bool factorise(double gamma, std::span<const double> b, std::span<double> correction,
+                 Outcome& outcome);
   void form_right_side(const StateView& right);
   double precondition();  // z = P r; returns r.z
   double advance(double alpha, std::span<const Vec3> weight, Vec3* dv);
@@ -65,7 +72,9 @@ class VelocitySystem {
   Dynamics& dynamics_;
   VelocityMatrix matrix_;
   BlockJacobi block_jacobi_;
-  std::unique_ptr<Multigrid> multigrid_;  // made when first wanted
+  std::unique_ptr<Multigrid> multigrid_;                              // made when first wanted
+  std::unique_ptr<DirectSolver> direct_;                              // the same
+  double factorised_from_ = std::numeric_limits<double>::infinity();  // gamma, s
   Preconditioner* preconditioner_ = &block_jacobi_;
   std::vector<Vec3> residual_, direction_, product_, preconditioned_;
 

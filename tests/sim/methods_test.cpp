@@ -386,6 +386,55 @@ edges = ["last_row"]
   EXPECT_GT(length(1), 1.04);
 }
 
+// A sheet without damping that hangs by two corners: stretched by 2e-3 of its size, or by 2e-9.
+constexpr const char* slack_sheet = R"(
+[time]
+duration = 0.1
+frames_per_second = 50
+[contact]
+enabled = false
+[material.cloth]
+bending_stiffness = 1e-5
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+
+// Nearly inextensible triangles can only turn: each load took thousands of iterations, or failed.
+TEST(Methods, StaticHangsHoweverStiff) {
+  for (const char* stiffness : {"1e3", "1e6", "1e9"}) {
+    Overrides options = method("static");
+    options.push_back(std::string("material.cloth.membrane_stiffness=") + stiffness);
+    SimulatedCase sim(slack_sheet, options);
+    const std::vector<double> y = sim.advance_to(0.1);
+    EXPECT_LE(sim.integrator().counts().newton_iterations, 600) << stiffness;
+    std::vector<double> rate(y.size());
+    ASSERT_FALSE(sim.dynamics().rate(0.1, y, rate));
+    for (const Vec3& left : StateView::of(rate).velocity) EXPECT_LT(left.norm(), 0.02) << stiffness;
+    double lowest = 0;
+    for (const Vec3& x : StateView::of(y).position) lowest = std::min(lowest, x.z());
+    EXPECT_LT(lowest, -0.9) << stiffness;
+  }
+}
+
+// A correction turns triangles along straight lines, and stretches them: the residual is larger
+// than before until the next one has pulled them back.
+TEST(Methods, EulerConvergesHoweverStiff) {
+  for (const char* stiffness : {"1e3", "1e6", "1e9"}) {
+    Overrides options = method("euler");
+    options.insert(options.end(), {"time.step=1e-3",
+                                   std::string("material.cloth.membrane_stiffness=") + stiffness});
+    SimulatedCase sim(slack_sheet, options);
+    sim.advance_to(0.05);
+    const IntegratorCounts counts = sim.integrator().counts();
+    EXPECT_EQ(counts.steps, 50) << stiffness;
+    EXPECT_EQ(counts.convergence_failures, 0) << stiffness;
+    EXPECT_LE(counts.newton_iterations, 8 * counts.steps) << stiffness;
+  }
+}
+
 // One end moves towards the other: the end state is that of a long damped run.
 TEST(Methods, StaticEndsWhereADampedRunComesToRest) {
   const std::string text = R"(
