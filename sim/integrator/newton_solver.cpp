@@ -46,7 +46,6 @@ int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype to
     return content.system.solve(gamma, values(b), values(content.weight), tolerance, values(x),
                                 content.hooks.linear_fraction);
   };
-  if (content.hooks.linearise_anew && content.hooks.linearise_anew()) content.system.set_up(gamma);
   VelocitySystem::Outcome outcome = attempt();
   content.iterations = outcome.iterations;
   if (outcome.indefinite && content.hooks.make_definite && content.hooks.make_definite()) {

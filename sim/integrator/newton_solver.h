@@ -19,9 +19,6 @@ struct NewtonHooks {
   // Conjugate gradients met a direction of negative curvature: assembles positive semi-definite
   // matrices instead. Empty, or false: nothing to be done, the solve fails.
   std::function<bool()> make_definite = {};
-  // Called before each solve: assembles anew where the iteration has gone too far from where the
-  // matrices are of, and tells so. Empty: never.
-  std::function<bool()> linearise_anew = {};
   // May shorten the correction just found. Empty: left as it is.
   std::function<void(std::span<double> correction)> limit = {};
 };

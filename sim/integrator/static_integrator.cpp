@@ -86,6 +86,7 @@ class StaticIntegrator final : public OneStepIntegrator {
       case Progress::stuck:
         end = time();
     }
+    dynamics().set_hardness(1);
     set_fault({});
     set_place(worst_particle(rate_, weight_));
     return Trouble::not_converged;

@@ -34,7 +34,7 @@ constexpr std::int64_t assemblies_a_frequency = 100;
 constexpr int power_steps = 10;
 
 // Iterations that take longer than a factorisation, by the number of particles: its cost grows with
-// the power 1.5 of that on a surface.
+// the power 1.5 of that on a surface. From 150 000 on, more than are ever made.
 double worth_a_factorisation(int particles) { return 40 + 5 * std::sqrt(particles); }
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {

@@ -435,6 +435,22 @@ TEST(Methods, EulerConvergesHoweverStiff) {
   }
 }
 
+// Narrow and stiff triangles: conjugate gradients take hundreds of iterations for each correction.
+TEST(Methods, WhatWearsConjugateGradientsOutIsFactorised) {
+  const auto run = [](const char* preconditioner) {
+    SimulatedCase sim(slack_sheet,
+                      method("euler", {"time.step=1e-3", "material.cloth.membrane_stiffness=1e6",
+                                       "body.sheet.shape.size=[1, 0.01]",
+                                       std::string("time.preconditioner=") + preconditioner}));
+    std::vector<double> y = sim.advance_to(0.02);
+    return std::pair(std::move(y), sim.integrator().counts().linear_iterations);
+  };
+  const auto [factorised, solves] = run("automatic");
+  const auto [iterated, iterations] = run("block_jacobi");
+  EXPECT_LT(10 * solves, iterations);
+  EXPECT_LT(position_difference(factorised, iterated), 1e-4);
+}
+
 // One end moves towards the other: the end state is that of a long damped run.
 TEST(Methods, StaticEndsWhereADampedRunComesToRest) {
   const std::string text = R"(
