@@ -157,8 +157,7 @@ void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
   for (const std::string& name : {path, sidecar}) {
     std::error_code error;
     const auto status = std::filesystem::symlink_status(name, error);
-    if (std::filesystem::is_directory(status))
-      throw TrajectoryError(name + ": is a directory");
+    if (std::filesystem::is_directory(status)) throw TrajectoryError(name + ": is a directory");
     if (!force && std::filesystem::exists(status)) {
       throw TrajectoryError(name + ": exists already, and is only overwritten by force (--force)");
     }
