@@ -1,13 +1,13 @@
 // Compiled once for every instruction set: see instruction_set.h for what that forbids.
 #include "bsi/box_build_kernels.h"
 
+#include "bsi/wide_lanes.h"
+
 namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
 constexpr float lowest = -3.402823466e38F;  // -FLT_MAX: neutral to maxima
-
-inline float larger(float a, float b) { return a > b ? a : b; }
 
 // Largest of -value and value over the rows, for every column.
 template <bool join, class Value>
@@ -87,26 +87,43 @@ inline bool is_step_along_u(int plane) {
   return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
 }
 
+// Blocks of two quads in a row, of columns `in`: each bounds two columns and a third, `last`
+// columns before the next block's first.
+inline void bound_pairs(const float* in, int blocks, int last, float* bound) {
+  const auto larger_of = [&](const float* from) {
+    return larger(larger(load_wide(from), load_wide(from + 1)), load_wide(from + 2 - last));
+  };
+  const auto bound_at = [&](int u) {
+    store_wide(bound + u, even(larger_of(in + 2 * u), larger_of(in + 2 * u + width)));
+  };
+  if (blocks >= width) {
+    for (int u = 0; u + width <= blocks; u += width) bound_at(u);
+    // The last vector overlaps the one before, rather than what follows.
+    if (blocks % width != 0) bound_at(blocks - width);
+    return;
+  }
+  for (int u = 0; u < blocks; ++u) {
+    bound[u] = larger(larger(in[2 * u], in[2 * u + 1]), in[2 * u + 2 - last]);
+  }
+}
+
+// 2^k quads are blocks of two, 2^k - 1 (an image of 2^k vertices) a single one and then blocks of
+// two: there are few runs.
 void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
                   BoundRow out) {
-  const bool regular = boundary[blocks] == 2 * blocks;
-  for (int plane = planes.begin; plane < planes.end; ++plane) {
-    const float* __restrict in = columns.plane + plane * columns.stride;
-    float* __restrict bound = out.plane + plane * out.stride;
-    const int last = is_step_along_u(plane) ? 1 : 0;
-    if (regular) {
-      const float* __restrict third = in + (2 - last);
-#pragma omp simd
-      for (int u = 0; u < blocks; ++u) {
-        bound[u] = larger(larger(in[2 * u], in[2 * u + 1]), third[2 * u]);
-      }
-    } else {
-      for (int u = 0; u < blocks; ++u) {
-        const int begin = boundary[u];
-        const int end = boundary[u + 1] - last;
-        bound[u] = larger(larger(in[begin], in[begin + 1 < end ? begin + 1 : end]), in[end]);
-      }
+  for (int u = 0; u < blocks;) {
+    const int begin = boundary[u];
+    int pairs = 0;
+    while (u + pairs < blocks && boundary[u + pairs + 1] == begin + 2 * (pairs + 1)) ++pairs;
+    const bool single = u + pairs < blocks;
+    for (int plane = planes.begin; plane < planes.end; ++plane) {
+      const float* in = columns.plane + plane * columns.stride + begin;
+      float* bound = out.plane + plane * out.stride + u;
+      const int last = is_step_along_u(plane) ? 1 : 0;
+      bound_pairs(in, pairs, last, bound);
+      if (single) bound[pairs] = larger(in[2 * pairs], in[2 * pairs + 1 - last]);
     }
+    u += pairs + (single ? 1 : 0);
   }
 }
 
@@ -117,9 +134,10 @@ void merge(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int 
     const float* down = lower.plane + plane * lower.stride;
     float* __restrict bound = out.plane + plane * out.stride;
     if (split_u) {
-#pragma omp simd
-      for (int u = 0; u < blocks; ++u) {
-        bound[u] = larger(larger(up[2 * u], up[2 * u + 1]), larger(down[2 * u], down[2 * u + 1]));
+      for (int u = 0; u < blocks; u += width) {
+        const Wide first = larger(load_wide(up + 2 * u), load_wide(down + 2 * u));
+        const Wide second = larger(load_wide(up + 2 * u + width), load_wide(down + 2 * u + width));
+        store_wide(bound + u, larger(even(first, second), odd(first, second)));
       }
     } else {
 #pragma omp simd

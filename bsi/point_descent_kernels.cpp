@@ -9,19 +9,75 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// Lists of points in the workspace: components, by how much each is widened, and numbers. They are
-// copied from level to level, so that every list lies in a row.
+// Lists of points in the workspace: components and numbers. They are copied from level to level, so
+// that every list lies in a row.
 struct PointLists {
-  float* value[4];  // x, y, z, half
+  float* value[3];
   std::int32_t* number;
+  float* half;  // by number: by how much its box and those of leaves are to be widened
 };
 
-WEFT_INLINE PointLists lists_in(void* workspace, std::size_t count) {
-  const std::size_t length = point_list_length(count);
+WEFT_INLINE PointLists lists_in(void* workspace) {
   auto* numbers = static_cast<std::int32_t*>(workspace);
-  auto* floats = reinterpret_cast<float*>(numbers + length);
-  return {{floats, floats + length, floats + 2 * length, floats + 3 * length}, numbers};
+  auto* floats = reinterpret_cast<float*>(numbers + point_list_length);
+  return {{floats, floats + point_list_length, floats + 2 * point_list_length},
+          numbers,
+          floats + 3 * point_list_length};
 }
+
+// --- Loading ---
+
+typedef double WideDouble __attribute__((vector_size(8 * width)));
+
+// The smallest float32 numbers that are not less than these, which must not be negative.
+WEFT_INLINE Wide rounded_up(WideDouble values) {
+  const Wide nearest = __builtin_convertvector(values, Wide);
+  const auto less = __builtin_convertvector(nearest, WideDouble) < values;  // -1 where it is
+  return reinterpret_cast<Wide>(reinterpret_cast<WideBits>(nearest) -
+                                __builtin_convertvector(less, WideBits));
+}
+
+// half_margin() of points whose largest components are these.
+WEFT_INLINE Wide half_margins(double reach, float magnitude, Wide largest) {
+  const WideDouble sum =
+      static_cast<double>(magnitude) + __builtin_convertvector(largest, WideDouble);
+  return rounded_up(0.5 * (reach + (0x1p-23 * sum + 0x1p-124)));
+}
+
+float load_points(const double* positions, int count, double reach, float magnitude_of_body,
+                  void* workspace) {
+  const PointLists lists = lists_in(workspace);
+  Wide largest_half{};
+  for (int i = 0; i < count; i += width) {
+    const double* from = positions + 3 * static_cast<std::ptrdiff_t>(i);
+    double last[3 * width] = {};
+    if (count - i < width) {
+      __builtin_memcpy(last, from, 3 * static_cast<std::size_t>(count - i) * sizeof(double));
+      from = last;
+    }
+    Wide part[3], up[3];
+    for (int k = 0; k < 3; ++k) {
+      const WideDouble values = *reinterpret_cast<const UnalignedWideDouble*>(from + k * width);
+      part[k] = __builtin_convertvector(values, Wide);
+      up[k] = rounded_up(values < 0 ? -values : values);
+    }
+    store_wide(lists.value[0] + i, every_third<0>(part[0], part[1], part[2]));
+    store_wide(lists.value[1] + i, every_third<1>(part[0], part[1], part[2]));
+    store_wide(lists.value[2] + i, every_third<2>(part[0], part[1], part[2]));
+    const Wide largest =
+        larger(larger(every_third<0>(up[0], up[1], up[2]), every_third<1>(up[0], up[1], up[2])),
+               every_third<2>(up[0], up[1], up[2]));
+    const Wide half = half_margins(reach, magnitude_of_body, largest);
+    store_wide(lists.half + i, half);
+    largest_half = larger(largest_half, half);
+    for (int k = 0; k < width; ++k) lists.number[i + k] = i + k;
+  }
+  float result = 0;
+  for (int k = 0; k < width; ++k) result = larger(result, static_cast<float>(largest_half[k]));
+  return result;
+}
+
+// --- The descent ---
 
 // Some points that come near a block.
 struct PointList {
@@ -51,55 +107,83 @@ WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, in
 #endif
 }
 
-// The points in lanes whose boxes, widened by what belongs to each, overlap a box widened by the
-// same.
-WEFT_INLINE unsigned overlap_of_points(const Wide (&point)[3], Wide half, const float (&low)[3],
-                                       const float (&high)[3]) {
+// The points in lanes that lie in a box.
+WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&point)[3]) {
 #if defined(__AVX512F__)
   __mmask16 mask = 0xffff;
   for (int axis = 0; axis < 3; ++axis) {
-    const Wide box_low = low[axis] - half, box_high = high[axis] + half;
-    mask = _mm512_mask_cmp_ps_mask(mask, box_low, point[axis] + half, _CMP_LE_OQ);
-    mask = _mm512_mask_cmp_ps_mask(mask, point[axis] - half, box_high, _CMP_LE_OQ);
+    mask = _mm512_mask_cmp_ps_mask(mask, _mm512_set1_ps(boxes.low[axis][lane]), point[axis],
+                                   _CMP_LE_OQ);
+    mask = _mm512_mask_cmp_ps_mask(mask, point[axis], _mm512_set1_ps(boxes.high[axis][lane]),
+                                   _CMP_LE_OQ);
   }
   return mask;
 #else
-  WideBits meets = WideBits{} - 1;
+  WideBits in = WideBits{} - 1;
   for (int axis = 0; axis < 3; ++axis) {
-    meets &= (low[axis] - half <= point[axis] + half) & (point[axis] - half <= high[axis] + half);
+    in &= (boxes.low[axis][lane] <= point[axis]) & (point[axis] <= boxes.high[axis][lane]);
   }
   unsigned mask = 0;
-  for (int lane = 0; lane < width; ++lane) mask |= meets[lane] != 0 ? 1U << lane : 0U;
+  for (int k = 0; k < width; ++k) mask |= in[k] != 0 ? 1U << k : 0U;
   return mask;
 #endif
 }
 
-// The lists of the children of a block, one after the other behind its own, each with room for a
-// vector more.
-int share_points(const BoxGroup& group, const BoxLevel& level, const PointLists& lists,
-                 const PointList& list, PointList* next) {
-  const std::int32_t end = list.first + list.count + width;
-  const std::int32_t room = list.count + width;
-  std::int32_t counts[4] = {};
+// Where the lists of the children of a block are made: one after the other behind its own, each
+// with room for a vector more.
+struct ChildLists {
+  std::int32_t first, room, counts[4];
+  int end(int child) const { return first + child * room + counts[child]; }
+};
+
+// Many points, a vector of them against one child at a time.
+WEFT_INLINE void share_vectors(const LaneBoxes& reach, const PointLists& lists,
+                               const PointList& list, ChildLists& children) {
   for (int i = 0; i < list.count; i += width) {
     const int from = list.first + i;
-    const Wide half = load_wide(lists.value[3] + from);
     const Wide point[3] = {load_wide(lists.value[0] + from), load_wide(lists.value[1] + from),
                            load_wide(lists.value[2] + from)};
     const unsigned there =
         list.count - i < width ? (1U << (list.count - i)) - 1 : (1U << (width - 1)) * 2 - 1;
     for (int child = 0; child < 4; ++child) {
-      const float low[3] = {group.low[0][child], group.low[1][child], group.low[2][child]};
-      const float high[3] = {group.high[0][child], group.high[1][child], group.high[2][child]};
-      const unsigned near = overlap_of_points(point, half, low, high) & there;
+      const unsigned near = points_in(reach, child, point) & there;
       if (near == 0) continue;
-      counts[child] += copy_marked(lists, from, near, end + child * room + counts[child]);
+      children.counts[child] += copy_marked(lists, from, near, children.end(child));
     }
+  }
+}
+
+// A few points, one of them against all children at a time.
+WEFT_INLINE void share_one_by_one(const LaneBoxes& reach, const PointLists& lists,
+                                  const PointList& list, ChildLists& children) {
+  for (int i = list.first; i < list.first + list.count; ++i) {
+    LaneBoxes point;
+    for (int axis = 0; axis < 3; ++axis)
+      point.low[axis] = point.high[axis] = broadcast(lists.value[axis][i]);
+    for (unsigned near = overlap(reach, point) & 15U; near != 0; near &= near - 1) {
+      const int child = __builtin_ctz(near), place = children.end(child);
+      for (float* part : lists.value) part[place] = part[i];
+      lists.number[place] = lists.number[i];
+      ++children.counts[child];
+    }
+  }
+}
+
+// The lists of the children of a block whose boxes, widened by `reach`, hold a point.
+int share_points(const BoxGroup& group, const BoxLevel& level, const PointLists& lists,
+                 const PointList& list, float reach, PointList* next) {
+  ChildLists children{list.first + list.count + width, list.count + width, {}};
+  constexpr int few = 4;
+  if (list.count <= few) {
+    share_one_by_one(both_halves(group, reach), lists, list, children);
+  } else {
+    share_vectors(both_halves(group, reach), lists, list, children);
   }
   int shared = 0;
   for (int child = 0; child < 4; ++child) {
-    if (counts[child] == 0) continue;
-    next[shared++] = {child_of(level, list.node, child), end + child * room, counts[child]};
+    const int count = children.counts[child];
+    if (count == 0) continue;
+    next[shared++] = {child_of(level, list.node, child), children.end(child) - count, count};
   }
   return shared;
 }
@@ -111,7 +195,7 @@ void pair_points(const DescentQuery& query, const PointLists& lists, const Point
   alignas(32) int number[8];
   number_leaves(*query.a, list.node, query.triangles, number);
   for (int i = list.first; i < list.first + list.count; ++i) {
-    const float half = lists.value[3][i];
+    const float half = lists.half[lists.number[i]];
     const float at[3] = {lists.value[0][i], lists.value[1][i], lists.value[2][i]};
     LaneBoxes boxes = boxes_of(leaves), box;
     for (int axis = 0; axis < 3; ++axis) {
@@ -126,21 +210,17 @@ void pair_points(const DescentQuery& query, const PointLists& lists, const Point
   }
 }
 
-void descend_points(const DescentQuery& query, int patch, const PointSet& points, int first_number,
-                    void* workspace, PairSink& sink, DescentCounters& counters) {
+void descend_points(const DescentQuery& query, int patch, int count, float largest_half,
+                    int first_number, void* workspace, PairSink& sink, DescentCounters& counters) {
   const BoxTree& tree = *query.a;
-  const PointLists lists = lists_in(workspace, static_cast<std::size_t>(points.count));
-  for (int i = 0; i < points.count; ++i) {
-    lists.value[0][i] = points.x[i];
-    lists.value[1][i] = points.y[i];
-    lists.value[2][i] = points.z[i];
-    lists.value[3][i] = points.half[i];
-    lists.number[i] = i;
-  }
+  const PointLists lists = lists_in(workspace);
+  // Above the leaves, where a box too many costs time and no more, points are held against boxes
+  // widened on both sides' behalf, and for the rounding of both (docs/theory.md, "Points").
+  const float reach = 2 * largest_half + 0x1p-21F * (tree.magnitude + 2 * largest_half);
   PointList stack[4 * 18];
-  stack[0] = {{tree.patches[patch].first_level, 0, 0}, 0, points.count};
-  for (int count = 1; count > 0;) {
-    const PointList list = stack[--count];
+  stack[0] = {{tree.patches[patch].first_level, 0, 0}, 0, count};
+  for (int lists_left = 1; lists_left > 0;) {
+    const PointList list = stack[--lists_left];
     const BoxLevel& level = level_of(tree, list.node);
     if (is_leaf(level)) {
       counters.box_tests += 8 * list.count;
@@ -148,7 +228,7 @@ void descend_points(const DescentQuery& query, int patch, const PointSet& points
     } else {
       counters.box_tests += 4 * list.count;
       const BoxGroup& group = level.groups[block_of(level, list.node)];
-      count += share_points(group, level, lists, list, stack + count);
+      lists_left += share_points(group, level, lists, list, reach, stack + lists_left);
     }
   }
 }
@@ -156,6 +236,6 @@ void descend_points(const DescentQuery& query, int patch, const PointSet& points
 }  // namespace
 
 extern const PointDescentKernels point_descent_kernels;
-const PointDescentKernels point_descent_kernels = {descend_points};
+const PointDescentKernels point_descent_kernels = {load_points, descend_points};
 
 }  // namespace weft::bsi::WEFT_KERNELS

@@ -6,16 +6,15 @@
 
 namespace weft::bsi {
 
-// Points in float32, and by how much their boxes and those of the leaves are to be widened.
-struct PointSet {
-  const float *x, *y, *z, *half;
-  std::int32_t count;
-};
-// A list of all of them, and those of four children on each of at most 18 levels, each with room
-// for a vector more.
-constexpr std::size_t point_list_length(std::size_t count) { return (4 * 18 + 1) * (count + 16); }
-// Bytes of a workspace: the numbers, components and widths of those; aligned to 64.
-constexpr std::size_t point_workspace(std::size_t count) { return 20 * point_list_length(count); }
+// The most points of a batch.
+inline constexpr int points_a_batch = 16384;
+// Room for the points that come near a block: all of them, and those of four children on each of at
+// most 18 levels, each list with room for a vector more.
+inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_a_batch + 16);
+// Bytes of a workspace: components and numbers of those, and by how much each point is widened;
+// aligned to 64.
+inline constexpr std::size_t point_workspace =
+    16 * point_list_length + 4 * std::size_t{points_a_batch + 16};
 
 // Where leaf pairs go: `flush` is called when there may be no room for a leaf block's more, and
 // empties it.
@@ -29,11 +28,15 @@ struct PairSink {
 };
 
 struct PointDescentKernels {
+  // Rounds up to points_a_batch points (x, y, z each) to float32 and finds half_margin(reach,
+  // magnitude, ...) of each; the largest. `reach` must be below 4 * BoxPyramid::coordinate_limit.
+  float (*load_points)(const double* positions, int count, double reach, float magnitude,
+                       void* workspace);
   // The leaves below the root of `patch` whose boxes, widened by what belongs to the point, overlap
   // the box of a point widened by the same; appended as pairs (first_number + point, leaf), leaf
-  // block by leaf block. query.half_margin must be 0. `workspace` holds point_workspace(count)
-  // bytes.
-  void (*descend_points)(const DescentQuery& query, int patch, const PointSet& points,
+  // block by leaf block, for the `count` points loaded last. query.half_margin must be 0;
+  // `largest_half` is what load_points returned. `workspace` holds point_workspace bytes.
+  void (*descend_points)(const DescentQuery& query, int patch, int count, float largest_half,
                          int first_number, void* workspace, PairSink& sink,
                          DescentCounters& counters);
 };

@@ -31,6 +31,11 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
+// More would change nothing, for no coordinate is larger than the limit, and might overflow.
+double largest_margin_that_counts(double margin) {
+  return std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
+}
+
 std::uint64_t next_serial() {
   static std::atomic<std::uint64_t> last = 0;
   return ++last;
@@ -279,36 +284,6 @@ void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQu
   append_numbers(query, blocks, options.threads, pairs);
 }
 
-struct FreeAligned {
-  void operator()(std::byte* memory) const {
-    CacheLineAllocator<std::byte>().deallocate(memory, 0);
-  }
-};
-
-// Points rounded to float32, one array a component.
-class PointBatch {
- public:
-  PointBatch(std::span<const Vec3> points, double reach, float magnitude)
-      : count_(points.size()), values_(4 * points.size()) {
-    for (std::size_t i = 0; i < count_; ++i) {
-      const double largest = points[i].cwiseAbs().maxCoeff();
-      assert(largest < static_cast<double>(BoxPyramid::coordinate_limit));
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        values_[axis * count_ + i] = static_cast<float>(points[i][static_cast<int>(axis)]);
-      }
-      values_[3 * count_ + i] = half_margin(reach, magnitude, rounded_up(largest));
-    }
-  }
-  PointSet view() const {
-    const float* x = values_.data();
-    return {x, x + count_, x + 2 * count_, x + 3 * count_, static_cast<std::int32_t>(count_)};
-  }
-
- private:
-  std::size_t count_;
-  std::vector<float> values_;
-};
-
 PatchBlock block_of(const BoxPyramid& pyramid, BoxNode node) {
   const int patch = pyramid.tree().levels[node.level].patch;
   return {patch, node.level - pyramid.tree().patches[patch].first_level, node.u, node.v};
@@ -330,8 +305,7 @@ void traverse_blocks(const BoxPyramid& first, const BoxPyramid& second, const De
 }  // namespace
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
-  // More would change nothing, for no coordinate is larger than the limit, and might overflow.
-  margin = std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
+  margin = largest_margin_that_counts(margin);
   // Rounding moves a coordinate by at most 2^-24 of the magnitude, or 2^-126 where it is flushed to
   // zero.
   const double rounding =
@@ -357,23 +331,27 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
                       const TraversalOptions& options, std::vector<LeafPair>& pairs,
                       TraversalCounters& counters) {
   assert(radius >= 0 && std::isfinite(radius));
+  assert(std::all_of(points.begin(), points.end(), [](const Vec3& p) {
+    return p.cwiseAbs().maxCoeff() < static_cast<double>(BoxPyramid::coordinate_limit);
+  }));
   DescentQuery query = query_of(pyramid, pyramid, false, options);
   query.half_margin = 0;
   DescentCounters tests{};
-  constexpr int batch = 16384;
-  const int batches = (static_cast<int>(points.size()) + batch - 1) / batch;
-  const double reach = options.margin + radius;
+  const int batches = (static_cast<int>(points.size()) + points_a_batch - 1) / points_a_batch;
+  const double reach = largest_margin_that_counts(options.margin + radius);
   collect<PairSink>(
       batches, 1, options.threads, pairs, tests, [&](int i, PairSink& sink, DescentCounters& own) {
-        const auto first = static_cast<std::size_t>(i) * batch;
-        const PointBatch rounded(
-            points.subspan(first, std::min<std::size_t>(batch, points.size() - first)), reach,
-            pyramid.magnitude());
+        const auto first = static_cast<std::size_t>(i) * points_a_batch;
+        const int count =
+            static_cast<int>(std::min<std::size_t>(points_a_batch, points.size() - first));
         // Kept by the thread: it would cost more to make than to use.
-        thread_local AlignedVector<std::byte> workspace(point_workspace(batch));
+        thread_local AlignedVector<std::byte> workspace(point_workspace);
+        const PointDescentKernels& kernels = point_descent_kernels();
+        const float largest_half = kernels.load_points(points[first].data(), count, reach,
+                                                       pyramid.magnitude(), workspace.data());
         for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
-          point_descent_kernels().descend_points(query, patch, rounded.view(), i * batch,
-                                                 workspace.data(), sink, own);
+          kernels.descend_points(query, patch, count, largest_half, static_cast<int>(first),
+                                 workspace.data(), sink, own);
         }
       });
   add(counters, tests);
