@@ -87,14 +87,14 @@ inline bool is_step_along_u(int plane) {
   return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
 }
 
-// Blocks of two quads in a row, of columns `in`: each bounds two columns and a third, `last`
-// columns before the next block's first.
-inline void bound_pairs(const float* in, int blocks, int last, float* bound) {
-  const auto larger_of = [&](const float* from) {
-    return larger(larger(load_wide(from), load_wide(from + 1)), load_wide(from + 2 - last));
-  };
+// Blocks of two quads in a row: of two columns of steps along u, or of three of anything else.
+inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   const auto bound_at = [&](int u) {
-    store_wide(bound + u, even(larger_of(in + 2 * u), larger_of(in + 2 * u + width)));
+    const float* from = in + 2 * u;
+    const Wide first = load_wide(from), second = load_wide(from + width);
+    Wide result = larger(even(first, second), odd(first, second));
+    if (third) result = larger(result, even(load_wide(from + 2), load_wide(from + 2 + width)));
+    store_wide(bound + u, result);
   };
   if (blocks >= width) {
     for (int u = 0; u + width <= blocks; u += width) bound_at(u);
@@ -103,7 +103,7 @@ inline void bound_pairs(const float* in, int blocks, int last, float* bound) {
     return;
   }
   for (int u = 0; u < blocks; ++u) {
-    bound[u] = larger(larger(in[2 * u], in[2 * u + 1]), in[2 * u + 2 - last]);
+    bound[u] = larger(larger(in[2 * u], in[2 * u + 1]), in[2 * u + (third ? 2 : 1)]);
   }
 }
 
@@ -119,9 +119,9 @@ void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* bound
     for (int plane = planes.begin; plane < planes.end; ++plane) {
       const float* in = columns.plane + plane * columns.stride + begin;
       float* bound = out.plane + plane * out.stride + u;
-      const int last = is_step_along_u(plane) ? 1 : 0;
-      bound_pairs(in, pairs, last, bound);
-      if (single) bound[pairs] = larger(in[2 * pairs], in[2 * pairs + 1 - last]);
+      const bool third = !is_step_along_u(plane);
+      bound_pairs(in, pairs, third, bound);
+      if (single) bound[pairs] = larger(in[2 * pairs], in[2 * pairs + (third ? 1 : 0)]);
     }
     u += pairs + (single ? 1 : 0);
   }

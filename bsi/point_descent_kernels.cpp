@@ -27,21 +27,45 @@ WEFT_INLINE PointLists lists_in(void* workspace) {
 
 // --- Loading ---
 
-typedef double WideDouble __attribute__((vector_size(8 * width)));
+// Half as many lanes, of doubles and of floats.
+typedef double Doubles __attribute__((vector_size(4 * width)));
+typedef double UnalignedDoubles __attribute__((vector_size(4 * width), aligned(8), may_alias));
+typedef float Half __attribute__((vector_size(2 * width)));
+typedef std::int32_t HalfBits __attribute__((vector_size(2 * width)));
+
+template <int... i>
+WEFT_INLINE Wide joined(Half first, Half second, Indices<i...>) {
+  return __builtin_shufflevector(first, second, i...);
+}
+WEFT_INLINE Wide joined(Half first, Half second) {
+  return joined(first, second, IndicesUpTo<width>::Type{});
+}
 
 // The smallest float32 numbers that are not less than these, which must not be negative.
-WEFT_INLINE Wide rounded_up(WideDouble values) {
-  const Wide nearest = __builtin_convertvector(values, Wide);
-  const auto less = __builtin_convertvector(nearest, WideDouble) < values;  // -1 where it is
-  return reinterpret_cast<Wide>(reinterpret_cast<WideBits>(nearest) -
-                                __builtin_convertvector(less, WideBits));
+WEFT_INLINE Half rounded_up(Doubles values) {
+  const Half nearest = __builtin_convertvector(values, Half);
+  const auto less = __builtin_convertvector(nearest, Doubles) < values;  // -1 where it is
+  return reinterpret_cast<Half>(reinterpret_cast<HalfBits>(nearest) -
+                                __builtin_convertvector(less, HalfBits));
+}
+
+// Components rounded to float32, and their magnitudes rounded up.
+WEFT_INLINE void round_components(const double* from, Wide& nearest, Wide& up) {
+  const Doubles first = *reinterpret_cast<const UnalignedDoubles*>(from);
+  const Doubles second = *reinterpret_cast<const UnalignedDoubles*>(from + width / 2);
+  nearest = joined(__builtin_convertvector(first, Half), __builtin_convertvector(second, Half));
+  up = joined(rounded_up(first < 0 ? -first : first), rounded_up(second < 0 ? -second : second));
 }
 
 // half_margin() of points whose largest components are these.
-WEFT_INLINE Wide half_margins(double reach, float magnitude, Wide largest) {
-  const WideDouble sum =
-      static_cast<double>(magnitude) + __builtin_convertvector(largest, WideDouble);
-  return rounded_up(0.5 * (reach + (0x1p-23 * sum + 0x1p-124)));
+WEFT_INLINE Wide half_margins(double reach, float magnitude, const float (&largest)[width]) {
+  const auto half_of = [&](const float* from) {
+    typedef float UnalignedHalf __attribute__((vector_size(2 * width), aligned(4), may_alias));
+    const Half values = *reinterpret_cast<const UnalignedHalf*>(from);
+    const Doubles sum = static_cast<double>(magnitude) + __builtin_convertvector(values, Doubles);
+    return rounded_up(0.5 * (reach + (0x1p-23 * sum + 0x1p-124)));
+  };
+  return joined(half_of(largest), half_of(largest + width / 2));
 }
 
 float load_points(const double* positions, int count, double reach, float magnitude_of_body,
@@ -56,17 +80,14 @@ float load_points(const double* positions, int count, double reach, float magnit
       from = last;
     }
     Wide part[3], up[3];
-    for (int k = 0; k < 3; ++k) {
-      const WideDouble values = *reinterpret_cast<const UnalignedWideDouble*>(from + k * width);
-      part[k] = __builtin_convertvector(values, Wide);
-      up[k] = rounded_up(values < 0 ? -values : values);
-    }
+    for (int k = 0; k < 3; ++k) round_components(from + k * width, part[k], up[k]);
     store_wide(lists.value[0] + i, every_third<0>(part[0], part[1], part[2]));
     store_wide(lists.value[1] + i, every_third<1>(part[0], part[1], part[2]));
     store_wide(lists.value[2] + i, every_third<2>(part[0], part[1], part[2]));
-    const Wide largest =
-        larger(larger(every_third<0>(up[0], up[1], up[2]), every_third<1>(up[0], up[1], up[2])),
-               every_third<2>(up[0], up[1], up[2]));
+    alignas(64) float largest[width];
+    store_wide(largest, larger(larger(every_third<0>(up[0], up[1], up[2]),
+                                      every_third<1>(up[0], up[1], up[2])),
+                               every_third<2>(up[0], up[1], up[2])));
     const Wide half = half_margins(reach, magnitude_of_body, largest);
     store_wide(lists.half + i, half);
     largest_half = larger(largest_half, half);
