@@ -100,9 +100,8 @@ WEFT_INLINE int expand_both(const DescentQuery& query, const NodePair& pair, Nod
   return count;
 }
 
-int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
-                DescentCounters& counters) {
-  if (query.self && cannot_touch(query, pair, counters)) return 0;
+WEFT_INLINE int expand(const DescentQuery& query, const NodePair& pair, NodePair* next,
+                       DescentCounters& counters) {
   const BoxLevel& level_a = level_of(*query.a, pair.a);
   const BoxLevel& level_b = level_of(*query.b, pair.b);
   const bool leaf_a = is_leaf(level_a), leaf_b = is_leaf(level_b);
@@ -120,6 +119,29 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
     next[count++] = leaf_a ? NodePair{pair.a, child} : NodePair{child, pair.b};
   }
   return count;
+}
+
+int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
+                DescentCounters& counters) {
+  if (query.self && cannot_touch(query, pair, counters)) return 0;
+  return expand(query, pair, next, counters);
+}
+
+// Those of the pairs that follow a pair that may touch; their number. One test takes long until it
+// is known, but many in a row, between which nothing is decided, hardly longer.
+WEFT_INLINE int without_certified(const DescentQuery& query, const NodePair& parent, int count,
+                                  NodePair* pairs, DescentCounters& counters) {
+  const bool itself = same(parent.a, parent.b);
+  unsigned left = 0;
+  for (int i = 0; i < count; ++i) {
+    const NodePair& pair = pairs[i];
+    // The window of two children at a corner is their parent, which was not proved apart.
+    const bool is_parent = itself && pair.a.u != pair.b.u && pair.a.v != pair.b.v;
+    if (is_parent || !cannot_touch(query, pair, counters)) left |= 1U << i;
+  }
+  int kept = 0;
+  for (; left != 0; left &= left - 1) pairs[kept++] = pairs[__builtin_ctz(left)];
+  return kept;
 }
 
 // Bit i: one of bits 4 i .. 4 i + 3 is set.
@@ -143,7 +165,6 @@ WEFT_INLINE bool are_close(const BoxTree& tree, const NodePair& pair) {
 // Two blocks of leaf blocks at once: nearly all pairs of a descent are found here.
 WEFT_INLINE void pair_groups(const DescentQuery& query, const NodePair& pair, LeafCache* cache,
                              BlockSink& sink, DescentCounters& counters) {
-  if (query.self && cannot_touch(query, pair, counters)) return;
   const BoxLevel& level_a = level_of(*query.a, pair.a);
   const BoxLevel& level_b = level_of(*query.b, pair.b);
   unsigned near = near_children(query, pair, counters);
@@ -174,6 +195,8 @@ constexpr int stack_size = 16 * 2 * 18;
 
 void descend(const DescentQuery& query, const NodePair& start, void* workspace, BlockSink& sink,
              DescentCounters& counters) {
+  if (query.self && cannot_touch(query, start, counters)) return;
+  const bool certifies = query.certificate_margin >= 0;
   auto* cache = static_cast<LeafCache*>(workspace);
   NodePair stack[stack_size];
   int count = 0;
@@ -184,9 +207,10 @@ void descend(const DescentQuery& query, const NodePair& start, void* workspace, 
       pair_groups(query, pair, cache, sink, counters);
       continue;
     }
-    const int expanded = expand_pair(query, pair, stack + count, counters);
+    const int expanded = expand(query, pair, stack + count, counters);
     if (expanded >= 0) {
-      count += expanded;
+      count +=
+          certifies ? without_certified(query, pair, expanded, stack + count, counters) : expanded;
       continue;
     }
     // Images of unlike size, or so small that they are leaf blocks themselves.

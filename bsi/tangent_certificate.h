@@ -21,10 +21,17 @@ WEFT_INLINE Sides3 operator-(const Sides3& a, const Sides3& b) {
 WEFT_INLINE Sides3 scaled(const Sides3& a, Sides factor) {
   return {a.x * factor, a.y * factor, a.z * factor};
 }
-WEFT_INLINE Sides magnitude(Sides a) { return a < 0 ? -a : a; }
+WEFT_INLINE Sides magnitude(Sides a) {
+  typedef std::int64_t Bits __attribute__((vector_size(32)));
+  return reinterpret_cast<Sides>(reinterpret_cast<Bits>(a) & 0x7fffffffffffffff);
+}
 WEFT_INLINE Sides square_root(Sides a) {
+#if defined(__AVX__)
+  return _mm256_sqrt_pd(a);
+#else
   return Sides{__builtin_sqrt(a[0]), __builtin_sqrt(a[1]), __builtin_sqrt(a[2]),
                __builtin_sqrt(a[3])};
+#endif
 }
 
 // The sides of the hexagon, from p to q, which stray by so much along each axis: true only if all
@@ -40,39 +47,40 @@ WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3
   const Sides reach = reach_p < reach_q ? reach_p : reach_q;
   // Rounding takes less than 2^-46 of the last product.
   const Sides least = square_root(dot(normal, normal)) * margin + 0x1p-46 * dot(magnitudes, size);
-  return reach[0] > least[0] && reach[1] > least[1] && reach[2] > least[2];
+  const auto beyond = reach > least;
+  return (beyond[0] & beyond[1] & beyond[2]) != 0;
 }
 
-// One component of the steps within a block: their mean along u and along v, and how far they stray
-// from it, on either side.
-struct StepBounds {
-  double mean_u, mean_v, stray_u, stray_v;
-};
-
-WEFT_INLINE StepBounds step_bounds(const float bound[16], int axis) {
-  const double low_u = -static_cast<double>(bound[axis]), high_u = bound[6 + axis];
-  const double low_v = -static_cast<double>(bound[3 + axis]), high_v = bound[9 + axis];
-  return {0.5 * (high_u + low_u), 0.5 * (high_v + low_v), 0.5 * (high_u - low_u),
-          0.5 * (high_v - low_v)};
-}
+// TangentBounds::bound.
+typedef float StepBounds __attribute__((vector_size(64), may_alias));
 
 // True only if no two points of a rectangle of quads whose steps have these bounds come within the
 // margin of each other, unless they lie on triangles with a common vertex (docs/theory.md, "The
 // tangent certificate"): the hexagon of the steps along u, along v and along the diagonals keeps
 // clear of the margin. In float64: a fourth power of a coordinate is out of the range of float32.
-WEFT_INLINE bool certified(const float bound[16], double margin) {
+WEFT_INLINE bool certified(StepBounds bound, double margin) {
+  typedef double Steps __attribute__((vector_size(64)));
+  const Steps minus_low =
+      __builtin_convertvector(__builtin_shufflevector(bound, bound, 0, 1, 2, 3, 4, 5, 6, 7), Steps);
+  const Steps high = __builtin_convertvector(
+      __builtin_shufflevector(bound, bound, 6, 7, 8, 9, 10, 11, 12, 13), Steps);
+  // Of the steps along u (x, y, z) and then along v: their mean, and how far they stray from it.
+  alignas(64) double mean[8], stray[8];
+  *reinterpret_cast<Steps*>(mean) = 0.5 * (high - minus_low);
+  *reinterpret_cast<Steps*>(stray) = 0.5 * (high + minus_low);
+  // From u to v, from v to the diagonal v - u, from the diagonal to -u.
+  constexpr Sides u_in_p = {1, 0, -1, 1}, v_in_p = {0, 1, 1, 0};
+  constexpr Sides u_in_q = {0, -1, -1, 0}, v_in_q = {1, 1, 0, 1};
   Sides p[3], q[3], stray_p[3], stray_q[3], size[3];
 #pragma GCC unroll 3
   for (int axis = 0; axis < 3; ++axis) {
-    const StepBounds step = step_bounds(bound, axis);
-    const double diagonal = step.mean_v - step.mean_u;
-    const double stray = step.stray_u + step.stray_v;
-    // From u to v, from v to the diagonal, from the diagonal to -u.
-    p[axis] = Sides{step.mean_u, step.mean_v, diagonal, step.mean_u};
-    q[axis] = Sides{step.mean_v, diagonal, -step.mean_u, step.mean_v};
-    stray_p[axis] = Sides{step.stray_u, step.stray_v, stray, step.stray_u};
-    stray_q[axis] = Sides{step.stray_v, stray, step.stray_u, step.stray_v};
-    size[axis] = Sides{} + (__builtin_fabs(step.mean_u) + __builtin_fabs(step.mean_v) + stray);
+    const Sides u = Sides{} + mean[axis], v = Sides{} + mean[3 + axis];
+    const Sides stray_u = Sides{} + stray[axis], stray_v = Sides{} + stray[3 + axis];
+    p[axis] = u * u_in_p + v * v_in_p;
+    q[axis] = u * u_in_q + v * v_in_q;
+    stray_p[axis] = stray_u * magnitude(u_in_p) + stray_v * v_in_p;
+    stray_q[axis] = stray_u * magnitude(u_in_q) + stray_v * v_in_q;
+    size[axis] = magnitude(u) + magnitude(v) + (stray_u + stray_v);
   }
   return are_beyond({p[0], p[1], p[2]}, {stray_p[0], stray_p[1], stray_p[2]}, {q[0], q[1], q[2]},
                     {stray_q[0], stray_q[1], stray_q[2]}, {size[0], size[1], size[2]}, margin);
@@ -101,12 +109,14 @@ WEFT_INLINE bool cannot_touch(const DescentQuery& query, const NodePair& pair,
     return false;
   }
   ++counters.certificate_tests;
-  alignas(64) float bound[16];
-  const TangentBounds& own = level.tangents[block_of(level, pair.a)];
-  for (int i = 0; i < 16; ++i) bound[i] = own.bound[i];
+  const auto bounds_at = [&](std::uint16_t u, std::uint16_t v) {
+    const BoxNode block{pair.a.level, u, v};
+    return *reinterpret_cast<const StepBounds*>(level.tangents[block_of(level, block)].bound);
+  };
+  StepBounds bound = bounds_at(pair.a.u, pair.a.v);
   const auto join = [&](std::uint16_t u, std::uint16_t v) {
-    const TangentBounds& other = level.tangents[block_of(level, {pair.a.level, u, v})];
-    for (int i = 0; i < 16; ++i) bound[i] = larger(bound[i], other.bound[i]);
+    const StepBounds other = bounds_at(u, v);
+    bound = bound > other ? bound : other;
   };
   if (step_u != 0) join(pair.b.u, pair.a.v);
   if (step_v != 0) join(pair.a.u, pair.b.v);
