@@ -6,13 +6,13 @@
 
 namespace weft::bsi {
 
-// The most points of a batch.
-inline constexpr int points_a_batch = 16384;
+// The most points of a batch: the more there are, the fewer vectors are half empty.
+inline constexpr int points_a_batch = 65536;
 // Room for the points that come near a block: all of them, and those of four children on each of at
 // most 18 levels, each list with room for a vector more.
 inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_a_batch + 16);
 // Bytes of a workspace: components and numbers of those, and by how much each point is widened;
-// aligned to 64.
+// aligned to 64. Most of it is never touched.
 inline constexpr std::size_t point_workspace =
     16 * point_list_length + 4 * std::size_t{points_a_batch + 16};
 

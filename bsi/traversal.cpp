@@ -284,6 +284,13 @@ void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQu
   append_numbers(query, blocks, options.threads, pairs);
 }
 
+// Of memory that is not to be touched before it is needed.
+struct FreeAligned {
+  void operator()(std::byte* memory) const {
+    CacheLineAllocator<std::byte>().deallocate(memory, 0);
+  }
+};
+
 PatchBlock block_of(const BoxPyramid& pyramid, BoxNode node) {
   const int patch = pyramid.tree().levels[node.level].patch;
   return {patch, node.level - pyramid.tree().patches[patch].first_level, node.u, node.v};
@@ -339,21 +346,21 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
   DescentCounters tests{};
   const int batches = (static_cast<int>(points.size()) + points_a_batch - 1) / points_a_batch;
   const double reach = largest_margin_that_counts(options.margin + radius);
-  collect<PairSink>(
-      batches, 1, options.threads, pairs, tests, [&](int i, PairSink& sink, DescentCounters& own) {
-        const auto first = static_cast<std::size_t>(i) * points_a_batch;
-        const int count =
-            static_cast<int>(std::min<std::size_t>(points_a_batch, points.size() - first));
-        // Kept by the thread: it would cost more to make than to use.
-        thread_local AlignedVector<std::byte> workspace(point_workspace);
-        const PointDescentKernels& kernels = point_descent_kernels();
-        const float largest_half = kernels.load_points(points[first].data(), count, reach,
-                                                       pyramid.magnitude(), workspace.data());
-        for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
-          kernels.descend_points(query, patch, count, largest_half, static_cast<int>(first),
-                                 workspace.data(), sink, own);
-        }
-      });
+  collect<PairSink>(batches, 1, options.threads, pairs, tests,
+                    [&](int i, PairSink& sink, DescentCounters& own) {
+                      const std::size_t first = points.size() * i / batches;
+                      const int count = static_cast<int>(points.size() * (i + 1) / batches - first);
+                      // Kept by the thread: it would cost more to make than to use.
+                      thread_local const std::unique_ptr<std::byte, FreeAligned> workspace(
+                          CacheLineAllocator<std::byte>().allocate(point_workspace));
+                      const PointDescentKernels& kernels = point_descent_kernels();
+                      const float largest_half = kernels.load_points(
+                          points[first].data(), count, reach, pyramid.magnitude(), workspace.get());
+                      for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
+                        kernels.descend_points(query, patch, count, largest_half,
+                                               static_cast<int>(first), workspace.get(), sink, own);
+                      }
+                    });
   add(counters, tests);
 }
 
