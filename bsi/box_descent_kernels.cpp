@@ -127,6 +127,17 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
   return expand(query, pair, next, counters);
 }
 
+// False only if no blocks within the two are neighbours or have a particle in common.
+WEFT_INLINE bool are_close(const BoxTree& tree, const NodePair& pair) {
+  if (tree.texel_to_particle != nullptr) return true;
+  if (pair.a.level != pair.b.level) return false;  // patches that are not sewn
+  const BoxLevel& level = level_of(tree, pair.a);
+  const BoxPatch& patch = tree.patches[level.patch];
+  int step = 0;
+  return are_neighbours(pair.a.u, pair.b.u, 1 << level.log_u, patch.wrap_u != 0, step) &&
+         are_neighbours(pair.a.v, pair.b.v, 1 << level.log_v, patch.wrap_v != 0, step);
+}
+
 // Those of the pairs that follow a pair that may touch; their number. One test takes long until it
 // is known, but many in a row, between which nothing is decided, hardly longer.
 WEFT_INLINE int without_certified(const DescentQuery& query, const NodePair& parent, int count,
@@ -149,17 +160,6 @@ WEFT_INLINE unsigned rows_of(unsigned near) {
   near |= near >> 2;
   near = (near | near >> 1) & 0x1111U;
   return (near | near >> 3 | near >> 6 | near >> 9) & 15U;
-}
-
-// False only if no leaf blocks of the two can have a particle in common.
-WEFT_INLINE bool are_close(const BoxTree& tree, const NodePair& pair) {
-  if (tree.texel_to_particle != nullptr) return true;
-  if (pair.a.level != pair.b.level) return false;  // patches that are not sewn
-  const BoxLevel& level = level_of(tree, pair.a);
-  const BoxPatch& patch = tree.patches[level.patch];
-  int step = 0;
-  return are_neighbours(pair.a.u, pair.b.u, 1 << level.log_u, patch.wrap_u != 0, step) &&
-         are_neighbours(pair.a.v, pair.b.v, 1 << level.log_v, patch.wrap_v != 0, step);
 }
 
 // Two blocks of leaf blocks at once: nearly all pairs of a descent are found here.
@@ -209,8 +209,9 @@ void descend(const DescentQuery& query, const NodePair& start, void* workspace, 
     }
     const int expanded = expand(query, pair, stack + count, counters);
     if (expanded >= 0) {
-      count +=
-          certifies ? without_certified(query, pair, expanded, stack + count, counters) : expanded;
+      count += certifies && are_close(*query.a, pair)
+                   ? without_certified(query, pair, expanded, stack + count, counters)
+                   : expanded;
       continue;
     }
     // Images of unlike size, or so small that they are leaf blocks themselves.
