@@ -53,7 +53,7 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   const __m128 half = _mm_set1_ps(half_margin);
-  __mmask16 mask = 0xffff;
+  __mmask16 mask = 0xffff, other = 0xffff;  // two, for each waits for the one before
   for (int axis = 0; axis < 3; ++axis) {
     const __m512 low_a = _mm512_permutexvar_ps(
         four_times, _mm512_castps128_ps512(_mm_sub_ps(_mm_load_ps(a.low[axis]), half)));
@@ -62,9 +62,9 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
     const __m512 low_b = _mm512_broadcast_f32x4(_mm_sub_ps(_mm_load_ps(b.low[axis]), half));
     const __m512 high_b = _mm512_broadcast_f32x4(_mm_add_ps(_mm_load_ps(b.high[axis]), half));
     mask = _mm512_mask_cmp_ps_mask(mask, low_a, high_b, _CMP_LE_OQ);
-    mask = _mm512_mask_cmp_ps_mask(mask, low_b, high_a, _CMP_LE_OQ);
+    other = _mm512_mask_cmp_ps_mask(other, low_b, high_a, _CMP_LE_OQ);
   }
-  return mask;
+  return mask & other;
 #else
   const LaneBoxes of_a = both_halves(a, half_margin);
   const LaneBoxes of_b = both_halves(b, half_margin);
