@@ -251,6 +251,23 @@ TEST(Traversal, SelfFindsEveryPairOfLeaves) {
   }
 }
 
+std::vector<int> leaves_near(const Body& body, Leaf leaf, const Vec3& point, double reach) {
+  const auto x = static_cast<float>(point.x()), y = static_cast<float>(point.y()),
+             z = static_cast<float>(point.z());
+  // Of this size in float32 at least, as the greatest of the coordinates themselves is.
+  auto magnitude = static_cast<float>(point.cwiseAbs().maxCoeff());
+  if (static_cast<double>(magnitude) < point.cwiseAbs().maxCoeff())
+    magnitude = std::nextafter(magnitude, std::numeric_limits<float>::infinity());
+  const float half = half_margin(reach, body.pyramid.magnitude(), magnitude);
+  const auto leaves = widened_leaves(body, leaf, half);
+  const Box ball = widened({{x, y, z}, {x, y, z}}, half);
+  std::vector<int> near;
+  for (std::size_t l = 0; l < leaves.size(); ++l) {
+    if (overlap(ball, leaves[l])) near.push_back(static_cast<int>(l));
+  }
+  return near;
+}
+
 TEST(Traversal, SingleFindsEveryLeafNearABall) {
   std::mt19937 random(21);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -269,19 +286,8 @@ TEST(Traversal, SingleFindsEveryLeafNearABall) {
         std::vector<LeafPair> expected, together, one_by_one;
         for (std::size_t i = 0; i < points.size(); ++i) {
           const Vec3& point = points[i];
-          const auto x = static_cast<float>(point.x()), y = static_cast<float>(point.y()),
-                     z = static_cast<float>(point.z());
-          // Of this size in float32 at least, as the greatest of the coordinates themselves is.
-          auto magnitude = static_cast<float>(point.cwiseAbs().maxCoeff());
-          if (static_cast<double>(magnitude) < point.cwiseAbs().maxCoeff())
-            magnitude = std::nextafter(magnitude, std::numeric_limits<float>::infinity());
-          const float half = half_margin(margin + radius, body.pyramid.magnitude(), magnitude);
-          const auto leaves = widened_leaves(body, leaf, half);
-          const Box ball = widened({{x, y, z}, {x, y, z}}, half);
-          for (std::size_t l = 0; l < leaves.size(); ++l) {
-            if (overlap(ball, leaves[l]))
-              expected.push_back({static_cast<int>(i), static_cast<int>(l)});
-          }
+          for (const int l : leaves_near(body, leaf, point, margin + radius))
+            expected.push_back({static_cast<int>(i), l});
           std::vector<int> found;
           TraversalCounters counters;
           single_traversal(body.pyramid, point, radius, options, found, counters);
@@ -294,6 +300,23 @@ TEST(Traversal, SingleFindsEveryLeafNearABall) {
       }
     }
   }
+}
+
+TEST(Traversal, SingleFindsEveryLeafNearEachOfManyPoints) {
+  std::mt19937 random(22);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const Body body = make_body("torus", make_torus(0.5, 0.2, 7, 6), 0.01, Vec3::Zero(), false);
+  Positions points;
+  std::vector<LeafPair> expected, found;
+  // More than a batch of them, and no whole number of vectors.
+  for (int i = 0; i < 70001; ++i) {
+    points.emplace_back(uniform(random), uniform(random), 0.3 * uniform(random));
+    for (const int leaf : leaves_near(body, Leaf::quad, points.back(), 0.01))
+      expected.push_back({i, leaf});
+  }
+  TraversalCounters counters;
+  single_traversal(body.pyramid, points, 0.01, {.leaf = Leaf::quad}, found, counters);
+  EXPECT_TRUE(sorted(found) == expected);
 }
 
 TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
