@@ -89,19 +89,18 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
   return row;
 }
 
-// From coarse to fine, to where the error is lost in that of the reference or two settings in a row
-// spend the budget: the coarsest ones may fail to come to an end where finer ones do.
+// From coarse to fine, to the end of the ladder or where the error is lost in that of the
+// reference.
 void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& options,
            Result& result) {
   double setting = ladder.first;
-  int too_slow = 0;
+  LadderEnd end(ladder);
   for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
     const Row row = measure(source, ladder, setting, result.reference, options);
     tell(row);
     const bool lost = row.error && *row.error < 10 * result.reference.agreement;
     if (!lost) result.rows.push_back(row);
-    too_slow = row.cpu > options.budget ? too_slow + 1 : 0;
-    if (lost || too_slow == 2) break;
+    if (end.is_reached(row.cpu > options.budget) || lost) break;
   }
 }
 

@@ -59,13 +59,13 @@ std::vector<Row> measure_all(const Case& source, const EnergyDriftOptions& optio
   for (const Ladder& ladder : method_ladders()) {
     if (!is_wanted(options, ladder.name)) continue;
     double setting = ladder.first;
-    int too_slow = 0;
-    for (int i = 0; i < ladder.count && too_slow < 2; ++i, setting /= ladder.divisor) {
+    LadderEnd end(ladder);
+    for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
       rows.push_back(measure(source, ladder, setting, options.budget));
       const Row& row = rows.back();
       std::fprintf(stderr, "%s, %s: %s\n", row.method.c_str(), row.setting.c_str(),
                    row.largest ? number_text(*row.largest).c_str() : row.failure.c_str());
-      too_slow = row.cpu > options.budget ? too_slow + 1 : 0;
+      if (end.is_reached(row.cpu > options.budget)) break;
     }
   }
   return rows;

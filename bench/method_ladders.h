@@ -22,6 +22,23 @@ struct Ladder {
 
 std::span<const Ladder> method_ladders();
 
+// When to leave a ladder: two settings in a row have spent the budget. Of tolerances, coarse ones
+// may fail to come to an end where finer ones do: these do not count before one has.
+class LadderEnd {
+ public:
+  explicit LadderEnd(const Ladder& ladder) : counts_(ladder.by_step) {}
+  // After each setting.
+  bool is_reached(bool over_budget) {
+    counts_ = counts_ || !over_budget;
+    too_slow_ = over_budget && counts_ ? too_slow_ + 1 : 0;
+    return too_slow_ == 2;
+  }
+
+ private:
+  bool counts_;
+  int too_slow_ = 0;
+};
+
 // "step 0.001 s"
 std::string step_text(double step);
 // "tolerance 1e-05 m", or the step.
