@@ -185,7 +185,8 @@ std::optional<double> cost_at(const std::vector<Row>& rows, const char* method, 
       if (before != nullptr && *before->error > error) {
         const double part =
             std::log(error / *before->error) / std::log(*row.error / *before->error);
-        cost = before->cpu * std::pow(row.cpu / before->cpu, part);
+        // Where the coarser setting costs more, this one is the better choice.
+        cost = std::min(cost, before->cpu * std::pow(row.cpu / before->cpu, part));
       }
       if (!best || cost < *best) best = cost;
     }
