@@ -17,7 +17,8 @@ struct TraversalOptions {
   Leaf leaf = Leaf::triangle;
   // Self traversal: leave out what the tangent certificate proves not to touch.
   bool certificate = true;
-  int threads = 0;  // 0: those of OpenMP
+  // 0: those of OpenMP. Beyond one, the calling thread keeps as much memory as its largest answer.
+  int threads = 0;
 };
 
 struct TraversalCounters {
