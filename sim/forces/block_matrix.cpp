@@ -74,4 +74,13 @@ SingleBlockMatrix::SingleBlockMatrix(std::shared_ptr<const BlockPattern> pattern
 
 void SingleBlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0F); }
 
+void SingleBlockMatrix::mirror_upper(int threads) {
+  parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
+    for (int row = first; row < last; ++row) {
+      for (int slot = pattern_->row_begin(row); slot < pattern_->diagonal_slot(row); ++slot)
+        block(slot) = block(pattern_->mirror_slot(row, slot)).transpose();
+    }
+  });
+}
+
 }  // namespace weft::sim

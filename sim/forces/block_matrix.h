@@ -39,6 +39,11 @@ class BlockPattern {
     return slot >= diagonal_slot_[row] ? slot - lower_before
                                        : mirror_[lower_before - (diagonal_slot_[row] - slot)];
   }
+  // The slot of the block that one below the diagonal, at `slot` of `row`, mirrors.
+  int mirror_slot(int row, int slot) const {
+    const int other = column_[slot];
+    return diagonal_slot_[other] + upper(row, slot) - upper_start_[other];
+  }
 
  private:
   void find_mirrors();
@@ -135,6 +140,8 @@ class SingleBlockMatrix {
   void set_zero();
   Eigen::Map<Block> block(int slot) { return Eigen::Map<Block>(at(slot)); }
   Eigen::Map<const Block> block(int slot) const { return Eigen::Map<const Block>(at(slot)); }
+  // Makes the blocks below the diagonal the mirror images of those above it.
+  void mirror_upper(int threads);
   // 9 a slot, column-major; the last may be read one further.
   std::span<const float> values() const {
     return std::span(values_).first(values_.size() - padding);

@@ -50,6 +50,7 @@ double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
 VelocitySystem::VelocitySystem(Dynamics& dynamics)
     : dynamics_(dynamics),
       matrix_(dynamics),
+      right_side_(dynamics.particle_count()),
       residual_(dynamics.particle_count()),
       direction_(dynamics.particle_count()),
       product_(dynamics.particle_count()),
@@ -178,6 +179,7 @@ void VelocitySystem::form_right_side(const StateView& right) {
   for (std::size_t i = 0; i < residual_.size(); ++i) {
     if (scene.pinned[i] != 0) residual_[i].setZero();
   }
+  right_side_ = residual_;
 }
 
 // Iterations of these coarse matrices beyond those that the first solve with them took for as many
@@ -222,6 +224,73 @@ bool VelocitySystem::factorise(double gamma, std::span<const double> b,
   return true;
 }
 
+// The next direction and its product with A, in single precision where the preconditioner has that
+// at hand; false where the direction is one of negative curvature.
+bool VelocitySystem::turn(bool starts_anew, double& rho, double& curvature) {
+  const int count = dynamics_.particle_count(), threads = dynamics_.threads();
+  double next = precondition();
+  if (!(next > 0) && preconditioner_ != &block_jacobi_) {
+    // Rounding, in a matrix that is all but singular.
+    is_set_up_ = false;
+    use_block_jacobi();
+    starts_anew = true;
+    next = precondition();
+  }
+  const double beta = starts_anew ? 0 : next / rho;
+  const std::span<const Vec3> remainder =
+      is_exact_ ? std::span<const Vec3>() : preconditioner_->remainder();
+  rho = next;
+  curvature = parallel_sum(count, threads, [&](int first, int last) {
+    double sum = 0;
+    for (int i = first; i < last; ++i) {
+      direction_[i] = preconditioned_[i] + beta * direction_[i];
+      if (remainder.empty()) continue;
+      product_[i] = residual_[i] - remainder[i] + beta * product_[i];
+      sum += direction_[i].dot(product_[i]);
+    }
+    return sum;
+  });
+  if (remainder.empty()) {
+    matrix_.multiply(direction_, product_);
+    curvature = dot(direction_, product_, threads);
+  }
+  return curvature > 0;
+}
+
+// residual_ = right_side_ - A dv.
+void VelocitySystem::form_residual(std::span<const Vec3> dv) {
+  matrix_.multiply(dv, residual_);
+  parallel_chunks(dynamics_.particle_count(), dynamics_.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) residual_[i] = right_side_[i] - residual_[i];
+  });
+}
+
+// Conjugate gradients from dv = 0. With products in single precision first; once their residual has
+// fallen to the tolerance that of A itself is formed, from which, where it is larger, they go on
+// with products in double.
+void VelocitySystem::iterate(std::span<const Vec3> weight, double tolerance, std::span<Vec3> dv,
+                             Outcome& outcome) {
+  double rho = 1, curvature = 0;
+  bool starts_anew = true;
+  is_exact_ = false;
+  while (outcome.residual > tolerance && outcome.iterations < largest_iteration_count) {
+    starts_anew = renew(outcome) || starts_anew;
+    if (!turn(starts_anew, rho, curvature)) {
+      outcome.indefinite = true;
+      break;
+    }
+    outcome.residual = advance(rho / curvature, weight, dv.data());
+    ++outcome.iterations;
+    starts_anew =
+        !is_exact_ && !preconditioner_->remainder().empty() && outcome.residual <= tolerance;
+    if (starts_anew) {
+      is_exact_ = true;
+      form_residual(dv);
+      outcome.residual = advance(0, weight, dv.data());
+    }
+  }
+}
+
 VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const double> b,
                                               std::span<const double> weight, double tolerance,
                                               std::span<double> correction, double relative) {
@@ -231,43 +300,19 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   const StateView right = StateView::of(b);
   const std::span<const Vec3> velocity_weight = StateView::of(weight).velocity;
   const std::vector<char>& pinned = dynamics_.scene().pinned;
-  const int count = dynamics_.particle_count(), threads = dynamics_.threads();
+  const int count = dynamics_.particle_count();
   auto* dx = reinterpret_cast<Vec3*>(correction.data());
-  Vec3* dv = dx + count;
+  const std::span<Vec3> dv(dx + count, count);
   prepare(outcome);
   form_right_side(right);
-  std::fill(dv, dv + count, Vec3::Zero());
-  std::fill(direction_.begin(), direction_.end(), Vec3::Zero());
-  std::fill(product_.begin(), product_.end(), Vec3::Zero());
-  outcome.residual = advance(0, velocity_weight, dv);
+  // Nothing of an earlier solve goes on into this one, were it not even finite.
+  for (const std::span<Vec3> start : {dv, std::span(direction_), std::span(product_)})
+    std::fill(start.begin(), start.end(), Vec3::Zero());
+  outcome.residual = advance(0, velocity_weight, dv.data());
   tolerance = std::min(tolerance, relative * outcome.residual);
   start_iterations_ = 0;
   start_residual_ = outcome.residual;
-  double rho = 1;
-  while (outcome.residual > tolerance && outcome.iterations < largest_iteration_count) {
-    bool starts_anew = renew(outcome);
-    double next = precondition();
-    if (!(next > 0) && preconditioner_ != &block_jacobi_) {
-      // Rounding, in a matrix that is all but singular.
-      is_set_up_ = false;
-      use_block_jacobi();
-      starts_anew = true;
-      next = precondition();
-    }
-    const double beta = starts_anew ? 0 : next / rho;
-    rho = next;
-    parallel_chunks(count, threads, [&](int first, int last) {
-      for (int i = first; i < last; ++i) direction_[i] = preconditioned_[i] + beta * direction_[i];
-    });
-    matrix_.multiply(direction_, product_);
-    const double curvature = dot(direction_, product_, threads);
-    if (!(curvature > 0)) {
-      outcome.indefinite = true;
-      break;
-    }
-    outcome.residual = advance(rho / curvature, velocity_weight, dv);
-    ++outcome.iterations;
-  }
+  iterate(velocity_weight, tolerance, dv, outcome);
   outcome.multigrid = preconditioner_ != &block_jacobi_;
   note_iterations(outcome);
   outcome.converged = outcome.residual <= tolerance;

@@ -58,6 +58,10 @@ class VelocitySystem {
   bool factorise(double gamma, std::span<const double> b, std::span<double> correction,
                  Outcome& outcome);
   void form_right_side(const StateView& right);
+  void form_residual(std::span<const Vec3> dv);
+  void iterate(std::span<const Vec3> weight, double tolerance, std::span<Vec3> dv,
+               Outcome& outcome);
+  bool turn(bool starts_anew, double& rho, double& curvature);
   double precondition();  // z = P r; returns r.z
   double advance(double alpha, std::span<const Vec3> weight, Vec3* dv);
 
@@ -76,7 +80,8 @@ class VelocitySystem {
   std::unique_ptr<DirectSolver> direct_;                              // the same
   double factorised_from_ = std::numeric_limits<double>::infinity();  // gamma, s
   Preconditioner* preconditioner_ = &block_jacobi_;
-  std::vector<Vec3> residual_, direction_, product_, preconditioned_;
+  bool is_exact_ = false;  // products with A are in double
+  std::vector<Vec3> right_side_, residual_, direction_, product_, preconditioned_;
 
   // Of the multigrid's coarse matrices.
   bool is_set_up_ = false;

@@ -19,42 +19,12 @@ struct Columns {
       result.column[c] = Eigen::Map<const Eigen::Array4f>(block + 3 * c).cast<double>();
     return result;
   }
-};
-
-// A row of blocks that are found by column: `place[column]` says where in the list, or -1.
-class RowSum {
- public:
-  struct Entry {
-    Columns block;
-    int column = 0;
-  };
-
-  void prepare(int column_count) {
-    if (place_.size() < static_cast<std::size_t>(column_count)) place_.resize(column_count, -1);
+  static Columns zero() {
+    return {{Eigen::Array4d::Zero(), Eigen::Array4d::Zero(), Eigen::Array4d::Zero()}};
   }
-  void add(int column, double weight, const Columns& block) {
-    if (place_[column] < 0) {
-      place_[column] = count_++;
-      if (entries_.size() < static_cast<std::size_t>(count_)) entries_.emplace_back();
-      Entry& entry = entries_[count_ - 1];
-      entry.column = column;
-      for (int c = 0; c < 3; ++c) entry.block.column[c] = weight * block.column[c];
-      return;
-    }
-    Columns& sum = entries_[place_[column]].block;
-    for (int c = 0; c < 3; ++c) sum.column[c] += weight * block.column[c];
+  void add(double weight, const Columns& other) {
+    for (int c = 0; c < 3; ++c) column[c] += weight * other.column[c];
   }
-  std::span<const Entry> entries() const { return std::span(entries_).first(count_); }
-  const Columns& block_of_column(int column) const { return entries_[place_[column]].block; }
-  void clear() {
-    for (const Entry& entry : entries()) place_[entry.column] = -1;
-    count_ = 0;
-  }
-
- private:
-  std::vector<int> place_;
-  std::vector<Entry> entries_;
-  int count_ = 0;
 };
 
 }  // namespace
@@ -86,33 +56,35 @@ void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolong
   const BlockPattern& coarse_rows = coarse.pattern();
   const float* values = fine.values().data();
   parallel_chunks(coarse_rows.rows(), threads, [&](int first, int last) {
-    // First P^T A for a row, over fine columns, then times P. Kept from chunk to chunk, as their
-    // places are as many as there are columns.
-    thread_local RowSum left, sum;
-    left.prepare(rows.rows());
-    sum.prepare(coarse_rows.rows());
+    // The sums of a row from its diagonal on, and by coarse column where they are; kept from chunk
+    // to chunk.
+    thread_local std::vector<Columns> sums;
+    thread_local std::vector<int> place;
+    place.resize(std::max(place.size(), static_cast<std::size_t>(coarse_rows.rows())));
     for (int row = first; row < last; ++row) {
+      const int begin = coarse_rows.diagonal_slot(row), end = coarse_rows.row_end(row);
+      sums.assign(end - begin, Columns::zero());
+      for (int slot = begin; slot < end; ++slot) place[coarse_rows.column(slot)] = slot - begin;
       for (int c = prolongation.child_start[row]; c < prolongation.child_start[row + 1]; ++c) {
         const int child = prolongation.child[c];
         for (int slot = rows.row_begin(child); slot < rows.row_end(child); ++slot) {
-          left.add(rows.column(slot), prolongation.child_weight[c],
-                   Columns::of(values + 9 * static_cast<std::size_t>(slot)));
+          const Columns block = Columns::of(values + 9 * static_cast<std::size_t>(slot));
+          const int column = rows.column(slot);
+          for (int k = prolongation.row_start[column]; k < prolongation.row_start[column + 1];
+               ++k) {
+            const int parent = prolongation.column[k];
+            if (parent >= row)
+              sums[place[parent]].add(prolongation.child_weight[c] * prolongation.weight[k], block);
+          }
         }
       }
-      for (const RowSum::Entry& entry : left.entries()) {
-        const int column = entry.column;
-        for (int k = prolongation.row_start[column]; k < prolongation.row_start[column + 1]; ++k)
-          sum.add(prolongation.column[k], prolongation.weight[k], entry.block);
-      }
-      for (int slot = coarse_rows.row_begin(row); slot < coarse_rows.row_end(row); ++slot) {
-        const Columns& block = sum.block_of_column(coarse_rows.column(slot));
+      for (int slot = begin; slot < end; ++slot) {
         for (int c = 0; c < 3; ++c)
-          coarse.block(slot).col(c) = block.column[c].head<3>().matrix().cast<float>();
+          coarse.block(slot).col(c) = sums[slot - begin].column[c].head<3>().matrix().cast<float>();
       }
-      left.clear();
-      sum.clear();
     }
   });
+  coarse.mirror_upper(threads);
 }
 
 }  // namespace weft::sim

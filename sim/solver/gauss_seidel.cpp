@@ -10,17 +10,23 @@ namespace {
 // nor half rows, which made sweeps take twice as long.
 constexpr int prefetched_rows = 6;
 
+// Chunks are as large as still lets many threads share them: couplings between chunks cost more,
+// and sweeps across them smooth less.
+constexpr int least_rows_a_chunk = 512;
+constexpr int most_chunks = 32;
+
 }  // namespace
 
-GaussSeidel::GaussSeidel(const BlockPattern& pattern) : rows_(pattern.rows()) {
-  const int chunks = (rows_ + rows_a_chunk - 1) / rows_a_chunk;
-  for (int c = 0; c < chunks; ++c) {
+GaussSeidel::GaussSeidel(const BlockPattern& pattern)
+    : rows_(pattern.rows()),
+      rows_a_chunk_(std::max(least_rows_a_chunk, (rows_ + most_chunks - 1) / most_chunks)) {
+  for (int c = 0; c * rows_a_chunk_ < rows_; ++c) {
     std::vector<char> used(colours_.size() + 1, 0);
-    const int last = std::min(rows_, (c + 1) * rows_a_chunk);
+    const int last = std::min(rows_, (c + 1) * rows_a_chunk_);
     // Couplings go both ways, so that those to earlier chunks tell all.
-    for (int row = c * rows_a_chunk; row < last; ++row) {
+    for (int row = c * rows_a_chunk_; row < last; ++row) {
       for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
-        const int other = pattern.column(slot) / rows_a_chunk;
+        const int other = pattern.column(slot) / rows_a_chunk_;
         if (other >= c) break;
         used[colour_of_chunk_[other]] = 1;
       }
@@ -37,8 +43,8 @@ void GaussSeidel::run_chunks(const std::vector<int>& chunks, int threads, const 
   const int count = static_cast<int>(chunks.size());
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && count > 1)
   for (int c = 0; c < count; ++c) {
-    const int first = chunks[c] * rows_a_chunk;
-    body(first, std::min(rows_, first + rows_a_chunk));
+    const int first = chunks[c] * rows_a_chunk_;
+    body(first, std::min(rows_, first + rows_a_chunk_));
   }
 }
 
@@ -65,33 +71,9 @@ void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
   }
 }
 
-void GaussSeidel::remaining(const SingleBlockMatrix& matrix, std::span<const Vec3> x,
-                            std::span<Vec3> r, int threads) const {
-  const BlockPattern& pattern = matrix.pattern();
-  for (std::size_t colour = 0; colour < colours_.size(); ++colour) {
-    run_chunks(colours_[colour], threads, [&](int first, int last) {
-      for (int row = first; row < last; ++row) {
-        const int ahead = prefetched_rows * (pattern.row_end(row) - pattern.row_begin(row));
-        matrix.prefetch(pattern.diagonal_slot(row) + 1 + ahead, pattern.row_end(row) + ahead);
-        int inside = pattern.row_end(row);
-        Vec3 sum = Vec3::Zero();
-        const auto add_if_later = [&](int slot) {
-          if (colour_of_chunk_[pattern.column(slot) / rows_a_chunk] > static_cast<int>(colour))
-            sum += matrix.partial_row_product(slot, slot + 1, x.data());
-        };
-        for (int slot = pattern.row_begin(row); pattern.column(slot) < first; ++slot)
-          add_if_later(slot);
-        while (pattern.column(inside - 1) >= last) add_if_later(--inside);
-        sum += matrix.partial_row_product(pattern.diagonal_slot(row) + 1, inside, x.data());
-        r[row] = -sum;
-      }
-    });
-  }
-}
-
 void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
                                  std::span<const Mat3> inverse_diagonal, std::span<const Vec3> b,
-                                 std::span<Vec3> x, int threads) const {
+                                 std::span<Vec3> x, std::span<Vec3> change, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
   for (auto chunks = colours_.rbegin(); chunks != colours_.rend(); ++chunks) {
     run_chunks(*chunks, threads, [&](int first, int last) {
@@ -99,11 +81,41 @@ void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
         const int ahead = prefetched_rows * (pattern.row_end(row) - pattern.row_begin(row));
         matrix.prefetch(pattern.row_begin(row) - ahead, pattern.row_end(row) - ahead);
         // The row visited just before comes last: its x is not there yet.
-        const int later = pattern.diagonal_slot(row) + 1;
+        const int diagonal = pattern.diagonal_slot(row);
         const Vec3 rest =
-            b[row] - matrix.partial_row_product(pattern.row_begin(row), later, x.data());
-        x[row] += inverse_diagonal[row] *
-                  (rest - matrix.partial_row_product<true>(later, pattern.row_end(row), x.data()));
+            b[row] - matrix.partial_row_product(pattern.row_begin(row), diagonal, x.data());
+        const Vec3 swept =
+            inverse_diagonal[row] *
+            (rest - matrix.partial_row_product<true>(diagonal + 1, pattern.row_end(row), x.data()));
+        change[row] = swept - x[row];
+        x[row] = swept;
+      }
+    });
+  }
+}
+
+void GaussSeidel::remaining(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
+                            std::span<Vec3> r, int threads) const {
+  const BlockPattern& pattern = matrix.pattern();
+  for (int colour = 0; colour < static_cast<int>(colours_.size()); ++colour) {
+    run_chunks(colours_[colour], threads, [&](int first, int last) {
+      for (int row = first; row < last; ++row) {
+        const int diagonal = pattern.diagonal_slot(row);
+        int begin = pattern.row_begin(row), end = pattern.row_end(row);
+        const int ahead = prefetched_rows * (end - begin);
+        matrix.prefetch((half == Half::upper ? diagonal : begin) + ahead,
+                        (half == Half::upper ? end : diagonal) + ahead);
+        Vec3 sum = Vec3::Zero();
+        const auto add_outside = [&](int slot) {
+          const int other = colour_of_chunk_[pattern.column(slot) / rows_a_chunk_];
+          if (half == Half::upper ? other > colour : other < colour)
+            sum += matrix.partial_row_product(slot, slot + 1, x.data());
+        };
+        for (; pattern.column(begin) < first; ++begin) add_outside(begin);
+        while (pattern.column(end - 1) >= last) add_outside(--end);
+        sum += half == Half::upper ? matrix.partial_row_product(diagonal + 1, end, x.data())
+                                   : matrix.partial_row_product(begin, diagonal, x.data());
+        r[row] = -sum;
       }
     });
   }

@@ -9,6 +9,8 @@ namespace weft::sim {
 
 namespace {
 
+constexpr int particles_to_ask_twice = 100'000;
+
 // Adds to a pattern the pairs in reach.
 std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
                                                const Contact& contact) {
@@ -70,9 +72,15 @@ Multigrid::Level::Level(const std::shared_ptr<const BlockPattern>& pattern)
     : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
 Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern)
+    : Multigrid(scene, pattern, pattern->rows() < particles_to_ask_twice ? 0 : 2) {}
+
+Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
+                     std::size_t levels_that_ask_twice)
     : pattern_(std::move(pattern)),
       prolongations_(coarsen_images(scene)),
-      residual_(pattern_->rows()) {
+      residual_(pattern_->rows()),
+      change_(pattern_->rows()),
+      levels_that_ask_twice_(levels_that_ask_twice) {
   find_patterns(pattern_);
 }
 
@@ -153,24 +161,46 @@ void Multigrid::solve_coarsest() {
       cholesky_.solve(Eigen::Map<const Eigen::VectorXd>(level.b[0].data(), size));
 }
 
-void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x, int threads) {
-  if (i + 1 == levels_.size()) {
-    solve_coarsest();
-    return;
-  }
+// A forward sweep from zero, and what one or two cycles of the coarser levels add to it. The second
+// goes on from what the first left.
+void Multigrid::correct(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x, int threads) {
   const Level& level = levels_[i];
   Level& coarser = levels_[i + 1];
   const std::span<Vec3> residual = std::span(residual_).first(x.size());
   level.sweeps.solve_forward(level.matrix, level.inverse_diagonal, b, x, threads);
-  level.sweeps.remaining(level.matrix, x, residual, threads);
+  level.sweeps.remaining(GaussSeidel::Half::upper, level.matrix, x, residual, threads);
   prolongations_[i].restrict_to(residual, coarser.b, threads);
+  if (i + 2 == levels_.size()) {
+    solve_coarsest();
+    prolongations_[i].add_to(coarser.x, x, threads);
+    return;
+  }
   cycle(i + 1, coarser.b, coarser.x, threads);
   prolongations_[i].add_to(coarser.x, x, threads);
-  level.sweeps.sweep_backward(level.matrix, level.inverse_diagonal, b, x, threads);
+  if (i >= levels_that_ask_twice_) return;
+  leave(i + 1, coarser.b, threads);
+  cycle(i + 1, coarser.b, coarser.x, threads);
+  prolongations_[i].add_to(coarser.x, x, threads);
+}
+
+void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x, int threads) {
+  correct(i, b, x, threads);
+  const Level& level = levels_[i];
+  level.sweeps.sweep_backward(level.matrix, level.inverse_diagonal, b, x,
+                              std::span(change_).first(x.size()), threads);
+}
+
+// What the cycle just made on a level left of its b: it follows from what the last sweep changed.
+void Multigrid::leave(std::size_t i, std::span<Vec3> residual, int threads) {
+  const Level& level = levels_[i];
+  level.sweeps.remaining(GaussSeidel::Half::lower, level.matrix,
+                         std::span(change_).first(residual.size()), residual, threads);
 }
 
 void Multigrid::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
   cycle(0, r, z, matrix.threads());
+  leave(0, residual_, matrix.threads());
+  matrix.clear_pinned(residual_);
 }
 
 }  // namespace weft::sim

@@ -25,7 +25,14 @@ namespace weft::sim {
 // however old that is.
 class Multigrid : public Preconditioner {
  public:
-  // Finds the coarse images and patterns. O(blocks).
+  // Finds the coarse images and patterns. The finest `levels_that_ask_twice` levels ask the next
+  // one for two cycles each instead of one. O(blocks).
+  Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
+            std::size_t levels_that_ask_twice);
+  // As many as is fastest. Bilinear interpolation puts kinks into smooth shapes, which bending
+  // resists: with every level a coarse correction is too small by more, and there are more levels
+  // the finer the image. On smaller ones the iterations that a second cycle saves cost less than it
+  // does (docs/benchmarks.md).
   Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern);
 
   // Takes over A on all levels. False where a diagonal block, or the coarsest matrix, is not
@@ -34,6 +41,10 @@ class Multigrid : public Preconditioner {
   // Takes over A on the finest level. Precondition: a set_up() that returned true.
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
+  // Not with contact, where the finest matrix may be an old one.
+  std::span<const Vec3> remainder() const override {
+    return with_contact_ ? std::span<const Vec3>() : residual_;
+  }
 
   int level_count() const { return static_cast<int>(levels_.size()); }
 
@@ -52,12 +63,16 @@ class Multigrid : public Preconditioner {
   bool factor_coarsest();
   void solve_coarsest();
   void cycle(std::size_t level, std::span<const Vec3> b, std::span<Vec3> x, int threads);
+  void correct(std::size_t level, std::span<const Vec3> b, std::span<Vec3> x, int threads);
+  void leave(std::size_t level, std::span<Vec3> residual, int threads);
 
   std::shared_ptr<const BlockPattern> pattern_;  // without contact
   bool with_contact_ = false;                    // the levels' patterns
   std::vector<Level> levels_;                    // from the finest
   std::vector<Prolongation> prolongations_;      // of level i + 1 to level i
   std::vector<Vec3> residual_;                   // of the level at work
+  std::vector<Vec3> change_;                     // by the last backward sweep
+  std::size_t levels_that_ask_twice_;            // for a cycle of the next
   std::int64_t version_ = -1;                    // of A
   Eigen::SparseMatrix<double> coarsest_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky_;

@@ -24,18 +24,33 @@ Mat3 VelocityMatrix::block(int row, int slot) const {
 }
 
 void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
+  using Nine = Eigen::Array<double, 9, 1>;
+  using Numbers = Eigen::Map<const Nine>;
   const BlockPattern& here = *pattern();
   const BlockPattern& there = matrix.pattern();
+  const BlockMatrix& stiffness = dynamics_.stiffness();
   if (there.block_count() != here.block_count()) matrix.set_zero();
   parallel_chunks(here.rows(), dynamics_.threads(), [&](int first, int last) {
     for (int row = first; row < last; ++row) {
-      int target = there.row_begin(row);
-      for (int slot = here.row_begin(row); slot < here.row_end(row); ++slot, ++target) {
+      const int diagonal = here.diagonal_slot(row);
+      int target = there.diagonal_slot(row), upper = here.upper(row, diagonal);
+      for (int slot = diagonal; slot < here.row_end(row); ++slot, ++target, ++upper) {
         while (there.column(target) != here.column(slot)) ++target;
-        matrix.block(target) = block(row, slot).cast<float>();
+        Nine sum = gamma_ * gamma_ * Numbers(stiffness.upper_block(upper).data());
+        if (dynamics_.has_damping())
+          sum += gamma_ * Numbers(dynamics_.damping().upper_block(upper).data());
+        if (slot == diagonal)
+          for (int i : {0, 4, 8}) sum[i] += dynamics_.scene().mass[row];
+        Eigen::Map<Eigen::Array<float, 9, 1>>(matrix.block(target).data()) = sum.cast<float>();
       }
     }
   });
+  matrix.mirror_upper(dynamics_.threads());
+}
+
+// Few: the list costs less than a pass over all.
+void VelocityMatrix::clear_pinned(std::span<Vec3> velocity) const {
+  for (int i : pinned_) velocity[i].setZero();
 }
 
 void VelocityMatrix::add_contact_product(std::span<const Vec3> in, std::span<Vec3> out) const {
@@ -55,8 +70,7 @@ void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) con
     }
   });
   add_contact_product(in, out);
-  // Few: the list costs less than a pass over all.
-  for (int i : pinned_) out[i].setZero();
+  clear_pinned(out);
 }
 
 }  // namespace weft::sim

@@ -40,6 +40,8 @@ class VelocityMatrix {
   }
   // out += contact part * in.
   void add_contact_product(std::span<const Vec3> in, std::span<Vec3> out) const;
+  // Zero for pinned particles.
+  void clear_pinned(std::span<Vec3> velocity) const;
   // out = A in, zero for pinned particles, for which `in` must be zero.
   void multiply(std::span<const Vec3> in, std::span<Vec3> out) const;
 

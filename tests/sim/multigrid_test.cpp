@@ -160,26 +160,80 @@ TEST(Multigrid, GalerkinProductIsThatOfDenseMatrices) {
   EXPECT_LT(expected.cwiseAbs().maxCoeff(), 1e-6 * size);
 }
 
+// The coarse matrices of another step are allowed.
+void set_up_with_old_coarse_matrices(Multigrid& multigrid, VelocityMatrix& matrix) {
+  matrix.form(0.002);
+  ASSERT_TRUE(multigrid.set_up(matrix));
+  matrix.form(0.01);
+  ASSERT_TRUE(multigrid.update(matrix));
+}
+
 TEST(Multigrid, IsSymmetricAndPositiveDefinite) {
+  for (const Setting& setting : settings()) {
+    for (std::size_t levels_that_ask_twice : {0, 1, 2}) {
+      SCOPED_TRACE(setting.shape + setting.more);
+      DeformedScene deformed(setting);
+      VelocityMatrix matrix(deformed.dynamics());
+      Multigrid multigrid(deformed.scene(), matrix.pattern(), levels_that_ask_twice);
+      set_up_with_old_coarse_matrices(multigrid, matrix);
+      Eigen::MatrixXd p = dense(
+          deformed.scene(), [&](const auto& in, auto& out) { multigrid.apply(matrix, in, out); });
+      EXPECT_LT((p - p.transpose()).cwiseAbs().maxCoeff(), 1e-5 * p.cwiseAbs().maxCoeff());
+      for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
+        if (deformed.scene().pinned[i] != 0) p.diagonal().segment<3>(3 * i).setOnes();
+      }
+      const Eigen::MatrixXd symmetric = 0.5 * (p + p.transpose());
+      EXPECT_EQ(symmetric.llt().info(), Eigen::Success);
+    }
+  }
+}
+
+TEST(Multigrid, LeavesAsRemainderWhatTheProductSays) {
   for (const Setting& setting : settings()) {
     SCOPED_TRACE(setting.shape + setting.more);
     DeformedScene deformed(setting);
     VelocityMatrix matrix(deformed.dynamics());
     Multigrid multigrid(deformed.scene(), matrix.pattern());
-    // The coarse matrices of another step are allowed.
-    matrix.form(0.002);
-    ASSERT_TRUE(multigrid.set_up(matrix));
-    matrix.form(0.01);
-    ASSERT_TRUE(multigrid.update(matrix));
-    Eigen::MatrixXd p = dense(deformed.scene(),
-                              [&](const auto& in, auto& out) { multigrid.apply(matrix, in, out); });
-    EXPECT_LT((p - p.transpose()).cwiseAbs().maxCoeff(), 1e-5 * p.cwiseAbs().maxCoeff());
-    for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
-      if (deformed.scene().pinned[i] != 0) p.diagonal().segment<3>(3 * i).setOnes();
+    set_up_with_old_coarse_matrices(multigrid, matrix);
+    const int count = deformed.scene().dynamic_particles;
+    std::vector<Vec3> r(count, Vec3::Zero()), z(count), product(count);
+    for (int i = 0; i < count; ++i) {
+      if (deformed.scene().pinned[i] == 0) r[i] = Vec3(std::sin(i), std::cos(3 * i), 1);
     }
-    const Eigen::MatrixXd symmetric = 0.5 * (p + p.transpose());
-    EXPECT_EQ(symmetric.llt().info(), Eigen::Success);
+    multigrid.apply(matrix, r, z);
+    matrix.multiply(z, product);
+    EXPECT_EQ(multigrid.remainder().empty(), matrix.has_contact());
+    for (std::size_t i = 0; i < multigrid.remainder().size(); ++i)
+      EXPECT_LT((multigrid.remainder()[i] - (r[i] - product[i])).norm(), 1e-4) << i;
   }
+}
+
+// In the norm of energies, |e| = sqrt(e.A e) with A e what is left of r.
+TEST(Multigrid, TwoCyclesOfTheCoarserLevelsSolveBetter) {
+  DeformedScene deformed({.shape = sheet(25, 25),
+                          .more = "[[body.pin]]\nedges = [\"first_row\"]\n",
+                          .material = "bending_stiffness = 1e-4"});
+  VelocityMatrix matrix(deformed.dynamics());
+  matrix.form(0.1);
+  const int count = deformed.scene().dynamic_particles;
+  Eigen::MatrixXd a =
+      dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
+  std::vector<Vec3> r(count, Vec3(0, 0, 1));
+  for (int i = 0; i < count; ++i) {
+    if (deformed.scene().pinned[i] == 0) continue;
+    a.diagonal().segment<3>(3 * i).setOnes();
+    r[i].setZero();
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factors(a);
+  const auto error_after = [&](std::size_t levels_that_ask_twice) {
+    Multigrid multigrid(deformed.scene(), matrix.pattern(), levels_that_ask_twice);
+    EXPECT_TRUE(multigrid.set_up(matrix));
+    std::vector<Vec3> z(count);
+    multigrid.apply(matrix, r, z);
+    const Eigen::Map<const Eigen::VectorXd> left(multigrid.remainder()[0].data(), 3 * count);
+    return std::sqrt(left.dot(factors.solve(left)));
+  };
+  EXPECT_LT(error_after(2), 0.9 * error_after(0));
 }
 
 TEST(Multigrid, SolvesAsADirectSolverDoes) {
