@@ -33,6 +33,7 @@ class BlockPattern {
   int find_slot(int row, int column) const;
 
   int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
+  int upper_diagonal(int row) const { return upper_start_[row]; }
   // The upper block that `slot` of `row` holds or, below the diagonal, mirrors.
   int upper(int row, int slot) const {
     const int lower_before = diagonal_slot_[row] - upper_start_[row];  // with those of this row

@@ -51,25 +51,19 @@ class SpringForce final : public Force {
     const bool pull_only = definiteness == Definiteness::semi_definite;
     ends_.for_each(threads, [&](int i) {
       const auto [a, b] = ends_[i];
-      add_pair(i,
-               materials::spring_stiffness(springs_[i], state.position[a], state.position[b],
-                                           state.velocity[a], state.velocity[b], pull_only),
-               stiffness);
+      ends_.add_pair(i,
+                     materials::spring_stiffness(springs_[i], state.position[a], state.position[b],
+                                                 state.velocity[a], state.velocity[b], pull_only),
+                     stiffness);
       if (springs_[i].damping_time > 0) {
-        add_pair(i, materials::spring_damping(springs_[i], state.position[a], state.position[b]),
-                 damping);
+        ends_.add_pair(i,
+                       materials::spring_damping(springs_[i], state.position[a], state.position[b]),
+                       damping);
       }
     });
   }
 
  private:
-  void add_pair(int i, const Mat3& value, BlockMatrix& matrix) const {
-    ends_.add_block(i, 0, 0, value, matrix);
-    ends_.add_block(i, 1, 1, value, matrix);
-    ends_.add_block(i, 0, 1, -value, matrix);
-    ends_.add_block(i, 1, 0, -value, matrix);
-  }
-
   StencilArray<2> ends_;
   std::vector<Spring> springs_;
 };

@@ -72,8 +72,10 @@ class StencilArray {
   // Adds the blocks of a batch to a matrix.
   void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
                BlockMatrix& matrix) const {
+    int pair = 0;
     for (int a = 0; a < Nodes; ++a) {
-      for (int b = a; b < Nodes; ++b) scatter_block(first, a, b, values(a, b), matrix);
+      scatter_diagonal(first, a, values(a, a), matrix);
+      for (int b = a + 1; b < Nodes; ++b) scatter_pair(first, pair++, a, b, values(a, b), matrix);
     }
   }
 
@@ -85,26 +87,27 @@ class StencilArray {
     }
   }
 
-  // Finds where the blocks of each stencil lie in matrices of this pattern: those above the
-  // diagonal or on it; -1 for their mirror images.
+  // Finds where the blocks of each stencil's pairs lie in matrices of this pattern.
   void attach(const BlockPattern& pattern) {
-    slots_.resize(stencils_.size());
+    places_.resize(stencils_.size());
     for (std::size_t i = 0; i < stencils_.size(); ++i) {
+      int pair = 0;
       for (int a = 0; a < Nodes; ++a) {
-        for (int b = 0; b < Nodes; ++b) {
-          const int row = stencils_[i][a], column = stencils_[i][b];
-          slots_[i][a * Nodes + b] =
-              row <= column ? pattern.upper(row, pattern.slot(row, column)) : -1;
+        for (int b = a + 1; b < Nodes; ++b) {
+          const int row = std::min(stencils_[i][a], stencils_[i][b]);
+          const int column = std::max(stencils_[i][a], stencils_[i][b]);
+          places_[i][pair++] = pattern.upper(row, pattern.slot(row, column));
         }
       }
     }
   }
 
-  // Adds block (a, b) of a symmetric matrix of stencil i, in which its mirror image is added, too.
-  template <class Block>
-  void add_block(int i, int a, int b, const Block& value, BlockMatrix& matrix) const {
-    const int slot = slots_[i][a * Nodes + b];
-    if (slot >= 0) matrix.upper_block(slot) += value;
+  // Adds a symmetric `value` to the diagonal blocks of both nodes of stencil i and takes it from
+  // the block between them.
+  void add_pair(int i, const Mat3& value, BlockMatrix& matrix) const requires(Nodes == 2) {
+    for (int node : stencils_[i])
+      matrix.upper_block(matrix.pattern().upper_diagonal(node)) += value;
+    matrix.upper_block(places_[i][0]) -= value;
   }
 
  private:
@@ -126,32 +129,50 @@ class StencilArray {
 
   int lanes_of(int first) const { return std::min(materials::lane_count, count() - first); }
 
-  void scatter_block(int first, int a, int b, const materials::Mat3Of<Lanes>& value,
-                     BlockMatrix& matrix) const {
-    scatter_block(first, a * Nodes + b, value.data(), {0, 1, 2, 3, 4, 5, 6, 7}, matrix);
-    if (a != b) scatter_block(first, b * Nodes + a, value.data(), {0, 3, 6, 1, 4, 7, 2, 5}, matrix);
-  }
-  // Adds the nine numbers of each stencil's block, the last of which stays in its place. Of a block
-  // and its mirror image one is above the diagonal, in most batches the same for all stencils.
-  void scatter_block(int first, int place, const Lanes* value, const std::array<int, 8>& order,
-                     BlockMatrix& matrix) const {
+  // Adds the nine numbers of each stencil's block, the last of which stays in its place, to the
+  // upper blocks that `place(lane)` gives; those of -1 are left out.
+  template <class Place>
+  static void scatter_block(int lanes, const Lanes* value, const std::array<int, 8>& order,
+                            const Place& place, BlockMatrix& matrix) {
     using Vector = Lanes::Vector;
     typedef double UnalignedVector
         __attribute__((vector_size(sizeof(Vector)), aligned(8), may_alias));
-    const int lanes = lanes_of(first);
-    bool is_stored = false;
-    for (int lane = 0; lane < lanes; ++lane) is_stored |= slots_[first + lane][place] >= 0;
-    if (!is_stored) return;
     std::array<Vector, materials::lane_count> rows;
     for (int i = 0; i < 8; ++i) rows[i] = value[order[i]].values;
     materials::transpose(rows);
     for (int lane = 0; lane < lanes; ++lane) {
-      const int slot = slots_[first + lane][place];
-      if (slot < 0) continue;
-      double* block = matrix.upper_block(slot).data();
+      const int upper = place(lane);
+      if (upper < 0) continue;
+      double* block = matrix.upper_block(upper).data();
       *reinterpret_cast<UnalignedVector*>(block) += rows[lane];
       block[8] += value[8].values[lane];
     }
+  }
+  void scatter_diagonal(int first, int node, const materials::Mat3Of<Lanes>& value,
+                        BlockMatrix& matrix) const {
+    const BlockPattern& pattern = matrix.pattern();
+    scatter_block(
+        lanes_of(first), value.data(), {0, 1, 2, 3, 4, 5, 6, 7},
+        [&](int lane) { return pattern.upper_diagonal(stencils_[first + lane][node]); }, matrix);
+  }
+  // The block of nodes a and b, or its transpose where that is the one above the diagonal: in most
+  // batches the same for all stencils. Both, where the nodes are one particle.
+  void scatter_pair(int first, int pair, int a, int b, const materials::Mat3Of<Lanes>& value,
+                    BlockMatrix& matrix) const {
+    const int lanes = lanes_of(first);
+    const auto place = [&](int lane, int from, int to) {
+      const Stencil& stencil = stencils_[first + lane];
+      return stencil[from] <= stencil[to] ? places_[first + lane][pair] : -1;
+    };
+    const auto scatter_side = [&](int from, int to, const std::array<int, 8>& order) {
+      bool is_stored = false;
+      for (int lane = 0; lane < lanes; ++lane) is_stored |= place(lane, from, to) >= 0;
+      if (!is_stored) return;
+      scatter_block(
+          lanes, value.data(), order, [&](int lane) { return place(lane, from, to); }, matrix);
+    };
+    scatter_side(a, b, {0, 1, 2, 3, 4, 5, 6, 7});
+    scatter_side(b, a, {0, 3, 6, 1, 4, 7, 2, 5});
   }
 
   void colour_chunks(int particle_count) {
@@ -179,8 +200,8 @@ class StencilArray {
   }
 
   std::vector<Stencil> stencils_;
-  std::vector<std::array<int, Nodes * Nodes>> slots_;
-  std::vector<std::vector<int>> colours_;  // chunks of each colour
+  std::vector<std::array<int, Nodes*(Nodes - 1) / 2>> places_;  // of the pairs (0, 1), (0, 2) ..
+  std::vector<std::vector<int>> colours_;                       // chunks of each colour
 };
 
 }  // namespace weft::sim
