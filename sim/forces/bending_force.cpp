@@ -79,16 +79,17 @@ class BendingForce final : public Force {
 
   // K = B^T C B + sum_h moment_h d^2 theta_h, D = B^T C B diag(beta): Gauss-Newton plus the stress
   // part.
-  void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
-                       Definiteness definiteness, int threads) override {
+  void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
+                       int threads) override {
     measure(state, threads);
     triangle_stencils_.for_each_batch(threads, [&](int first) {
       const TriangleBatch& triangles = triangles_[first / lane_count];
       StencilBlocks blocks = elastic_blocks(triangles);
       if (is_damped_)
-        triangle_stencils_.scatter(first, blocks.scaled(triangles.damping_time), damping);
+        triangle_stencils_.scatter_damping(first, blocks.scaled(triangles.damping_time), into,
+                                           blocks);
       if (definiteness == Definiteness::exact) add_stress(first, state.position, blocks);
-      triangle_stencils_.scatter(first, blocks, stiffness);
+      triangle_stencils_.scatter(first, blocks, into.stiffness);
     });
   }
 

@@ -57,7 +57,8 @@ class BlockPattern {
 // A symmetric matrix on a pattern shared with others: the upper blocks, in double.
 class BlockMatrix {
  public:
-  BlockMatrix() = default;
+  BlockMatrix() = default;  // empty
+  bool is_empty() const { return pattern_ == nullptr; }
   explicit BlockMatrix(std::shared_ptr<const BlockPattern> pattern);
 
   const BlockPattern& pattern() const { return *pattern_; }

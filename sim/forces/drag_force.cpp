@@ -54,15 +54,17 @@ class DragForce final : public Force {
   }
   void attach(const BlockPattern& pattern) override { triangles_.attach(pattern); }
 
-  void add_derivatives(const Kinematics& state, BlockMatrix&, BlockMatrix& damping, Definiteness,
+  void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness,
                        int threads) override {
     triangles_.for_each_batch(threads, [&](int first) {
-      materials::StencilMatrix<Lanes, 3> blocks;
+      materials::StencilMatrix<Lanes, 3> blocks, joined;
       blocks.blocks.fill((1.0 / 9) *
                          materials::drag_damping(drags_[first / lane_count],
                                                  triangles_.gather(first, state.position),
                                                  triangles_.gather(first, state.velocity), wind_));
-      triangles_.scatter(first, blocks, damping);
+      joined.blocks.fill(Mat3Of<Lanes>::Zero());
+      triangles_.scatter_damping(first, blocks, into, joined);
+      if (into.is_joined()) triangles_.scatter(first, joined, into.stiffness);
     });
   }
 

@@ -23,6 +23,18 @@ struct Kinematics {
 // compressed or bent out of its plane.
 enum class Definiteness { exact, semi_definite };
 
+// Where forces add K = -dF/dx (N/m) and D = -dF/dv (N s/m): to a matrix each or, for one gamma,
+// K + D / gamma to one of them, and D `along` to `product`.
+struct Derivatives {
+  BlockMatrix& stiffness;
+  BlockMatrix* damping = nullptr;  // null: joined
+  double inverse_gamma = 0;        // 1/s; the rest: where joined
+  std::span<const Vec3> along = {};
+  std::span<Vec3> product = {};
+
+  bool is_joined() const { return damping == nullptr; }
+};
+
 class Force {
  public:
   virtual ~Force() = default;
@@ -37,9 +49,8 @@ class Force {
   virtual void add_couplings(std::vector<std::vector<int>>& neighbours) const = 0;
   // Called once, when the pattern is known.
   virtual void attach(const BlockPattern& pattern) = 0;
-  // Adds -dF/dx (N/m) and -dF/dv (N s/m).
-  virtual void add_derivatives(const Kinematics& state, BlockMatrix& stiffness,
-                               BlockMatrix& damping, Definiteness definiteness, int threads) = 0;
+  virtual void add_derivatives(const Kinematics& state, const Derivatives& into,
+                               Definiteness definiteness, int threads) = 0;
 };
 
 // Every force the scene needs: one line a force in the table of force.cpp; arrays that would be

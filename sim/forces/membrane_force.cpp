@@ -74,19 +74,21 @@ class MembraneForce final : public Force {
   }
   void attach(const BlockPattern& pattern) override { triangles_.attach(pattern); }
 
-  void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
-                       Definiteness definiteness, int threads) override {
+  void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
+                       int threads) override {
     const bool pull_only = definiteness == Definiteness::semi_definite;
     triangles_.for_each_batch(threads, [&](int first) {
       const MembraneBatch& membranes = membranes_[first / lane_count];
       const NodesOf<Lanes, 3> x = triangles_.gather(first, state.position);
       const NodesOf<Lanes, 3> v = triangles_.gather(first, state.velocity);
       auto blocks = materials::membrane_material_stiffness(membranes, x);
-      if (is_damped_) triangles_.scatter(first, blocks.scaled(membranes.damping_time), damping);
+      if (is_damped_) {
+        triangles_.scatter_damping(first, blocks.scaled(membranes.damping_time), into, blocks);
+      }
       const Vec3Of<Lanes> tensions =
           materials::edge_tensions(membranes, materials::opposite_edges(x), v);
       materials::add_membrane_stress(tensions, pull_only, blocks);
-      triangles_.scatter(first, blocks, stiffness);
+      triangles_.scatter(first, blocks, into.stiffness);
     });
   }
 

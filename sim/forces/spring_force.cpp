@@ -46,20 +46,27 @@ class SpringForce final : public Force {
   }
   void attach(const BlockPattern& pattern) override { ends_.attach(pattern); }
 
-  void add_derivatives(const Kinematics& state, BlockMatrix& stiffness, BlockMatrix& damping,
-                       Definiteness definiteness, int threads) override {
+  void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
+                       int threads) override {
     const bool pull_only = definiteness == Definiteness::semi_definite;
     ends_.for_each(threads, [&](int i) {
       const auto [a, b] = ends_[i];
-      ends_.add_pair(i,
-                     materials::spring_stiffness(springs_[i], state.position[a], state.position[b],
-                                                 state.velocity[a], state.velocity[b], pull_only),
-                     stiffness);
+      Mat3 stiffness =
+          materials::spring_stiffness(springs_[i], state.position[a], state.position[b],
+                                      state.velocity[a], state.velocity[b], pull_only);
       if (springs_[i].damping_time > 0) {
-        ends_.add_pair(i,
-                       materials::spring_damping(springs_[i], state.position[a], state.position[b]),
-                       damping);
+        const Mat3 damping =
+            materials::spring_damping(springs_[i], state.position[a], state.position[b]);
+        if (into.is_joined()) {
+          const Vec3 pull = damping * (into.along[a] - into.along[b]);
+          into.product[a] += pull;
+          into.product[b] -= pull;
+          stiffness += into.inverse_gamma * damping;
+        } else {
+          ends_.add_pair(i, damping, *into.damping);
+        }
       }
+      ends_.add_pair(i, stiffness, into.stiffness);
     });
   }
 

@@ -79,6 +79,20 @@ class StencilArray {
     }
   }
 
+  // Adds the blocks of a batch of D; where it is joined to K, to those in `stiffness`, which are
+  // yet to be scattered.
+  void scatter_damping(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
+                       const Derivatives& into,
+                       materials::StencilMatrix<Lanes, Nodes>& stiffness) const {
+    if (!into.is_joined()) {
+      scatter(first, values, *into.damping);
+      return;
+    }
+    scatter(first, values.times(gather(first, into.along)), into.product);
+    for (std::size_t k = 0; k < values.blocks.size(); ++k)
+      stiffness.blocks[k] += into.inverse_gamma * values.blocks[k];
+  }
+
   void add_couplings(std::vector<std::vector<int>>& neighbours) const {
     for (const Stencil& stencil : stencils_) {
       for (int a : stencil) {

@@ -89,6 +89,8 @@ Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const Sta
   std::vector<Vec3> product(count);
   dynamics.stiffness().multiply(b.position, product, dynamics.threads());
   for (Vec3& p : product) p *= -gamma;
+  const std::span<const Vec3> damping = dynamics.damping_product();
+  for (std::size_t i = 0; i < damping.size(); ++i) product[i] += damping[i];
   if (dynamics.contact() != nullptr)
     dynamics.contact()->subtract_stiffness(gamma, b.position, product);
   Eigen::VectorXd result(3 * count);

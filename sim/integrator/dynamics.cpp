@@ -43,7 +43,6 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
                     material.bending_damping > 0 || material.normal_drag > 0 ||
                     material.tangential_drag > 0;
   }
-  if (has_damping_) damping_ = BlockMatrix(pattern);
 }
 
 std::vector<double> Dynamics::initial_state() const {
@@ -135,28 +134,46 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
 }
 
 void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness) {
+  damping_product_ = {};
+  if (has_damping_ && damping_.is_empty()) damping_ = BlockMatrix(stiffness_.shared_pattern());
+  damping_.set_zero();
+  assemble(time, y, definiteness, {.stiffness = stiffness_, .damping = &damping_});
+  if (load_) damping_.set_zero();
+}
+
+void Dynamics::assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
+                               double gamma, std::span<const Vec3> along) {
+  assert(!load_ && hardness_ == 1);
+  damping_ = {};
+  if (has_damping_) damping_product_.assign(along.size(), Vec3::Zero());
+  assemble(time, y, definiteness,
+           {.stiffness = stiffness_,
+            .inverse_gamma = 1 / gamma,
+            .along = along,
+            .product = damping_product_});
+}
+
+void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness,
+                        const Derivatives& into) {
   ++statistics_.counters.matrix_assemblies;
   PhaseTimer timer(statistics_.phases.linear_solve);
   expand(time, y, position_, velocity_);
   if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
   stiffness_.set_zero();
-  damping_.set_zero();
   for (const bool membrane : {true, false}) {
     for (const auto& force : forces_) {
       if (force->is_membrane() != membrane) continue;
-      force->add_derivatives(kinematics(), stiffness_, damping_, definiteness, threads_);
+      force->add_derivatives(kinematics(), into, definiteness, threads_);
     }
     if (membrane && hardness_ != 1) stiffness_.scale(hardness_);
   }
-  if (load_) {
-    damping_.set_zero();
-    return;
-  }
+  BlockMatrix& matrix = into.is_joined() ? stiffness_ : damping_;
   for (int i = 0; i < scene_.dynamic_particles; ++i) {
     if (mass_damping_[i] == 0) continue;
-    const int diagonal = damping_.pattern().diagonal_slot(i);
-    damping_.upper_block(damping_.pattern().upper(i, diagonal)).diagonal().array() +=
-        mass_damping_[i] * scene_.mass[i];
+    const double damping = mass_damping_[i] * scene_.mass[i];
+    matrix.upper_block(matrix.pattern().upper_diagonal(i)).diagonal().array() +=
+        into.is_joined() ? into.inverse_gamma * damping : damping;
+    if (into.is_joined()) damping_product_[i] += damping * into.along[i];
   }
 }
 

@@ -54,15 +54,22 @@ class Dynamics {
   // of the last rate(). Mass damping is part of D.
   void assemble(double time, std::span<const double> y,
                 Definiteness definiteness = Definiteness::exact);
+  // The same for one gamma, in half of the memory: K + D / gamma as the stiffness, no damping, and
+  // D times `along` (m, by particle). Then A = M + gamma^2 stiffness, and
+  // gamma K along = gamma stiffness along - D along.
+  void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
+                       double gamma, std::span<const Vec3> along);
+  // D `along` of the last assembly; empty where that was not a joined one, or there is no D.
+  std::span<const Vec3> damping_product() const { return damping_product_; }
   // From now on, forces are those of particles at rest, and gravity is this part of the scene's:
   // for equilibria.
   void set_load(double load) { load_ = load; }
   // From now on, membranes and springs have this part of their stiffness: on the way to equilibria.
   void set_hardness(double hardness) { hardness_ = hardness; }
   const BlockMatrix& stiffness() const { return stiffness_; }
-  // Only where there is some.
+  // Only where there is some, and it is not joined to the stiffness.
   const BlockMatrix& damping() const { return damping_; }
-  bool has_damping() const { return has_damping_; }
+  bool has_damping() const { return has_damping_ && damping_product_.empty(); }
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
   Contact* contact() { return contact_ ? &*contact_ : nullptr; }
 
@@ -82,14 +89,18 @@ class Dynamics {
 
  private:
   Kinematics kinematics() const;
+  void assemble(double time, std::span<const double> y, Definiteness definiteness,
+                const Derivatives& into);
 
   const Scene& scene_;
   Statistics& statistics_;
   int threads_ = 1;
   std::vector<std::unique_ptr<Force>> forces_;
   std::optional<Contact> contact_;
-  BlockMatrix stiffness_, damping_;
+  BlockMatrix stiffness_;
   bool has_damping_ = false;
+  BlockMatrix damping_;  // made when first wanted; never together with the product
+  std::vector<Vec3> damping_product_;
   std::optional<double> load_;
   double hardness_ = 1;
   std::vector<double> mass_damping_;  // 1/s, by particle

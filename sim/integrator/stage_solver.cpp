@@ -10,6 +10,8 @@
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
+#include "sim/integrator/velocity_system.h"
+#include "sim/parallel.h"
 
 namespace weft::sim {
 
@@ -45,6 +47,7 @@ struct StageSolver::Implementation {
   Implementation(const Scene& scene_, Dynamics& dynamics_, int newton_count_)
       : scene(scene_), dynamics(dynamics_), newton_count(newton_count_) {}
   ~Implementation() {
+    if (kinsol == nullptr) return;
     KINFree(&kinsol);
     SUNLinSolFree(newton_solver);
     for (N_Vector v : {u, step_scale, residual_scale}) N_VDestroy(v);
@@ -54,17 +57,22 @@ struct StageSolver::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   void create();
-  int residual(N_Vector state, N_Vector out);
+  int residual(std::span<const double> y, std::span<double> r);
   int assemble(std::span<const double> state);
+  void assemble_joined();
   bool make_definite();
   void limit(std::span<double> correction);
   bool path_is_safe(std::span<const double> state);
   Outcome outcome(int flag) const;
   Outcome iterate(int strategy, int most_iterations);
+  Outcome iterate_by_number(std::span<double> y);
 
   const Scene& scene;
   Dynamics& dynamics;
   int newton_count;
+  // Iterations by number need neither KINSOL nor its eight vectors.
+  std::optional<VelocitySystem> system;
+  std::vector<double> right, solution, weight;
   SUNContext context = nullptr;
   void* kinsol = nullptr;
   SUNLinearSolver newton_solver = nullptr;
@@ -83,14 +91,17 @@ struct StageSolver::Implementation {
 };
 
 void StageSolver::Implementation::create() {
+  if (dynamics.contact() != nullptr) dynamics.contact()->keep_matrix_definite();
+  if (newton_count > 0) {
+    system.emplace(dynamics);
+    for (auto* vector : {&right, &solution, &weight}) vector->resize(dynamics.state_size());
+    return;
+  }
   SUNContext_Create(nullptr, &context);
   u = make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context);
   step_scale = N_VClone(u);
   residual_scale = N_VClone(u);
-  if (dynamics.contact() != nullptr) {
-    trial.resize(dynamics.state_size());
-    dynamics.contact()->keep_matrix_definite();
-  }
+  if (dynamics.contact() != nullptr) trial.resize(dynamics.state_size());
   kinsol = KINCreate(context);
   KINSetErrHandlerFn(
       kinsol, [](int, const char*, const char*, char*, void*) {}, nullptr);
@@ -98,7 +109,7 @@ void StageSolver::Implementation::create() {
   KINInit(
       kinsol,
       [](N_Vector state, N_Vector out, void* self) {
-        return static_cast<Implementation*>(self)->residual(state, out);
+        return static_cast<Implementation*>(self)->residual(values(state), values(out));
       },
       u);
   newton_solver =
@@ -124,14 +135,11 @@ void StageSolver::Implementation::create() {
   KINSetFuncNormTol(kinsol, largest_last_correction);
 }
 
-int StageSolver::Implementation::residual(N_Vector state, N_Vector out) {
-  const std::span<const double> y = values(state);
-  const std::span<double> r = values(out);
+// 1 where there is none: KINSOL then halves the correction.
+int StageSolver::Implementation::residual(std::span<const double> y, std::span<double> r) {
   if (auto bad = dynamics.rate(time, y, r)) {
     fault = bad;
-    // Recoverable: KINSOL halves the correction. With iterations by number there are none to come
-    // that would make up for it.
-    return newton_count > 0 ? -1 : 1;
+    return 1;
   }
   for (std::size_t i = 0; i < r.size(); ++i) r[i] = y[i] - gamma * r[i] - right_side[i];
   last_residual = r;
@@ -141,14 +149,21 @@ int StageSolver::Implementation::residual(N_Vector state, N_Vector out) {
 int StageSolver::Implementation::assemble(std::span<const double> state) {
   ++linear_setups;
   linearised_at = state;
-  dynamics.assemble(time, state, definite ? Definiteness::semi_definite : Definiteness::exact);
+  assemble_joined();
   return 0;
+}
+
+// The system to come has minus the residual for its right side.
+void StageSolver::Implementation::assemble_joined() {
+  dynamics.assemble_joined(time, linearised_at,
+                           definite ? Definiteness::semi_definite : Definiteness::exact, gamma,
+                           StateView::of(last_residual).position);
 }
 
 bool StageSolver::Implementation::make_definite() {
   if (definite) return false;
   definite = true;
-  dynamics.assemble(time, linearised_at, Definiteness::semi_definite);
+  assemble_joined();
   return true;
 }
 
@@ -161,7 +176,7 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
 
 void StageSolver::Implementation::limit(std::span<double> correction) {
   shortened = false;
-  if (dynamics.contact() == nullptr || newton_count > 0) return;
+  if (dynamics.contact() == nullptr) return;
   for (int cuts = 0; cuts <= most_cuts; ++cuts) {
     const double fraction = std::ldexp(1.0, -cuts);
     for (std::size_t i = 0; i < trial.size(); ++i) {
@@ -185,7 +200,6 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
     case KIN_STEP_LT_STPTOL:  // a correction that is small because it was cut solves nothing
       return shortened ? Outcome::blocked : Outcome::solved;
     case KIN_MAXITER_REACHED:
-      if (newton_count > 0) return Outcome::solved;
       return shortened ? Outcome::blocked : Outcome::not_converged;
     case KIN_FIRST_SYSFUNC_ERR:
     case KIN_REPTD_SYSFUNC_ERR:
@@ -208,6 +222,35 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
   return outcome(flag);
 }
 
+// In `y`.
+StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
+  const int count = static_cast<int>(y.size());
+  error_weights(scene.source.time, y, weight);
+  for (int left = newton_count; residual(y, right) == 0; --left) {
+    if (left == 0) return Outcome::solved;
+    ++newton_iterations;
+    static_cast<void>(assemble(y));
+    PhaseTimer timer(dynamics.statistics().phases.linear_solve);
+    const double square = parallel_sum(count, dynamics.threads(), [&](int first, int last) {
+      double sum = 0;
+      for (int i = first; i < last; ++i) {
+        sum += (right[i] * weight[i]) * (right[i] * weight[i]);
+        right[i] = -right[i];
+      }
+      return sum;
+    });
+    system->set_up(gamma);
+    const VelocitySystem::Outcome linear = system->solve(
+        gamma, right, weight, linear_fraction * std::sqrt(square), solution, linear_fraction);
+    linear_iterations += linear.iterations;
+    if (!linear.converged) return Outcome::not_converged;
+    parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
+      for (int i = first; i < last; ++i) y[i] += solution[i];
+    });
+  }
+  return Outcome::blocked;
+}
+
 StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count)
     : implementation_(std::make_unique<Implementation>(scene, dynamics, newton_count)) {
   implementation_->create();
@@ -225,15 +268,15 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   self.definite = self.newton_count > 0;
   self.shortened = false;
   self.fault.reset();
+  if (self.newton_count > 0) return self.iterate_by_number(y);
   const std::span<double> u = values(self.u);
   std::copy(y.begin(), y.end(), u.begin());
   error_weights(self.scene.source.time, y, values(self.residual_scale));
   N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
   // What is stiff turns along straight lines: a correction stretches it, the next one pulls it
   // back. In between the residual is far larger than before, and a line search would hardly move.
-  Outcome outcome =
-      self.iterate(KIN_NONE, self.newton_count > 0 ? self.newton_count : most_whole_corrections);
-  if (outcome == Outcome::not_converged && self.newton_count == 0) {
+  Outcome outcome = self.iterate(KIN_NONE, most_whole_corrections);
+  if (outcome == Outcome::not_converged) {
     std::copy(y.begin(), y.end(), u.begin());
     outcome = self.iterate(KIN_LINESEARCH, largest_newton_count);
   }
@@ -247,7 +290,8 @@ int StageSolver::worst_particle() const {
   Implementation& self = *implementation_;
   if (self.last_residual.empty()) return 0;
   const StateView residual = StateView::of(self.last_residual);
-  const StateView weight = StateView::of(values(self.residual_scale));
+  const StateView weight = StateView::of(
+      self.kinsol == nullptr ? std::span<const double>(self.weight) : values(self.residual_scale));
   int worst = 0;
   double largest = -1;
   for (std::size_t i = 0; i < residual.velocity.size(); ++i) {

@@ -1,4 +1,5 @@
-// One implicit stage, y - gamma f(t, y) = a, solved by SUNDIALS KINSOL.
+// One implicit stage, y - gamma f(t, y) = a, solved by SUNDIALS KINSOL or, with a given number of
+// iterations, which needs none of its vectors, without.
 #pragma once
 
 #include <memory>
@@ -29,8 +30,8 @@ class StageSolver {
   StageSolver& operator=(const StageSolver&) = delete;
 
   enum class Outcome { solved, not_converged, blocked };  // blocked: surfaces stand in the way
-  // From the guess in `y` (6 * particles), which becomes the solution; `start` are the accepted
-  // positions of all particles.
+  // From the guess in `y` (6 * particles), which becomes the solution where there is one; `start`
+  // are the accepted positions of all particles.
   Outcome solve(double t, double gamma, std::span<const double> a, const std::vector<Vec3>& start,
                 std::span<double> y);
   // Of the last solve(): what stood in the way, and where the residual was largest.

@@ -174,6 +174,8 @@ void VelocitySystem::form_right_side(const StateView& right) {
     for (int i = first; i < last; ++i)
       residual_[i] = scene.mass[i] * right.velocity[i] - gamma * product_[i];
   });
+  const std::span<const Vec3> damping = dynamics_.damping_product();
+  for (std::size_t i = 0; i < damping.size(); ++i) residual_[i] += damping[i];
   if (dynamics_.contact() != nullptr)
     dynamics_.contact()->subtract_stiffness(gamma, right.position, residual_);
   for (std::size_t i = 0; i < residual_.size(); ++i) {
