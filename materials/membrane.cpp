@@ -17,18 +17,12 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
   const double mu = plane_stress * (1 - poisson_ratio);
   TriangleMembrane membrane;
   membrane.damping_time = damping_time;
-  Vec3 cotangents;
+  // k_i / 2 on the diagonal, c_ij / 2 beside it: 2 (lambda + mu) cot_i cot_j, plus or minus mu.
+  membrane.shear = mu / (16 * double_area);
+  const double scale = std::sqrt(2 * (lambda + mu) / (16 * double_area));
   for (int i = 0; i < 3; ++i) {
     membrane.rest_squared_length[i] = edges.col(i).squaredNorm();
-    cotangents[i] = -dot(edges.col((i + 1) % 3), edges.col((i + 2) % 3)) / double_area;
-  }
-  // k_i / 2 on the diagonal, c_ij / 2 beside it.
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const double sign = i == j ? 1 : -1;
-      membrane.modulus(i, j) =
-          (2 * cotangents[i] * cotangents[j] * (lambda + mu) + sign * mu) / (16 * double_area);
-    }
+    membrane.root[i] = -scale * dot(edges.col((i + 1) % 3), edges.col((i + 2) % 3)) / double_area;
   }
   return membrane;
 }

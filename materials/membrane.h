@@ -11,9 +11,18 @@ namespace weft::materials {
 
 template <class Real>
 struct TriangleMembraneOf {
-  std::array<Real, 3> rest_squared_length{};    // of the edge opposite each node, m^2
-  Mat3Of<Real> modulus = Mat3Of<Real>::Zero();  // C, N/m^3
-  Real damping_time = 0;                        // beta, s
+  std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
+  // C = root root^T + shear (2 I - 1 1^T), N/m^3
+  Vec3Of<Real> root = Vec3Of<Real>::Zero();
+  Real shear = 0;
+  Real damping_time = 0;  // beta, s
+
+  Real modulus(int i, int j) const { return root[i] * root[j] + (i == j ? shear : -shear); }
+  Vec3Of<Real> times_modulus(const Vec3Of<Real>& q) const {
+    const Real along = dot(root, q), sum = shear * (q[0] + q[1] + q[2]), twice = 2.0 * shear;
+    return {along * root[0] + (twice * q[0] - sum), along * root[1] + (twice * q[1] - sum),
+            along * root[2] + (twice * q[2] - sum)};
+  }
 };
 using TriangleMembrane = TriangleMembraneOf<double>;
 
@@ -50,7 +59,7 @@ Vec3Of<Real> squared_length_changes(const TriangleMembraneOf<Real>& membrane,
 template <class Real>
 Real membrane_energy(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& x) {
   const Vec3Of<Real> change = squared_length_changes(membrane, opposite_edges(x));
-  return 0.5 * dot(change, membrane.modulus * change);
+  return 0.5 * dot(change, membrane.times_modulus(change));
 }
 
 // C (q + beta q'), one tension per edge, N/m: the edge i pulls its ends together with 2 s_i e_i.
@@ -62,7 +71,7 @@ Vec3Of<Real> edge_tensions(const TriangleMembraneOf<Real>& membrane, const Nodes
   change[0] += factor * dot(edges.col(0), v.col(2) - v.col(1));
   change[1] += factor * dot(edges.col(1), v.col(0) - v.col(2));
   change[2] += factor * dot(edges.col(2), v.col(1) - v.col(0));
-  return membrane.modulus * change;
+  return membrane.times_modulus(change);
 }
 
 // Forces on the three nodes as columns, N.

@@ -54,8 +54,8 @@ class BendingForce final : public Force {
     return parallel_sum(static_cast<int>(triangles_.size()), threads, [&](int first, int last) {
       Lanes sum = 0;
       for (int batch = first; batch < last; ++batch) {
-        const Vec3Of<Lanes> strains = strains_of(triangles_[batch]);
-        sum += 0.5 * materials::dot(strains, triangles_[batch].modulus * strains);
+        const Vec3Of<Lanes> strains = of_edges(triangles_[batch], &HingeBatch::strain);
+        sum += 0.5 * materials::dot(strains, triangles_[batch].times_modulus(strains));
       }
       return materials::sum_of_lanes(sum);
     });
@@ -64,11 +64,10 @@ class BendingForce final : public Force {
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
     measure(state, threads);
     hinge_stencils_.for_each_batch(threads, [&](int first) {
-      const HingeBatch& hinges = hinges_[first / lane_count];
-      Lanes moments;
-      for (int lane = 0; lane < lane_count; ++lane)
-        moments.values[lane] = moment(std::min(first + lane, hinge_stencils_.count() - 1));
-      hinge_stencils_.scatter(first, NodesOf<Lanes, 4>(-moments * hinges.gradient), force);
+      const NodesOf<Lanes, 4> gradient = materials::hinge_gradient(
+          materials::hinge_vectors(hinge_stencils_.gather(first, state.position)));
+      hinge_stencils_.scatter(
+          first, NodesOf<Lanes, 4>(-hinges_[first / lane_count].moment * gradient), force);
     });
   }
 
@@ -84,11 +83,19 @@ class BendingForce final : public Force {
     measure(state, threads);
     triangle_stencils_.for_each_batch(threads, [&](int first) {
       const TriangleBatch& triangles = triangles_[first / lane_count];
-      StencilBlocks blocks = elastic_blocks(triangles);
-      if (is_damped_)
+      const NodesOf<Lanes, 6> x = triangle_stencils_.gather(first, state.position);
+      const auto hinges = hinges_around(x);
+      StencilBlocks blocks = elastic_blocks(triangles, hinges);
+      if (is_damped_) {
         triangle_stencils_.scatter_damping(first, blocks.scaled(triangles.damping_time), into,
                                            blocks);
-      if (definiteness == Definiteness::exact) add_stress(first, state.position, blocks);
+      }
+      if (definiteness == Definiteness::exact) {
+        Vec3Of<Lanes> moments = of_edges(triangles, &HingeBatch::moment);
+        for (int i = 0; i < 3; ++i)
+          moments[i] = materials::choose(hinges[i].flat_triangle, 0.0, moments[i]);
+        add_stress(x, moments, blocks);
+      }
       triangle_stencils_.scatter(first, blocks, into.stiffness);
     });
   }
@@ -96,85 +103,101 @@ class BendingForce final : public Force {
  private:
   // Of a triangle: its own nodes, then the node across each edge.
   using StencilBlocks = materials::StencilMatrix<Lanes, 6>;
+  using HingeVectors = materials::HingeVectorsOf<Lanes>;
 
   struct HingeBatch {
     Lanes rest_angle, damping_time;
-    Lanes strain = 0;    // theta - theta_rest + beta theta', rad
-    Lanes has_area = 0;  // 0 where a triangle has none, and the angle no derivatives; else 1
-    NodesOf<Lanes, 4> gradient = NodesOf<Lanes, 4>::Zero();
+    Lanes strain = 0;  // theta - theta_rest + beta theta', rad
+    Lanes moment = 0;  // dW/d theta, N m
   };
   struct TriangleBatch {
-    Mat3Of<Lanes> modulus;
+    std::array<Lanes, 6> modulus;  // a symmetric matrix, row by row from its diagonal
     Lanes damping_time;
-    Vec3Of<Lanes> moments;  // dW/d theta of its three hinges, of this triangle alone, N m
-    // Twice the number of each edge's hinge, and one more for the second of its triangles. Border
-    // edges have a hinge beyond the last, whose strain and gradient stay zero.
+    // The hinge of each edge; of the border, one beyond the last whose strain and moment stay zero.
     std::array<std::array<int, lane_count>, 3> hinge;
+
+    static int index(int i, int j) {
+      return i <= j ? materials::StencilMatrix<Lanes, 3>::index(i, j) : index(j, i);
+    }
+    Vec3Of<Lanes> times_modulus(const Vec3Of<Lanes>& a) const {
+      const auto& c = modulus;
+      return {c[0] * a[0] + c[1] * a[1] + c[2] * a[2], c[1] * a[0] + c[3] * a[1] + c[4] * a[2],
+              c[2] * a[0] + c[4] * a[1] + c[5] * a[2]};
+    }
   };
 
-  // The hinges' strains and gradients, and the moments that each triangle gives them.
+  // The hinges' strains, and their moments from both triangles. Gradients are cheaper computed
+  // where they are used than kept: twelve numbers a hinge.
   void measure(const Kinematics& state, int threads) {
     hinge_stencils_.for_each_batch(threads, [&](int first) {
       const auto vectors = materials::hinge_vectors(hinge_stencils_.gather(first, state.position));
-      const NodesOf<Lanes, 4> v = hinge_stencils_.gather(first, state.velocity);
       HingeBatch& hinges = hinges_[first / lane_count];
-      hinges.gradient = materials::hinge_gradient(vectors);
-      hinges.has_area = materials::choose(vectors.flat_triangle, 0.0, 1.0);
+      hinges.strain = materials::hinge_angle(vectors) - hinges.rest_angle;
+      hinges.moment = 0;
+      if (!is_damped_) return;
+      const NodesOf<Lanes, 4> v = hinge_stencils_.gather(first, state.velocity);
+      const NodesOf<Lanes, 4> gradient = materials::hinge_gradient(vectors);
       Lanes angle_rate = 0;
       for (int node = 0; node < 4; ++node)
-        angle_rate += materials::dot(hinges.gradient.col(node), v.col(node));
-      hinges.strain =
-          materials::hinge_angle(vectors) - hinges.rest_angle + hinges.damping_time * angle_rate;
+        angle_rate += materials::dot(gradient.col(node), v.col(node));
+      hinges.strain += hinges.damping_time * angle_rate;
     });
     triangle_stencils_.for_each_batch(threads, [&](int first) {
-      TriangleBatch& triangles = triangles_[first / lane_count];
-      triangles.moments = triangles.modulus * strains_of(triangles);
+      const TriangleBatch& triangles = triangles_[first / lane_count];
+      add_moments(triangles, triangles.times_modulus(of_edges(triangles, &HingeBatch::strain)));
     });
   }
 
-  Vec3Of<Lanes> strains_of(const TriangleBatch& triangles) const {
-    Vec3Of<Lanes> strains;
+  // A number of the hinges of each edge.
+  Vec3Of<Lanes> of_edges(const TriangleBatch& triangles, Lanes HingeBatch::*number) const {
+    Vec3Of<Lanes> result;
     for (int i = 0; i < 3; ++i) {
       for (int lane = 0; lane < lane_count; ++lane) {
-        const int h = triangles.hinge[i][lane] / 2;
-        strains[i].values[lane] = hinges_[h / lane_count].strain.values[h % lane_count];
+        const int h = triangles.hinge[i][lane];
+        result[i].values[lane] = (hinges_[h / lane_count].*number).values[h % lane_count];
       }
-    }
-    return strains;
-  }
-
-  // dW/d theta of a hinge, from both its triangles.
-  double moment(int hinge) const {
-    double sum = 0;
-    for (const auto& [triangle, edge] : triangles_of_hinge_[hinge])
-      sum += triangles_[triangle / lane_count].moments[edge].values[triangle % lane_count];
-    return sum;
-  }
-
-  // d theta / d x of the hinges of edge i at one of their nodes: 0 and 1 the ends of the edge as it
-  // runs round the triangle, 2 the triangle's own node across it, 3 that of the other triangle.
-  Vec3Of<Lanes> gradient(const TriangleBatch& triangles, int i, int node) const {
-    Vec3Of<Lanes> result;
-    for (int lane = 0; lane < lane_count; ++lane) {
-      const int code = triangles.hinge[i][lane];
-      const HingeBatch& hinges = hinges_[code / 2 / lane_count];
-      const int column = node ^ (code & 1);  // the second triangle sees the hinge from behind
-      for (int axis = 0; axis < 3; ++axis)
-        result[axis].values[lane] = hinges.gradient(axis, column).values[code / 2 % lane_count];
     }
     return result;
   }
 
-  // B^T C B. The angle of edge i depends on the triangle's own nodes and on node 3 + i.
-  StencilBlocks elastic_blocks(const TriangleBatch& triangles) const {
-    Vec3Of<Lanes> inner[3][3], across[3], stress[3][3];  // [edge][own node]
+  // Two triangles of a hinge share particles, and are not at work side by side.
+  void add_moments(const TriangleBatch& triangles, const Vec3Of<Lanes>& moments) {
     for (int i = 0; i < 3; ++i) {
-      inner[i][(i + 1) % 3] = gradient(triangles, i, 0);
-      inner[i][(i + 2) % 3] = gradient(triangles, i, 1);
-      inner[i][i] = gradient(triangles, i, 2);
-      across[i] = gradient(triangles, i, 3);
+      for (int lane = 0; lane < lane_count; ++lane) {
+        const int h = triangles.hinge[i][lane];
+        if (h < hinge_stencils_.count())
+          hinges_[h / lane_count].moment.values[h % lane_count] += moments[i].values[lane];
+      }
     }
-    const Mat3Of<Lanes>& modulus = triangles.modulus;
+  }
+
+  // Of edge i: its ends as it runs round the triangle, the triangle's own node across it, and that
+  // of the other triangle.
+  static std::array<HingeVectors, 3> hinges_around(const NodesOf<Lanes, 6>& x) {
+    std::array<HingeVectors, 3> hinges;
+    for (int i = 0; i < 3; ++i) {
+      NodesOf<Lanes, 4> nodes;
+      nodes << x.col((i + 1) % 3), x.col((i + 2) % 3), x.col(i), x.col(3 + i);
+      hinges[i] = materials::hinge_vectors(nodes);
+    }
+    return hinges;
+  }
+
+  // B^T C B. The angle of edge i depends on the triangle's own nodes and on node 3 + i. On the
+  // border, where C is zero, what is across does not matter.
+  static StencilBlocks elastic_blocks(const TriangleBatch& triangles,
+                                      const std::array<HingeVectors, 3>& hinges) {
+    const auto modulus = [&](int i, int j) {
+      return triangles.modulus[TriangleBatch::index(i, j)];
+    };
+    Vec3Of<Lanes> inner[3][3], across[3], stress[3][3];  // d theta / d x, [edge][own node]
+    for (int i = 0; i < 3; ++i) {
+      const NodesOf<Lanes, 4> gradient = materials::hinge_gradient(hinges[i]);
+      inner[i][(i + 1) % 3] = gradient.col(0);
+      inner[i][(i + 2) % 3] = gradient.col(1);
+      inner[i][i] = gradient.col(2);
+      across[i] = gradient.col(3);
+    }
     for (int i = 0; i < 3; ++i) {
       for (int a = 0; a < 3; ++a) {
         stress[i][a] =
@@ -198,20 +221,9 @@ class BendingForce final : public Force {
   }
 
   // Each triangle's part of moment_h d^2 theta_h, over its own nodes.
-  void add_stress(int first, std::span<const Vec3> position, StencilBlocks& blocks) const {
-    const TriangleBatch& triangles = triangles_[first / lane_count];
-    Vec3Of<Lanes> moments;
-    for (int i = 0; i < 3; ++i) {
-      for (int lane = 0; lane < lane_count; ++lane) {
-        const int h = triangles.hinge[i][lane] / 2;
-        moments[i].values[lane] =
-            h < hinge_stencils_.count()
-                ? moment(h) * hinges_[h / lane_count].has_area.values[h % lane_count]
-                : 0;
-      }
-    }
-    const NodesOf<Lanes, 3> x = triangle_stencils_.gather(first, position).leftCols<3>();
-    const auto stress = materials::hinge_hessians(x, moments);
+  static void add_stress(const NodesOf<Lanes, 6>& x, const Vec3Of<Lanes>& moments,
+                         StencilBlocks& blocks) {
+    const auto stress = materials::hinge_hessians<Lanes>(x.leftCols<3>(), moments);
     for (int a = 0; a < 3; ++a) {
       for (int b = a; b < 3; ++b) blocks(a, b) += stress(a, b);
     }
@@ -251,27 +263,24 @@ class BendingForce final : public Force {
     const int count = triangle_stencils_.count();
     triangles_.resize(batches_of(count));
     const int border = lane_count * batches_of(hinge_stencils_.count());
-    triangles_of_hinge_.resize(data.hinge_nodes.size());
     for (int t = 0; t < static_cast<int>(triangles_.size()) * lane_count; ++t) {
       TriangleBatch& batch = triangles_[t / lane_count];
       const int lane = t % lane_count;
       const BendingTriangle triangle = t < count ? data.triangles[t] : BendingTriangle{};
-      for (int k = 0; k < 9; ++k) batch.modulus.data()[k].values[lane] = triangle.modulus.data()[k];
+      for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j)
+          batch.modulus[TriangleBatch::index(i, j)].values[lane] = triangle.modulus(i, j);
+        batch.hinge[i][lane] = triangle.hinge[i] >= 0 ? triangle.hinge[i] : border;
+      }
       batch.damping_time.values[lane] = triangle.damping_time;
       is_damped_ |= triangle.damping_time > 0;
-      for (int i = 0; i < 3; ++i) {
-        const int h = triangle.hinge[i];
-        batch.hinge[i][lane] = 2 * (h >= 0 ? h : border) + (triangle.is_second[i] ? 1 : 0);
-        if (h >= 0) triangles_of_hinge_[h][triangle.is_second[i] ? 1 : 0] = {t, i};
-      }
     }
   }
 
   StencilArray<4> hinge_stencils_;
   StencilArray<6> triangle_stencils_;
-  std::vector<HingeBatch> hinges_;                                      // eight a batch
-  std::vector<TriangleBatch> triangles_;                                // eight a batch
-  std::vector<std::array<std::pair<int, int>, 2>> triangles_of_hinge_;  // (triangle, edge in it)
+  std::vector<HingeBatch> hinges_;        // eight a batch
+  std::vector<TriangleBatch> triangles_;  // eight a batch
   bool is_damped_ = false;
 };
 

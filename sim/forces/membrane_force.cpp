@@ -24,8 +24,8 @@ std::vector<MembraneBatch> packed(const std::vector<TriangleMembrane>& membranes
   for (std::size_t i = 0; i < membranes.size(); ++i) {
     MembraneBatch& batch = batches[i / lane_count];
     const std::size_t lane = i % lane_count;
-    for (int k = 0; k < 9; ++k)
-      batch.modulus.data()[k].values[lane] = membranes[i].modulus.data()[k];
+    for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membranes[i].root[k];
+    batch.shear.values[lane] = membranes[i].shear;
     batch.damping_time.values[lane] = membranes[i].damping_time;
   }
   return batches;
