@@ -90,7 +90,7 @@ Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const Sta
   dynamics.stiffness().multiply(b.position, product, dynamics.threads());
   for (Vec3& p : product) p *= -gamma;
   const std::span<const Vec3> damping = dynamics.damping_product();
-  for (std::size_t i = 0; i < damping.size(); ++i) product[i] += damping[i];
+  for (std::size_t i = 0; i < damping.size(); ++i) product[i] -= damping[i];
   if (dynamics.contact() != nullptr)
     dynamics.contact()->subtract_stiffness(gamma, b.position, product);
   Eigen::VectorXd result(3 * count);

@@ -142,14 +142,14 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
 }
 
 void Dynamics::assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
-                               double gamma, std::span<const Vec3> along) {
+                               double gamma, std::span<const Vec3> residual) {
   assert(!load_ && hardness_ == 1);
   damping_ = {};
-  if (has_damping_) damping_product_.assign(along.size(), Vec3::Zero());
+  if (has_damping_) damping_product_.assign(residual.size(), Vec3::Zero());
   assemble(time, y, definiteness,
            {.stiffness = stiffness_,
             .inverse_gamma = 1 / gamma,
-            .along = along,
+            .along = residual,
             .product = damping_product_});
 }
 

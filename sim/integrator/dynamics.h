@@ -54,12 +54,12 @@ class Dynamics {
   // of the last rate(). Mass damping is part of D.
   void assemble(double time, std::span<const double> y,
                 Definiteness definiteness = Definiteness::exact);
-  // The same for one gamma, in half of the memory: K + D / gamma as the stiffness, no damping, and
-  // D times `along` (m, by particle). Then A = M + gamma^2 stiffness, and
-  // gamma K along = gamma stiffness along - D along.
+  // The same for one gamma and right side, in half of the memory: K + D / gamma as the stiffness,
+  // no damping, and D times `residual` (m, by particle), minus the b_x of the system to be solved:
+  // with it gamma K b_x = gamma stiffness b_x + damping_product.
   void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
-                       double gamma, std::span<const Vec3> along);
-  // D `along` of the last assembly; empty where that was not a joined one, or there is no D.
+                       double gamma, std::span<const Vec3> residual);
+  // Of the last assembly; empty where that was not a joined one, or there is no D.
   std::span<const Vec3> damping_product() const { return damping_product_; }
   // From now on, forces are those of particles at rest, and gravity is this part of the scene's:
   // for equilibria.

@@ -165,7 +165,8 @@ double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3*
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
-// r = M b_v - gamma K b_x; K b_x comes from the block matrix and the contact pairs' own stiffness.
+// r = M b_v - gamma K b_x; K b_x comes from the block matrix, less what damping is joined to it, and
+// the contact pairs' own stiffness.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const double gamma = matrix_.gamma();
@@ -175,7 +176,7 @@ void VelocitySystem::form_right_side(const StateView& right) {
       residual_[i] = scene.mass[i] * right.velocity[i] - gamma * product_[i];
   });
   const std::span<const Vec3> damping = dynamics_.damping_product();
-  for (std::size_t i = 0; i < damping.size(); ++i) residual_[i] += damping[i];
+  for (std::size_t i = 0; i < damping.size(); ++i) residual_[i] -= damping[i];
   if (dynamics_.contact() != nullptr)
     dynamics_.contact()->subtract_stiffness(gamma, right.position, residual_);
   for (std::size_t i = 0; i < residual_.size(); ++i) {
