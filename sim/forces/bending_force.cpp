@@ -3,6 +3,7 @@
 #include "materials/hinge.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/stencil_array.h"
+#include "sim/forces/stencil_numbers.h"
 #include "sim/parallel.h"
 #include "sim/scene/scene.h"
 
@@ -24,21 +25,23 @@ struct BendingTriangle {
   std::array<int, 3> hinge{-1, -1, -1};  // -1 on the border
   std::array<bool, 3> is_second{};       // of the hinge's triangles
   Mat3 modulus = Mat3::Zero();
-  double damping_time = 0;  // s
 };
 
 struct BendingData {
   std::vector<std::array<int, 4>> hinge_nodes;  // of interior edges, as in materials/hinge.h
-  std::vector<double> hinge_damping_times;      // s
   std::vector<BendingTriangle> triangles;
+  StencilNumbers hinge_damping_times, triangle_damping_times;  // s
 };
 
 class BendingForce final : public Force {
  public:
   BendingForce(const BendingData& data, const std::vector<Vec3>& rest)
       : hinge_stencils_(data.hinge_nodes, static_cast<int>(rest.size())),
-        triangle_stencils_(stencils_of(data), static_cast<int>(rest.size())) {
-    pack_hinges(data, rest);
+        triangle_stencils_(stencils_of(data), static_cast<int>(rest.size())),
+        hinge_damping_times_(data.hinge_damping_times),
+        triangle_damping_times_(data.triangle_damping_times),
+        is_damped_(triangle_damping_times_.has_positive()) {
+    pack_hinges(rest);
     pack_triangles(data);
   }
 
@@ -87,8 +90,8 @@ class BendingForce final : public Force {
       const auto hinges = hinges_around(x);
       StencilBlocks blocks = elastic_blocks(triangles, hinges);
       if (is_damped_) {
-        triangle_stencils_.scatter_damping(first, blocks.scaled(triangles.damping_time), into,
-                                           blocks);
+        triangle_stencils_.scatter_damping(
+            first, blocks.scaled(triangle_damping_times_.batch(first)), into, blocks);
       }
       if (definiteness == Definiteness::exact) {
         Vec3Of<Lanes> moments = of_edges(triangles, &HingeBatch::moment);
@@ -106,13 +109,12 @@ class BendingForce final : public Force {
   using HingeVectors = materials::HingeVectorsOf<Lanes>;
 
   struct HingeBatch {
-    Lanes rest_angle, damping_time;
+    Lanes rest_angle;
     Lanes strain = 0;  // theta - theta_rest + beta theta', rad
     Lanes moment = 0;  // dW/d theta, N m
   };
   struct TriangleBatch {
     std::array<Lanes, 6> modulus;  // a symmetric matrix, row by row from its diagonal
-    Lanes damping_time;
     // The hinge of each edge; of the border, one beyond the last whose strain and moment stay zero.
     std::array<std::array<int, lane_count>, 3> hinge;
 
@@ -140,7 +142,7 @@ class BendingForce final : public Force {
       Lanes angle_rate = 0;
       for (int node = 0; node < 4; ++node)
         angle_rate += materials::dot(gradient.col(node), v.col(node));
-      hinges.strain += hinges.damping_time * angle_rate;
+      hinges.strain += hinge_damping_times_.batch(first) * angle_rate;
     });
     triangle_stencils_.for_each_batch(threads, [&](int first) {
       const TriangleBatch& triangles = triangles_[first / lane_count];
@@ -247,11 +249,9 @@ class BendingForce final : public Force {
 
   static int batches_of(int count) { return (count + lane_count - 1) / lane_count; }
 
-  void pack_hinges(const BendingData& data, const std::vector<Vec3>& rest) {
+  void pack_hinges(const std::vector<Vec3>& rest) {
     const int count = hinge_stencils_.count();
     hinges_.resize(batches_of(count) + 1);  // the last: that of border edges
-    for (int h = 0; h < count; ++h)
-      hinges_[h / lane_count].damping_time.values[h % lane_count] = data.hinge_damping_times[h];
     // By the operations that find the angles later, so that a body at rest feels no force at all.
     hinge_stencils_.for_each_batch(1, [&](int first) {
       hinges_[first / lane_count].rest_angle =
@@ -272,8 +272,6 @@ class BendingForce final : public Force {
           batch.modulus[TriangleBatch::index(i, j)].values[lane] = triangle.modulus(i, j);
         batch.hinge[i][lane] = triangle.hinge[i] >= 0 ? triangle.hinge[i] : border;
       }
-      batch.damping_time.values[lane] = triangle.damping_time;
-      is_damped_ |= triangle.damping_time > 0;
     }
   }
 
@@ -281,14 +279,16 @@ class BendingForce final : public Force {
   StencilArray<6> triangle_stencils_;
   std::vector<HingeBatch> hinges_;        // eight a batch
   std::vector<TriangleBatch> triangles_;  // eight a batch
+  StencilNumbers hinge_damping_times_, triangle_damping_times_;
   bool is_damped_ = false;
 };
 
 void add_body(const SceneBody& body, BendingData& data) {
   const MaterialCase& material = *body.material;
-  std::vector<int> hinge_of_edge(body.mesh.edges.size(), -1);
-  for (std::size_t e = 0; e < body.mesh.edges.size(); ++e) {
-    const bsi::Edge& edge = body.mesh.edges[e];
+  const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // that of the body may have no edges
+  std::vector<int> hinge_of_edge(mesh.edges.size(), -1);
+  for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+    const bsi::Edge& edge = mesh.edges[e];
     if (edge.triangle[1] < 0) continue;
     // The first triangle holds the edge in this direction: (x0, x1, x2); the second, (x1, x0, x3).
     std::array<int, 4> nodes{edge.vertex[0], edge.vertex[1], edge.opposite[0], edge.opposite[1]};
@@ -297,23 +297,23 @@ void add_body(const SceneBody& body, BendingData& data) {
     data.hinge_nodes.push_back(nodes);
     data.hinge_damping_times.push_back(material.bending_damping);
   }
-  for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     BendingTriangle triangle;
-    triangle.damping_time = material.bending_damping;
     std::array<bool, 3> has_angle{};
     Nodes3 rest;
     for (int i = 0; i < 3; ++i) {
-      const int edge = body.mesh.triangle_edges[t][i];
-      triangle.nodes[i] = body.mesh.triangles[t][i] + body.first_particle;
+      const int edge = mesh.triangle_edges[t][i];
+      triangle.nodes[i] = mesh.triangles[t][i] + body.first_particle;
       triangle.hinge[i] = hinge_of_edge[edge];
-      triangle.is_second[i] = body.mesh.edges[edge].triangle[0] != static_cast<int>(t);
+      triangle.is_second[i] = mesh.edges[edge].triangle[0] != static_cast<int>(t);
       has_angle[i] = triangle.hinge[i] >= 0;
-      rest.col(i) = body.rest[body.mesh.triangles[t][i]];
+      rest.col(i) = body.rest[mesh.triangles[t][i]];
     }
     if (!has_angle[0] && !has_angle[1] && !has_angle[2]) continue;
     triangle.modulus = materials::triangle_bending_modulus(
         rest, has_angle, material.bending_stiffness, material.poisson_ratio);
     data.triangles.push_back(triangle);
+    data.triangle_damping_times.push_back(material.bending_damping);
   }
 }
 

@@ -2,37 +2,30 @@
 
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/stencil_array.h"
+#include "sim/forces/stencil_numbers.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
 
 namespace {
 
-using materials::Drag;
-using materials::lane_count;
+using materials::DragOf;
 using materials::Lanes;
 using materials::Mat3Of;
 using materials::NodesOf;
 using materials::Vec3Of;
 
-using DragBatch = materials::DragOf<Lanes>;
-
-// Eight triangles a batch; what is left of the last has no drag.
-std::vector<DragBatch> packed(const std::vector<Drag>& drags) {
-  std::vector<DragBatch> batches((drags.size() + lane_count - 1) / lane_count);
-  for (std::size_t i = 0; i < drags.size(); ++i) {
-    batches[i / lane_count].normal.values[i % lane_count] = drags[i].normal;
-    batches[i / lane_count].tangential.values[i % lane_count] = drags[i].tangential;
-  }
-  return batches;
-}
+// kg/m^3, of each triangle.
+struct DragNumbers {
+  StencilNumbers normal, tangential;
+};
 
 class DragForce final : public Force {
  public:
-  DragForce(std::vector<std::array<int, 3>> triangles, const std::vector<Drag>& drags,
-            const Vec3& wind, int particle_count)
+  DragForce(std::vector<std::array<int, 3>> triangles, DragNumbers drags, const Vec3& wind,
+            int particle_count)
       : triangles_(std::move(triangles), particle_count),
-        drags_(packed(drags)),
+        drags_(std::move(drags)),
         wind_(wind.cast<Lanes>()) {}
 
   std::string_view name() const override { return "drag"; }
@@ -42,8 +35,7 @@ class DragForce final : public Force {
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
     triangles_.for_each_batch(threads, [&](int first) {
       const Vec3Of<Lanes> third =
-          (1.0 / 3) * materials::drag_force(drags_[first / lane_count],
-                                            triangles_.gather(first, state.position),
+          (1.0 / 3) * materials::drag_force(batch(first), triangles_.gather(first, state.position),
                                             triangles_.gather(first, state.velocity), wind_);
       triangles_.scatter(first, NodesOf<Lanes, 3>(third.replicate<1, 3>()), force);
     });
@@ -58,10 +50,9 @@ class DragForce final : public Force {
                        int threads) override {
     triangles_.for_each_batch(threads, [&](int first) {
       materials::StencilMatrix<Lanes, 3> blocks, joined;
-      blocks.blocks.fill((1.0 / 9) *
-                         materials::drag_damping(drags_[first / lane_count],
-                                                 triangles_.gather(first, state.position),
-                                                 triangles_.gather(first, state.velocity), wind_));
+      blocks.blocks.fill((1.0 / 9) * materials::drag_damping(
+                                         batch(first), triangles_.gather(first, state.position),
+                                         triangles_.gather(first, state.velocity), wind_));
       joined.blocks.fill(Mat3Of<Lanes>::Zero());
       triangles_.scatter_damping(first, blocks, into, joined);
       if (into.is_joined()) triangles_.scatter(first, joined, into.stiffness);
@@ -69,8 +60,12 @@ class DragForce final : public Force {
   }
 
  private:
+  DragOf<Lanes> batch(int first) const {
+    return {drags_.normal.batch(first), drags_.tangential.batch(first)};
+  }
+
   StencilArray<3> triangles_;
-  std::vector<DragBatch> drags_;
+  DragNumbers drags_;
   Vec3Of<Lanes> wind_;
 };
 
@@ -78,21 +73,23 @@ class DragForce final : public Force {
 
 std::unique_ptr<Force> make_drag_force(const Scene& scene) {
   std::vector<std::array<int, 3>> triangles;
-  std::vector<Drag> drags;
+  DragNumbers drags;
   const double density = scene.source.world.air_density;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
-    const Drag drag{density * body.material->normal_drag, density * body.material->tangential_drag};
-    if (drag.normal == 0 && drag.tangential == 0) continue;
+    const double normal = density * body.material->normal_drag;
+    const double tangential = density * body.material->tangential_drag;
+    if (normal == 0 && tangential == 0) continue;
     for (const std::array<int, 3>& t : body.mesh.triangles) {
       triangles.push_back(
           {t[0] + body.first_particle, t[1] + body.first_particle, t[2] + body.first_particle});
-      drags.push_back(drag);
+      drags.normal.push_back(normal);
+      drags.tangential.push_back(tangential);
     }
   }
   if (triangles.empty()) return nullptr;
-  return std::make_unique<DragForce>(std::move(triangles), drags, scene.source.world.wind,
-                                     scene.dynamic_particles);
+  return std::make_unique<DragForce>(std::move(triangles), std::move(drags),
+                                     scene.source.world.wind, scene.dynamic_particles);
 }
 
 }  // namespace weft::sim

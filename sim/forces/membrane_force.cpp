@@ -2,6 +2,7 @@
 
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/stencil_array.h"
+#include "sim/forces/stencil_numbers.h"
 #include "sim/parallel.h"
 #include "sim/scene/scene.h"
 
@@ -14,35 +15,35 @@ using materials::Lanes;
 using materials::Nodes3;
 using materials::NodesOf;
 using materials::TriangleMembrane;
+using materials::TriangleMembraneOf;
 using materials::Vec3Of;
 
-using MembraneBatch = materials::TriangleMembraneOf<Lanes>;
-
-// Eight triangles a batch, without their rest lengths; what is left of the last has no stiffness.
-std::vector<MembraneBatch> packed(const std::vector<TriangleMembrane>& membranes) {
-  std::vector<MembraneBatch> batches((membranes.size() + lane_count - 1) / lane_count);
-  for (std::size_t i = 0; i < membranes.size(); ++i) {
-    MembraneBatch& batch = batches[i / lane_count];
-    const std::size_t lane = i % lane_count;
-    for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membranes[i].root[k];
-    batch.shear.values[lane] = membranes[i].shear;
-    batch.damping_time.values[lane] = membranes[i].damping_time;
-  }
-  return batches;
-}
+// Eight triangles, but for their damping times; what is left of the last has no stiffness.
+struct MembraneBatch {
+  std::array<Lanes, 3> rest_squared_length{};
+  Vec3Of<Lanes> root = Vec3Of<Lanes>::Zero();
+  Lanes shear = 0;
+};
 
 class MembraneForce final : public Force {
  public:
   MembraneForce(std::vector<std::array<int, 3>> triangles,
                 const std::vector<TriangleMembrane>& membranes, const std::vector<Vec3>& rest)
-      : triangles_(std::move(triangles), static_cast<int>(rest.size())),
-        membranes_(packed(membranes)) {
+      : triangles_(std::move(triangles), static_cast<int>(rest.size())) {
+    membranes_.resize((membranes.size() + lane_count - 1) / lane_count);
+    for (std::size_t i = 0; i < membranes.size(); ++i) {
+      MembraneBatch& batch = membranes_[i / lane_count];
+      const std::size_t lane = i % lane_count;
+      for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membranes[i].root[k];
+      batch.shear.values[lane] = membranes[i].shear;
+      damping_times_.push_back(membranes[i].damping_time);
+    }
+    is_damped_ = damping_times_.has_positive();
     // By the operations that find the lengths later, so that a body at rest feels no force at all.
     triangles_.for_each_batch(1, [&](int first) {
       membranes_[first / lane_count].rest_squared_length =
           materials::squared_lengths(materials::opposite_edges(triangles_.gather(first, rest)));
     });
-    for (const TriangleMembrane& membrane : membranes) is_damped_ |= membrane.damping_time > 0;
   }
 
   std::string_view name() const override { return "membrane"; }
@@ -52,7 +53,7 @@ class MembraneForce final : public Force {
     return parallel_sum(static_cast<int>(membranes_.size()), threads, [&](int first, int last) {
       Lanes sum = 0;
       for (int batch = first; batch < last; ++batch) {
-        sum += materials::membrane_energy(membranes_[batch],
+        sum += materials::membrane_energy(batch_of(lane_count * batch),
                                           triangles_.gather(lane_count * batch, state.position));
       }
       return materials::sum_of_lanes(sum);
@@ -61,11 +62,11 @@ class MembraneForce final : public Force {
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
     triangles_.for_each_batch(threads, [&](int first) {
-      triangles_.scatter(first,
-                         materials::membrane_forces(membranes_[first / lane_count],
-                                                    triangles_.gather(first, state.position),
-                                                    triangles_.gather(first, state.velocity)),
-                         force);
+      triangles_.scatter(
+          first,
+          materials::membrane_forces(batch_of(first), triangles_.gather(first, state.position),
+                                     triangles_.gather(first, state.velocity)),
+          force);
     });
   }
 
@@ -78,7 +79,7 @@ class MembraneForce final : public Force {
                        int threads) override {
     const bool pull_only = definiteness == Definiteness::semi_definite;
     triangles_.for_each_batch(threads, [&](int first) {
-      const MembraneBatch& membranes = membranes_[first / lane_count];
+      const TriangleMembraneOf<Lanes> membranes = batch_of(first);
       const NodesOf<Lanes, 3> x = triangles_.gather(first, state.position);
       const NodesOf<Lanes, 3> v = triangles_.gather(first, state.velocity);
       auto blocks = materials::membrane_material_stiffness(membranes, x);
@@ -93,8 +94,14 @@ class MembraneForce final : public Force {
   }
 
  private:
+  TriangleMembraneOf<Lanes> batch_of(int first) const {
+    const MembraneBatch& batch = membranes_[first / lane_count];
+    return {batch.rest_squared_length, batch.root, batch.shear, damping_times_.batch(first)};
+  }
+
   StencilArray<3> triangles_;
   std::vector<MembraneBatch> membranes_;
+  StencilNumbers damping_times_;  // s
   bool is_damped_ = false;
 };
 

@@ -37,8 +37,11 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
   stiffness_ = BlockMatrix(pattern);
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const MaterialCase& material = *scene.bodies[b].material;
-    mass_damping_.insert(mass_damping_.end(), scene.bodies[b].particle_count(),
-                         material.mass_damping);
+    if (material.mass_damping > 0) {
+      mass_damping_.resize(scene.dynamic_particles, 0.0);
+      std::fill_n(mass_damping_.begin() + scene.bodies[b].first_particle,
+                  scene.bodies[b].particle_count(), material.mass_damping);
+    }
     has_damping_ |= material.mass_damping > 0 || material.stiffness_damping > 0 ||
                     material.bending_damping > 0 || material.normal_drag > 0 ||
                     material.tangential_drag > 0;
@@ -119,9 +122,9 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   for (int i = 0; i < count; ++i) {
     const bool is_free = scene_.pinned[i] == 0;
     x_rate[i] = is_free ? state.velocity[i] : Vec3(Vec3::Zero());
-    v_rate[i] = is_free
-                    ? Vec3(gravity + force_[i] / scene_.mass[i] - mass_damping_[i] * velocity_[i])
-                    : Vec3(Vec3::Zero());
+    const double decay = mass_damping_.empty() ? 0 : mass_damping_[i];
+    v_rate[i] = is_free ? Vec3(gravity + force_[i] / scene_.mass[i] - decay * velocity_[i])
+                        : Vec3(Vec3::Zero());
     sum += v_rate[i];
   }
   if (!sum.allFinite()) {
@@ -168,10 +171,10 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
     if (membrane && hardness_ != 1) stiffness_.scale(hardness_);
   }
   BlockMatrix& matrix = into.is_joined() ? stiffness_ : damping_;
-  for (int i = 0; i < scene_.dynamic_particles; ++i) {
+  for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
     if (mass_damping_[i] == 0) continue;
     const double damping = mass_damping_[i] * scene_.mass[i];
-    matrix.upper_block(matrix.pattern().upper_diagonal(i)).diagonal().array() +=
+    matrix.upper_block(matrix.pattern().upper_diagonal(static_cast<int>(i))).diagonal().array() +=
         into.is_joined() ? into.inverse_gamma * damping : damping;
     if (into.is_joined()) damping_product_[i] += damping * into.along[i];
   }
@@ -212,11 +215,13 @@ double Dynamics::largest_stretch(std::span<const Vec3> position) const {
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {
     const SceneBody& body = scene_.bodies[b];
     const Vec3* x = position.data() + body.first_particle;
-    for (const bsi::Edge& edge : body.mesh.edges) {
-      const auto [p, q] = edge.vertex;
-      const double ratio =
-          (x[p] - x[q]).squaredNorm() / (body.rest[p] - body.rest[q]).squaredNorm();
-      largest = std::max(largest, ratio);
+    for (const std::array<int, 3>& triangle : body.mesh.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const int p = triangle[i], q = triangle[(i + 1) % 3];
+        const double ratio =
+            (x[p] - x[q]).squaredNorm() / (body.rest[p] - body.rest[q]).squaredNorm();
+        largest = std::max(largest, ratio);
+      }
     }
   }
   return std::sqrt(std::max(0.0, largest)) - 1;

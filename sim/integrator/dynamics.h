@@ -103,7 +103,7 @@ class Dynamics {
   std::vector<Vec3> damping_product_;
   std::optional<double> load_;
   double hardness_ = 1;
-  std::vector<double> mass_damping_;  // 1/s, by particle
+  std::vector<double> mass_damping_;  // 1/s, by particle; empty where there is none
   std::vector<Vec3> position_, velocity_, force_;
 };
 

@@ -37,7 +37,8 @@ class Integrator {
   virtual double last_step() const = 0;  // s
   virtual int last_order() const = 0;
   virtual std::span<const double> state() const = 0;  // at time()
-  // State at a time within the last step, interpolated; where contact is on and the interpolated
+  // State at a time within the last step, interpolated (after one that failed, at time() alone);
+  // where contact is on and the interpolated
   // path is not certain to keep surfaces apart, along the straight path that is.
   virtual void state_at(double time, std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;

@@ -30,8 +30,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
                 : scene.source.time.step),
       size_(step_.value_or(1 / scene.source.time.frames_per_second)),
       state_(dynamics.initial_state()),
-      previous_state_(state_),
-      trial_(state_) {
+      other_state_(state_) {
   if (dynamics.contact() == nullptr) return;
   dynamics.expand(0, state_, position_, scratch_velocity_);
   previous_position_ = trial_position_ = interpolated_ = position_;
@@ -64,8 +63,9 @@ std::optional<std::string> OneStepIntegrator::step() {
   }
   for (;;) {
     double end = next_time();
-    std::copy(state_.begin(), state_.end(), trial_.begin());
-    Trouble trouble = attempt(end, trial_);
+    std::copy(state_.begin(), state_.end(), other_state_.begin());
+    has_previous_ = false;
+    Trouble trouble = attempt(end, other_state_);
     if (trouble == Trouble::none) trouble = check_path(end);
     if (trouble == Trouble::none) {
       accept(end);
@@ -82,7 +82,7 @@ std::optional<std::string> OneStepIntegrator::step() {
 
 OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time) {
   if (dynamics_.contact() == nullptr) return Trouble::none;
-  dynamics_.expand(time, trial_, trial_position_, scratch_velocity_);
+  dynamics_.expand(time, other_state_, trial_position_, scratch_velocity_);
   if (checks_its_own_path()) return Trouble::none;
   const auto fault = dynamics_.contact()->check_path(position_, trial_position_);
   if (!fault) return Trouble::none;
@@ -93,8 +93,8 @@ OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time) {
 void OneStepIntegrator::accept(double time) {
   previous_time_ = time_;
   time_ = time;
-  previous_state_.swap(state_);
-  state_.swap(trial_);
+  state_.swap(other_state_);
+  has_previous_ = true;
   previous_position_.swap(position_);
   position_.swap(trial_position_);
   ++counts_.steps;
@@ -163,15 +163,16 @@ std::string OneStepIntegrator::failure(Trouble trouble) const {
 void OneStepIntegrator::state_at(double time, std::span<double> y) const {
   assert(time >= previous_time_ && time <= time_ && y.size() == state_.size());
   const double h = time_ - previous_time_;
-  if (h == 0) {
+  if (!has_previous_) {
+    assert(time == time_);
     std::copy(state_.begin(), state_.end(), y.begin());
     return;
   }
   const double s = (time - previous_time_) / h;
   const std::size_t half = y.size() / 2;
   for (std::size_t i = 0; i < half; ++i) {
-    const double x0 = previous_state_[i], x1 = state_[i];
-    const double v0 = previous_state_[half + i], v1 = state_[half + i];
+    const double x0 = other_state_[i], x1 = state_[i];
+    const double v0 = other_state_[half + i], v1 = state_[half + i];
     y[i] = (1 - s) * (1 - s) * ((1 + 2 * s) * x0 + s * h * v0) +
            s * s * ((3 - 2 * s) * x1 - (1 - s) * h * v1);
     y[half + i] =
@@ -180,7 +181,7 @@ void OneStepIntegrator::state_at(double time, std::span<double> y) const {
   if (dynamics_.contact() == nullptr) return;
   dynamics_.expand(time, y, interpolated_, scratch_velocity_);
   if (!dynamics_.contact()->check_path(previous_position_, interpolated_)) return;
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] = (1 - s) * previous_state_[i] + s * state_[i];
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] = (1 - s) * other_state_[i] + s * state_[i];
 }
 
 }  // namespace weft::sim

@@ -65,7 +65,9 @@ class OneStepIntegrator : public Integrator {
   double size_ = 0;                   // s, of the next try
   std::int64_t completed_steps_ = 0;  // of the grid
   int successes_ = 0, patience_ = 1;  // of a length, and how many before it is doubled
-  std::vector<double> state_, previous_state_, trial_;
+  // The other state is that before the last step and, from its first try on, the end of the next.
+  std::vector<double> state_, other_state_;
+  bool has_previous_ = false;
   // Positions (all particles) that go with them, with contact; `interpolated_` is scratch.
   std::vector<Vec3> position_, previous_position_, trial_position_;
   mutable std::vector<Vec3> interpolated_, scratch_velocity_;

@@ -69,14 +69,20 @@ Vec3 mean_of(std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-SceneBody make_body(const std::string& name, const ShapeCase& shape, const std::string& case_path) {
-  bsi::Surface surface = make_shape(shape, case_path);
+SceneBody make_body(const std::string& name, const ShapeCase& shape, const Case& source) {
+  bsi::Surface surface = make_shape(shape, source.path);
   SceneBody body;
   body.name = name;
   try {
     body.mesh = bsi::build_mesh(surface.atlas);
   } catch (const std::invalid_argument& error) {
     throw CaseError(shape.location, error.what());
+  }
+  // Edges and owners take five times as much memory as triangles.
+  if (!source.contact.enabled) {
+    bsi::Mesh triangles;
+    triangles.triangles.swap(body.mesh.triangles);
+    body.mesh = std::move(triangles);
   }
   body.atlas = std::move(surface.atlas);
   body.rest = std::move(surface.positions);
@@ -89,6 +95,11 @@ void append_positions(Scene& scene, const SceneBody& body, const Vec3& stretch,
   for (const Vec3& p : body.rest) scene.initial_position.push_back(placing * p + position);
 }
 
+void append_contact_areas(Scene& scene, const std::vector<double>& area) {
+  if (!scene.source.contact.enabled) return;
+  scene.contact_area.insert(scene.contact_area.end(), area.begin(), area.end());
+}
+
 const MaterialCase* find_material(const Case& source, const std::string& name) {
   const auto found = std::find_if(source.material.begin(), source.material.end(),
                                   [&](const MaterialCase& m) { return m.name == name; });
@@ -96,7 +107,7 @@ const MaterialCase* find_material(const Case& source, const std::string& name) {
 }
 
 void add_dynamic_body(Scene& scene, const BodyCase& from) {
-  SceneBody body = make_body(from.name, from.shape, scene.source.path);
+  SceneBody body = make_body(from.name, from.shape, scene.source);
   body.first_particle = scene.particle_count;
   body.thickness = from.thickness;
   body.self_contact = from.self_contact && scene.source.contact.enabled;
@@ -111,16 +122,16 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
   const Vec3 centre = mean_of(placed);
   for (int i = 0; i < count; ++i) {
     scene.mass.push_back(area[i] * body.material->density);
-    scene.contact_area.push_back(area[i]);
     scene.initial_velocity.push_back(from.velocity + spin.cross(placed[i] - centre));
   }
+  append_contact_areas(scene, area);
   scene.pinned.resize(scene.mass.size(), 0);
   scene.particle_count += count;
   scene.bodies.push_back(std::move(body));
 }
 
 void add_obstacle(Scene& scene, const ObstacleCase& from) {
-  SceneBody body = make_body(from.name, from.shape, scene.source.path);
+  SceneBody body = make_body(from.name, from.shape, scene.source);
   body.first_particle = scene.particle_count;
   body.thickness = from.thickness;
   body.dynamic = false;
@@ -128,7 +139,7 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   const std::vector<double> area = particle_areas(body, from.shape.location);
   append_positions(scene, body, Vec3::Ones(), from.position, from.rotation_deg);
   const int count = body.particle_count();
-  scene.contact_area.insert(scene.contact_area.end(), area.begin(), area.end());
+  append_contact_areas(scene, area);
   scene.initial_velocity.resize(scene.initial_velocity.size() + count, Vec3::Zero());
   scene.particle_count += count;
   if (body.moves) {

@@ -17,7 +17,7 @@ namespace weft::sim {
 struct SceneBody {
   std::string name;
   bsi::Atlas atlas;
-  bsi::Mesh mesh;          // indices local to the body
+  bsi::Mesh mesh;          // indices local to the body; without contact, triangles alone
   std::vector<Vec3> rest;  // the undeformed shape, in its own frame, m
   int first_particle = 0;
   bool dynamic = true;  // false: an obstacle
@@ -49,7 +49,7 @@ struct Scene {
   std::vector<Vec3> initial_velocity;  // m/s, all particles
   std::vector<double> mass;            // kg, dynamic particles
   std::vector<double>
-      contact_area;          // m^2, a third of the triangles around each particle; all particles
+      contact_area;  // m^2, a third of the triangles around each particle; all; with contact
   std::vector<char> pinned;  // dynamic particles: 1 where prescribed
   std::vector<PrescribedMotion> prescribed;
 

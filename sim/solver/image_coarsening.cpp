@@ -206,7 +206,7 @@ Prolongation Coarsening::prolongation() const {
   for (const auto& parents : hangs_on_) {
     for (const Parent& parent : parents) {
       result.column.push_back(parent.node);
-      result.weight.push_back(parent.weight);
+      result.weight.push_back(static_cast<float>(parent.weight));
       ++result.child_start[parent.node + 1];
     }
     result.row_start.push_back(static_cast<int>(result.column.size()));
@@ -219,7 +219,7 @@ Prolongation Coarsening::prolongation() const {
     for (const Parent& parent : hangs_on_[fine]) {
       const int place = next[parent.node]++;
       result.child[place] = fine;
-      result.child_weight[place] = parent.weight;
+      result.child_weight[place] = static_cast<float>(parent.weight);
     }
   }
   return result;
@@ -233,7 +233,7 @@ void Prolongation::restrict_to(std::span<const Vec3> fine, std::span<Vec3> coars
     for (int i = first; i < last; ++i) {
       Vec3 sum = Vec3::Zero();
       for (int k = child_start[i]; k < child_start[i + 1]; ++k)
-        sum += child_weight[k] * fine[child[k]];
+        sum += static_cast<double>(child_weight[k]) * fine[child[k]];
       coarse[i] = sum;
     }
   });
@@ -243,7 +243,7 @@ void Prolongation::add_to(std::span<const Vec3> coarse, std::span<Vec3> fine, in
   parallel_chunks(fine_count(), threads, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       for (int k = row_start[i]; k < row_start[i + 1]; ++k)
-        fine[i] += weight[k] * coarse[column[k]];
+        fine[i] += static_cast<double>(weight[k]) * coarse[column[k]];
     }
   });
 }

@@ -23,10 +23,10 @@ struct Prolongation {
   // By fine node: the coarse nodes it hangs on, up to four, bilinear in texels. A fixed node has
   // none. The weights sum to 1, but for nodes that hang on coarse ones without any free node.
   std::vector<int> row_start, column;
-  std::vector<double> weight;
+  std::vector<float> weight;
   // The transpose, by coarse node: its fine nodes in ascending order; at least one each.
   std::vector<int> child_start, child;
-  std::vector<double> child_weight;
+  std::vector<float> child_weight;
 
   // coarse = transpose * fine, and fine += this * coarse.
   void restrict_to(std::span<const Vec3> fine, std::span<Vec3> coarse, int threads) const;

@@ -1,0 +1,47 @@
+// A number of each stencil of an array.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "materials/lanes.h"
+
+namespace weft::sim {
+
+// Numbers that are the same for all stencils of a body: kept once for each run of equal ones.
+class StencilNumbers {
+ public:
+  // Of the next stencil.
+  void push_back(double value) {
+    ++count_;
+    if (runs_.empty() || runs_.back().value != value) runs_.push_back({count_, value});
+    runs_.back().end = count_;
+  }
+
+  // Those of eight stencils from `first` on; beyond the last, zero. O(log runs).
+  materials::Lanes batch(int first) const {
+    auto run = std::upper_bound(runs_.begin(), runs_.end(), first,
+                                [](int stencil, const Run& r) { return stencil < r.end; });
+    if (run != runs_.end() && first + materials::lane_count <= run->end) return run->value;
+    materials::Lanes values = 0;
+    for (int lane = 0; lane < materials::lane_count && run != runs_.end(); ++lane) {
+      values.values[lane] = run->value;
+      if (first + lane + 1 == run->end) ++run;
+    }
+    return values;
+  }
+
+  bool has_positive() const {
+    return std::any_of(runs_.begin(), runs_.end(), [](const Run& run) { return run.value > 0; });
+  }
+
+ private:
+  struct Run {
+    int end = 0;  // the stencil after its last
+    double value = 0;
+  };
+  std::vector<Run> runs_;
+  int count_ = 0;
+};
+
+}  // namespace weft::sim
