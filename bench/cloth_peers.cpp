@@ -111,7 +111,7 @@ ClothProblem cloth_problem(const Scene& scene) {
   for (int i = 0; i < scene.dynamic_particles; ++i) {
     const bool held = scene.pinned[i] != 0;
     problem.position.push_back(array_of(scene.initial_position[i]));
-    problem.velocity.push_back(array_of(held ? Vec3(Vec3::Zero()) : scene.initial_velocity[i]));
+    problem.velocity.push_back(array_of(held ? Vec3(Vec3::Zero()) : scene.initial_velocity(i)));
     problem.mass.push_back(held ? 0 : scene.mass[i]);
   }
   const SpringNetwork network = springs_of(scene);

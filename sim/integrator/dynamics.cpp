@@ -27,8 +27,7 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
       threads_(scene.source.compute.threads),
       forces_(make_forces(scene)),
       position_(scene.initial_position),
-      velocity_(scene.initial_velocity),
-      force_(scene.dynamic_particles) {
+      velocity_(scene.particle_count, Vec3::Zero()) {
   if (scene.source.contact.enabled) contact_.emplace(scene, statistics, choose_search(scene));
   std::vector<std::vector<int>> neighbours(scene.dynamic_particles);
   for (const auto& force : forces_) force->add_couplings(neighbours);
@@ -51,14 +50,11 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
 std::vector<double> Dynamics::initial_state() const {
   std::vector<double> y;
   y.reserve(state_size());
-  for (const auto* values : {&scene_.initial_position, &scene_.initial_velocity}) {
-    for (int i = 0; i < scene_.dynamic_particles; ++i) {
-      // Prescribed particles take no part in the integration: their velocity stays zero in the
-      // state.
-      const bool still = values == &scene_.initial_velocity && scene_.pinned[i] != 0;
-      for (int axis = 0; axis < 3; ++axis) y.push_back(still ? 0.0 : (*values)[i][axis]);
-    }
-  }
+  const auto append = [&](const Vec3& v) { y.insert(y.end(), v.begin(), v.end()); };
+  for (int i = 0; i < scene_.dynamic_particles; ++i) append(scene_.initial_position[i]);
+  // Prescribed particles take no part in the integration: their velocity stays zero in the state.
+  for (int i = 0; i < scene_.dynamic_particles; ++i)
+    append(scene_.is_free(i) ? scene_.initial_velocity(i) : Vec3(Vec3::Zero()));
   return y;
 }
 
@@ -72,7 +68,7 @@ void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>&
   assert(y.size() == state_size());
   if (position.empty()) {
     position = scene_.initial_position;
-    velocity = scene_.initial_velocity;
+    velocity.assign(position.size(), Vec3::Zero());
   }
   assert(static_cast<int>(position.size()) == scene_.particle_count &&
          position.size() == velocity.size());
@@ -98,32 +94,33 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   ++statistics_.counters.force_evaluations;
   expand(time, y, position_, velocity_);
   if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
+  const int count = scene_.dynamic_particles;
+  auto* x_rate = reinterpret_cast<Vec3*>(rate.data());
+  Vec3* v_rate = x_rate + count;  // forces at first
+  const std::span<Vec3> force(v_rate, count);
   {
     PhaseTimer timer(statistics_.phases.forces);
-    std::fill(force_.begin(), force_.end(), Vec3::Zero());
+    std::fill(force.begin(), force.end(), Vec3::Zero());
     for (const bool membrane : {true, false}) {
-      for (const auto& force : forces_) {
-        if (force->is_membrane() == membrane) force->add_forces(kinematics(), force_, threads_);
+      for (const auto& each : forces_) {
+        if (each->is_membrane() == membrane) each->add_forces(kinematics(), force, threads_);
       }
       if (!membrane || hardness_ == 1) continue;
-      for (Vec3& f : force_) f *= hardness_;
+      for (Vec3& f : force) f *= hardness_;
     }
   }
   if (contact_) {
     if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
-    contact_->add_forces(force_);
+    contact_->add_forces(force);
   }
   const StateView state = StateView::of(y);
-  const int count = scene_.dynamic_particles;
-  auto* x_rate = reinterpret_cast<Vec3*>(rate.data());
-  Vec3* v_rate = x_rate + count;
   const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < count; ++i) {
     const bool is_free = scene_.pinned[i] == 0;
     x_rate[i] = is_free ? state.velocity[i] : Vec3(Vec3::Zero());
     const double decay = mass_damping_.empty() ? 0 : mass_damping_[i];
-    v_rate[i] = is_free ? Vec3(gravity + force_[i] / scene_.mass[i] - decay * velocity_[i])
+    v_rate[i] = is_free ? Vec3(gravity + v_rate[i] / scene_.mass[i] - decay * velocity_[i])
                         : Vec3(Vec3::Zero());
     sum += v_rate[i];
   }

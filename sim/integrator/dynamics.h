@@ -104,7 +104,7 @@ class Dynamics {
   std::optional<double> load_;
   double hardness_ = 1;
   std::vector<double> mass_damping_;  // 1/s, by particle; empty where there is none
-  std::vector<Vec3> position_, velocity_, force_;
+  std::vector<Vec3> position_, velocity_;
 };
 
 }  // namespace weft::sim

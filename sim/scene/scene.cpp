@@ -117,13 +117,10 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
   const std::vector<double> area = particle_areas(body, from.shape.location);
   append_positions(scene, body, from.stretch, from.position, from.rotation_deg);
   const int count = body.particle_count();
-  const Vec3 spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
-  const auto placed = std::span<const Vec3>(scene.initial_position).last(count);
-  const Vec3 centre = mean_of(placed);
-  for (int i = 0; i < count; ++i) {
-    scene.mass.push_back(area[i] * body.material->density);
-    scene.initial_velocity.push_back(from.velocity + spin.cross(placed[i] - centre));
-  }
+  body.velocity = from.velocity;
+  body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
+  body.centre = mean_of(std::span<const Vec3>(scene.initial_position).last(count));
+  for (const double a : area) scene.mass.push_back(a * body.material->density);
   append_contact_areas(scene, area);
   scene.pinned.resize(scene.mass.size(), 0);
   scene.particle_count += count;
@@ -140,7 +137,6 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   append_positions(scene, body, Vec3::Ones(), from.position, from.rotation_deg);
   const int count = body.particle_count();
   append_contact_areas(scene, area);
-  scene.initial_velocity.resize(scene.initial_velocity.size() + count, Vec3::Zero());
   scene.particle_count += count;
   if (body.moves) {
     PrescribedMotion moved;
@@ -170,14 +166,13 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body) {
   }
 }
 
-// Prescribed particles start where and as fast as their motion says.
+// Prescribed particles start where their motion says.
 void apply_initial_motions(Scene& scene) {
   for (const PrescribedMotion& held : scene.prescribed) {
     std::vector<Vec3> position(held.start), velocity(held.start.size(), Vec3::Zero());
     if (held.moves) held.motion.apply(0.0, held.start, position, velocity);
     for (std::size_t i = 0; i < held.particles.size(); ++i) {
       scene.initial_position[held.particles[i]] = position[i];
-      scene.initial_velocity[held.particles[i]] = velocity[i];
     }
   }
 }
@@ -189,6 +184,11 @@ int Scene::body_index_of_particle(int particle) const {
       std::upper_bound(bodies.begin(), bodies.end(), particle,
                        [](int p, const SceneBody& body) { return p < body.first_particle; });
   return static_cast<int>(after - bodies.begin()) - 1;
+}
+
+Vec3 Scene::initial_velocity(int particle) const {
+  const SceneBody& body = body_of_particle(particle);
+  return body.velocity + body.spin.cross(initial_position[particle] - body.centre);
 }
 
 const SceneBody& Scene::body_of_particle(int particle) const {

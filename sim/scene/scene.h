@@ -19,6 +19,8 @@ struct SceneBody {
   bsi::Atlas atlas;
   bsi::Mesh mesh;          // indices local to the body; without contact, triangles alone
   std::vector<Vec3> rest;  // the undeformed shape, in its own frame, m
+  Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // at t = 0, dynamic ones: m/s of `centre`, rad/s
+  Vec3 centre{0, 0, 0};                   // the mean of its particles then, m
   int first_particle = 0;
   bool dynamic = true;  // false: an obstacle
   bool moves = true;    // false: an obstacle at rest
@@ -46,13 +48,14 @@ struct Scene {
   int particle_count = 0;
 
   std::vector<Vec3> initial_position;  // m, all particles
-  std::vector<Vec3> initial_velocity;  // m/s, all particles
   std::vector<double> mass;            // kg, dynamic particles
   std::vector<double>
       contact_area;  // m^2, a third of the triangles around each particle; all; with contact
   std::vector<char> pinned;  // dynamic particles: 1 where prescribed
   std::vector<PrescribedMotion> prescribed;
 
+  // m/s, of a free particle.
+  Vec3 initial_velocity(int particle) const;
   bool is_free(int particle) const { return particle < dynamic_particles && pinned[particle] == 0; }
   const SceneBody& body_of_particle(int particle) const;
   int body_index_of_particle(int particle) const;

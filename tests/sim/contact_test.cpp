@@ -49,7 +49,7 @@ struct RandomState {
 RandomState random_state(const Scene& scene, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> shift(-0.012, 0.012);
-  RandomState state{scene.initial_position, scene.initial_velocity};
+  RandomState state{scene.initial_position, std::vector<Vec3>(scene.particle_count, Vec3::Zero())};
   for (int i = 0; i < scene.dynamic_particles; ++i) {
     state.position[i] += Vec3(shift(random), shift(random), shift(random));
     state.velocity[i] = 10 * Vec3(shift(random), shift(random), shift(random));
@@ -207,7 +207,8 @@ TEST(Contact, ListsOfAPathServeThoseBesideIt) {
   std::uniform_real_distribution<double> shift(-0.001, 0.001);
   int refused = 0;
   for (int trial = 0; trial < 30; ++trial) {
-    RandomState end{scene->initial_position, scene->initial_velocity};
+    RandomState end{scene->initial_position,
+                    std::vector<Vec3>(scene->particle_count, Vec3::Zero())};
     for (int i = 0; i < scene->dynamic_particles; ++i) {
       Vec3& x = end.position[i];
       x.z() += 0.2 + 0.3 * x.x() - (i >= 81 ? 0.0025 * trial : 0);

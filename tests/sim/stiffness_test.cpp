@@ -46,7 +46,7 @@ TEST(BlockMatrix, HalfOfItIsAllOfIt) {
   EXPECT_LT((expected - Eigen::Map<Eigen::VectorXd>(out[0].data(), 3 * rows)).norm(), 1e-13);
 }
 
-// A sheet of 5 x 5 vertices, without damping, out of its plane and stretched by a factor.
+// A sheet of 5 x 5 vertices out of its plane and stretched by a factor.
 class Sheet {
  public:
   Sheet(const std::string& material, double factor)
@@ -65,6 +65,9 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [5, 5] }
       x[i].z() += 0.05 * std::sin(5 * x[i].x() + 3 * x[i].y());
     }
   }
+
+  Dynamics& dynamics() { return dynamics_; }
+  std::vector<double>& state() { return state_; }
 
   Eigen::MatrixXd stiffness(Definiteness definiteness) {
     dynamics_.assemble(0, state_, definiteness);
@@ -141,6 +144,46 @@ TEST(Stiffness, SemiDefiniteOneIsExactWhereNothingIsCompressed) {
   Sheet sheet(materials[1], 1.3);
   const Eigen::MatrixXd exact = sheet.stiffness(Definiteness::exact);
   EXPECT_LT((exact - sheet.stiffness(Definiteness::semi_definite)).norm(), 1e-14 * exact.norm());
+}
+
+// One matrix and one product hold what two matrices do.
+TEST(Stiffness, DampingThatIsJoinedToItActsAsByItself) {
+  for (const std::string& material : materials) {
+    Sheet sheet(material +
+                    "\nstiffness_damping = 0.1\nbending_damping = 0.2\nmass_damping = 0.3\n"
+                    "normal_drag = 1\ntangential_drag = 0.5",
+                1.1);
+    Dynamics& dynamics = sheet.dynamics();
+    const int count = dynamics.particle_count();
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> entry(-1, 1);
+    const auto random_vectors = [&] {
+      std::vector<Vec3> vectors(count);
+      for (Vec3& v : vectors) v = Vec3::NullaryExpr([&] { return entry(random); });
+      return vectors;
+    };
+    const std::vector<Vec3> residual = random_vectors(), in = random_vectors();
+    for (int i = 3 * count; i < 6 * count; ++i) sheet.state()[i] = entry(random);
+    constexpr double gamma = 0.07;
+
+    dynamics.assemble(0, sheet.state());
+    ASSERT_TRUE(dynamics.has_damping());
+    std::vector<Vec3> separate(count), damping(count), of_residual(count), joined(count);
+    dynamics.stiffness().multiply(in, separate, 1);
+    dynamics.damping().multiply(in, damping, 1);
+    dynamics.damping().multiply(residual, of_residual, 1);
+    dynamics.assemble_joined(0, sheet.state(), Definiteness::exact, gamma, residual);
+    ASSERT_FALSE(dynamics.has_damping());
+    dynamics.stiffness().multiply(in, joined, 1);
+    ASSERT_EQ(dynamics.damping_product().size(), residual.size());
+    for (int i = 0; i < count; ++i) {
+      const Vec3 expected = separate[i] + damping[i] / gamma;
+      EXPECT_LT((joined[i] - expected).norm(), 1e-12 * expected.norm()) << material;
+      EXPECT_LT((dynamics.damping_product()[i] - of_residual[i]).norm(),
+                1e-12 * of_residual[i].norm())
+          << material;
+    }
+  }
 }
 
 }  // namespace
