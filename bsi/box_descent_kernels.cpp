@@ -16,6 +16,7 @@ namespace {
 // The leaf blocks of a block of up to 2 x 2 of them, as far as they were needed.
 struct LeafGroup {
   Leaves<4> leaves;
+  BoxNode node[4];
   BoxNode parent;
   std::uint64_t serial;  // of the query it was made for
   unsigned made;         // bits 0 .. 3: its leaf blocks that are made
@@ -28,11 +29,13 @@ struct LeafCache {
 };
 static_assert(2 * sizeof(LeafCache) == descent_workspace);
 
-WEFT_INLINE LeafGroup& group_of(const DescentQuery& query, LeafCache& cache, BoxNode parent) {
+WEFT_INLINE LeafGroup& group_of(const DescentQuery& query, const BoxLevel& level, LeafCache& cache,
+                                BoxNode parent) {
   LeafGroup& group = cache.group[(parent.u + 8U * parent.v) % cache_size];
   if (group.serial != query.serial || !same(group.parent, parent)) {
     group.serial = query.serial;
     group.parent = parent;
+    for (int child = 0; child < 4; ++child) group.node[child] = child_of(level, parent, child);
     group.made = 0;
   }
   return group;
@@ -43,10 +46,9 @@ WEFT_INLINE void complete(const DescentQuery& query, const BoxTree& tree, LeafGr
                           unsigned needed) {
   unsigned missing = needed & ~group.made;
   group.made |= needed;
-  const BoxLevel& level = level_of(tree, group.parent);
   for (; missing != 0; missing &= missing - 1) {
     const int child = __builtin_ctz(missing);
-    make_leaves(query, tree, child_of(level, group.parent, child), group.leaves, child);
+    make_leaves(query, tree, group.node[child], group.leaves, child);
   }
 }
 
@@ -169,19 +171,31 @@ WEFT_INLINE void pair_groups(const DescentQuery& query, const NodePair& pair, Le
   const BoxLevel& level_b = level_of(*query.b, pair.b);
   unsigned near = near_children(query, pair, counters);
   if (near == 0) return;
-  LeafGroup& group_a = group_of(query, cache[0], pair.a);
-  LeafGroup& group_b = group_of(query, cache[1], pair.b);
+  LeafGroup& group_a = group_of(query, level_a, cache[0], pair.a);
+  LeafGroup& group_b = group_of(query, level_b, cache[1], pair.b);
   complete(query, *query.a, group_a, rows_of(near));
   complete(query, *query.b, group_b, (near | near >> 4 | near >> 8 | near >> 12) & 15U);
-  const bool may_share = query.self && are_close(*query.a, pair);
+  counters.box_tests += 64 * __builtin_popcount(near);
+  if (query.self && are_close(*query.a, pair)) {
+    for (; near != 0; near &= near - 1) {
+      const int bit = __builtin_ctz(near), i = bit >> 2, j = bit & 3;
+      hand_on(query, {group_a.node[i], group_b.node[j]}, group_a.leaves.quads[i],
+              group_b.leaves.quads[j], overlap_of_leaves(group_a.leaves, i, group_b.leaves, j),
+              true, sink);
+    }
+    return;
+  }
+  // Every pair is written, and the place moves on where it counts: to jump would be mispredicted as
+  // often as not.
+  if (sink.capacity - sink.count < 16) sink.flush(sink);
+  LeafBlockPair* to = sink.blocks + sink.count;
   for (; near != 0; near &= near - 1) {
     const int bit = __builtin_ctz(near), i = bit >> 2, j = bit & 3;
     const LanePairs lanes = overlap_of_leaves(group_a.leaves, i, group_b.leaves, j);
-    counters.box_tests += 64;
-    if (lanes == 0) continue;
-    hand_on(query, {child_of(level_a, pair.a, i), child_of(level_b, pair.b, j)},
-            group_a.leaves.quads[i], group_b.leaves.quads[j], lanes, may_share, sink);
+    *to = {group_a.node[i], group_b.node[j], lanes};
+    to += lanes != 0 ? 1 : 0;
   }
+  sink.count = static_cast<int>(to - sink.blocks);
 }
 
 // --- The descent ---
