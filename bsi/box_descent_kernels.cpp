@@ -14,8 +14,8 @@ namespace {
 // --- Leaves ---
 
 // The leaf blocks of a block of up to 2 x 2 of them, as far as they were needed.
-struct LeafGroup {
-  Leaves<4> leaves;
+struct alignas(64) LeafGroup {
+  LaneBoxes leaves[4];
   BoxNode node[4];
   BoxNode parent;
   std::uint64_t serial;  // of the query it was made for
@@ -48,7 +48,7 @@ WEFT_INLINE void complete(const DescentQuery& query, const BoxTree& tree, LeafGr
   group.made |= needed;
   for (; missing != 0; missing &= missing - 1) {
     const int child = __builtin_ctz(missing);
-    make_leaves(query, tree, group.node[child], group.leaves, child);
+    make_leaves(query, tree, group.node[child], group.leaves[child]);
   }
 }
 
@@ -57,11 +57,11 @@ constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
 // Keeps what counts of the lane pairs of two leaf blocks, and hands it on.
-WEFT_INLINE void hand_on(const DescentQuery& query, const NodePair& pair, const LeafQuads& quads_a,
-                         const LeafQuads& quads_b, LanePairs near, bool may_share,
+WEFT_INLINE void hand_on(const DescentQuery& query, const NodePair& pair, LanePairs near,
                          BlockSink& sink) {
-  if (may_share && near != 0) {
-    const PlacedLeaves placed_a{pair.a, quads_a}, placed_b{pair.b, quads_b};
+  if (query.self && near != 0) {
+    const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
+    const PlacedLeaves placed_b{pair.b, quads_of(*query.b, pair.b)};
     const SharedParticles shared = shared_particles(query, placed_a, placed_b);
     near &= ~shared.lanes;
     // A quad is paired with itself too: it can fold.
@@ -179,9 +179,8 @@ WEFT_INLINE void pair_groups(const DescentQuery& query, const NodePair& pair, Le
   if (query.self && are_close(*query.a, pair)) {
     for (; near != 0; near &= near - 1) {
       const int bit = __builtin_ctz(near), i = bit >> 2, j = bit & 3;
-      hand_on(query, {group_a.node[i], group_b.node[j]}, group_a.leaves.quads[i],
-              group_b.leaves.quads[j], overlap_of_leaves(group_a.leaves, i, group_b.leaves, j),
-              true, sink);
+      hand_on(query, {group_a.node[i], group_b.node[j]},
+              overlap_of_leaves(group_a.leaves[i], group_b.leaves[j]), sink);
     }
     return;
   }
@@ -191,7 +190,7 @@ WEFT_INLINE void pair_groups(const DescentQuery& query, const NodePair& pair, Le
   LeafBlockPair* to = sink.blocks + sink.count;
   for (; near != 0; near &= near - 1) {
     const int bit = __builtin_ctz(near), i = bit >> 2, j = bit & 3;
-    const LanePairs lanes = overlap_of_leaves(group_a.leaves, i, group_b.leaves, j);
+    const LanePairs lanes = overlap_of_leaves(group_a.leaves[i], group_b.leaves[j]);
     *to = {group_a.node[i], group_b.node[j], lanes};
     to += lanes != 0 ? 1 : 0;
   }
@@ -229,11 +228,11 @@ void descend(const DescentQuery& query, const NodePair& start, void* workspace, 
       continue;
     }
     // Images of unlike size, or so small that they are leaf blocks themselves.
-    Leaves<1> a, b;
+    LaneBoxes a, b;
     make_leaves(query, *query.a, pair.a, a);
     make_leaves(query, *query.b, pair.b, b);
     counters.box_tests += 64;
-    hand_on(query, pair, a.quads[0], b.quads[0], overlap_of_leaves(a, 0, b, 0), query.self, sink);
+    hand_on(query, pair, overlap_of_leaves(a, b), sink);
   }
 }
 

@@ -47,7 +47,7 @@ inline constexpr int largest_expansion = 16;
 
 // Bytes of the workspace of a thread's descents, which keeps the boxes of leaves made last; aligned
 // to 64, and zero when it is new.
-inline constexpr std::size_t descent_workspace = std::size_t{2} * 64 * 896;
+inline constexpr std::size_t descent_workspace = std::size_t{2} * 64 * 832;
 
 struct DescentKernels {
   // The pairs that follow a pair of blocks whose widened boxes overlap, into next[0 .. 15]; their

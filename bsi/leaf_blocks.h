@@ -7,14 +7,6 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// The boxes of the leaves of some leaf blocks, widened, by axis; eight lanes a block. Leaves that
-// are not there overlap nothing.
-template <int blocks>
-struct alignas(64) Leaves {
-  float low[3][8 * blocks], high[3][8 * blocks];
-  LeafQuads quads[blocks];
-};
-
 // One axis, at one end: bounds of the first and second triangles of the four quads.
 WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQuads& quads,
                                bool triangles, bool join, Quad low[2], Quad high[2]) {
@@ -41,104 +33,82 @@ WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQua
 }
 
 // Sets the lanes for which there is no leaf to boxes that overlap nothing.
-template <int blocks>
-static void blank_absent_leaves(Leaves<blocks>& leaves, int block, bool triangles) {
-  const LeafQuads& quads = leaves.quads[block];
+static void blank_absent_leaves(LaneBoxes& boxes, const LeafQuads& quads, bool triangles) {
   for (int lane = 0; lane < 8; ++lane) {
     const bool there =
         lane / 2 % 2 < quads.rows && lane % 2 < quads.cols && (triangles || lane < 4);
     if (there) continue;
     for (int axis = 0; axis < 3; ++axis) {
-      leaves.low[axis][8 * block + lane] = largest_float;
-      leaves.high[axis][8 * block + lane] = -largest_float;
+      boxes.low[axis][lane] = largest_float;
+      boxes.high[axis][lane] = -largest_float;
     }
   }
 }
 
-template <int blocks>
+// The boxes of the leaves of a leaf block, widened, one a lane.
 static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode node,
-                        Leaves<blocks>& leaves, int block = 0) {
+                        LaneBoxes& boxes) {
   const BoxPatch& patch = tree.patches[level_of(tree, node).patch];
-  LeafQuads& quads = leaves.quads[block];
-  quads = quads_of(tree, node);
+  const LeafQuads quads = quads_of(tree, node);
   for (int axis = 0; axis < 3; ++axis) {
     Quad low[2], high[2];
     bound_corners(patch.vertices[0], axis, quads, query.triangles, false, low, high);
     if (tree.swept != 0) {
       bound_corners(patch.vertices[1], axis, quads, query.triangles, true, low, high);
     }
-    store(leaves.low[axis] + 8 * block,
-          __builtin_shufflevector(low[0], low[1], 0, 1, 2, 3, 4, 5, 6, 7) - query.half_margin);
-    store(leaves.high[axis] + 8 * block,
-          __builtin_shufflevector(high[0], high[1], 0, 1, 2, 3, 4, 5, 6, 7) + query.half_margin);
+    boxes.low[axis] =
+        __builtin_shufflevector(low[0], low[1], 0, 1, 2, 3, 4, 5, 6, 7) - query.half_margin;
+    boxes.high[axis] =
+        __builtin_shufflevector(high[0], high[1], 0, 1, 2, 3, 4, 5, 6, 7) + query.half_margin;
   }
   if (!query.triangles || quads.rows < 2 || quads.cols < 2)
-    blank_absent_leaves(leaves, block, query.triangles);
-}
-
-template <int blocks>
-WEFT_INLINE LaneBoxes boxes_of(const Leaves<blocks>& leaves, int block = 0) {
-  LaneBoxes boxes;
-  for (int axis = 0; axis < 3; ++axis) {
-    boxes.low[axis] = load(leaves.low[axis] + 8 * block);
-    boxes.high[axis] = load(leaves.high[axis] + 8 * block);
-  }
-  return boxes;
+    blank_absent_leaves(boxes, quads, query.triangles);
 }
 
 // Pairs of lanes of two leaf blocks: bit 8 i + j for lane i of the first and lane j of the second.
 typedef std::uint64_t LanePairs;
 
-// The lane pairs whose boxes overlap.
-template <int blocks_a, int blocks_b>
-WEFT_INLINE LanePairs overlap_of_leaves(const Leaves<blocks_a>& a, int block_a,
-                                        const Leaves<blocks_b>& b, int block_b) {
-#if defined(__AVX512DQ__)
+// Those whose boxes overlap.
+WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) {
   LanePairs near = 0;
-  __m512 low_a[3], high_a[3], low_b[3], high_b[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    low_a[axis] = _mm512_castps256_ps512(_mm256_load_ps(a.low[axis] + 8 * block_a));
-    high_a[axis] = _mm512_castps256_ps512(_mm256_load_ps(a.high[axis] + 8 * block_a));
-    low_b[axis] = _mm512_broadcast_f32x8(_mm256_load_ps(b.low[axis] + 8 * block_b));
-    high_b[axis] = _mm512_broadcast_f32x8(_mm256_load_ps(b.high[axis] + 8 * block_b));
-  }
-  // Two lanes of the first against all of the second at a time.
-  __m512i lanes = _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1);
-  for (int i = 0; i < 8; i += 2) {
-    __mmask16 mask = 0xffff;
+#if defined(__AVX__)
+  // Every lane of the first against all of the second: to leave out those that are nowhere near it
+  // costs more than it saves.
+  const auto all_of = [](const float& value) { return _mm256_broadcast_ss(&value); };
+#pragma GCC unroll 8
+  for (int i = 0; i < 8; ++i) {
+    __m256 meets[3];
+#pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis) {
-      mask = _mm512_mask_cmp_ps_mask(mask, _mm512_permutexvar_ps(lanes, low_a[axis]), high_b[axis],
-                                     _CMP_LE_OQ);
-      mask = _mm512_mask_cmp_ps_mask(mask, low_b[axis], _mm512_permutexvar_ps(lanes, high_a[axis]),
-                                     _CMP_LE_OQ);
+      const float* low = reinterpret_cast<const float*>(&a.low[axis]) + i;
+      const float* high = reinterpret_cast<const float*>(&a.high[axis]) + i;
+      meets[axis] = _mm256_and_ps(_mm256_cmp_ps(all_of(*low), b.high[axis], _CMP_LE_OQ),
+                                  _mm256_cmp_ps(b.low[axis], all_of(*high), _CMP_LE_OQ));
     }
-    near |= static_cast<LanePairs>(mask) << (8 * i);
-    lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
+    const __m256 all = _mm256_and_ps(_mm256_and_ps(meets[0], meets[1]), meets[2]);
+    near |= static_cast<LanePairs>(_mm256_movemask_ps(all)) << (8 * i);
   }
-  return near;
 #else
-  const LaneBoxes boxes_b = boxes_of(b, block_b);
   // Lanes of the first that are nowhere near the second as a whole are not looked at.
   float whole_low[3], whole_high[3];
   for (int axis = 0; axis < 3; ++axis) {
-    whole_low[axis] = b.low[axis][8 * block_b];
-    whole_high[axis] = b.high[axis][8 * block_b];
+    whole_low[axis] = b.low[axis][0];
+    whole_high[axis] = b.high[axis][0];
     for (int j = 1; j < 8; ++j) {
-      const float low = b.low[axis][8 * block_b + j], high = b.high[axis][8 * block_b + j];
+      const float low = b.low[axis][j], high = b.high[axis][j];
       whole_low[axis] = low < whole_low[axis] ? low : whole_low[axis];
       whole_high[axis] = high > whole_high[axis] ? high : whole_high[axis];
     }
   }
-  LanePairs near = 0;
-  unsigned near_a = overlap(boxes_of(a, block_a), in_all_lanes(whole_low, whole_high));
+  unsigned near_a = overlap(a, in_all_lanes(whole_low, whole_high));
   for (; near_a != 0; near_a &= near_a - 1) {
-    const int i = __builtin_ctz(near_a), lane = 8 * block_a + i;
-    const float low[3] = {a.low[0][lane], a.low[1][lane], a.low[2][lane]};
-    const float high[3] = {a.high[0][lane], a.high[1][lane], a.high[2][lane]};
-    near |= static_cast<LanePairs>(overlap(in_all_lanes(low, high), boxes_b)) << (8 * i);
+    const int i = __builtin_ctz(near_a);
+    const float low[3] = {a.low[0][i], a.low[1][i], a.low[2][i]};
+    const float high[3] = {a.high[0][i], a.high[1][i], a.high[2][i]};
+    near |= static_cast<LanePairs>(overlap(in_all_lanes(low, high), b)) << (8 * i);
   }
-  return near;
 #endif
+  return near;
 }
 
 }  // namespace weft::bsi::WEFT_KERNELS

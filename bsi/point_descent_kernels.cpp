@@ -211,14 +211,14 @@ int share_points(const BoxGroup& group, const BoxLevel& level, const PointLists&
 
 void pair_points(const DescentQuery& query, const PointLists& lists, const PointList& list,
                  int first_number, PairSink& sink) {
-  Leaves<1> leaves;
+  LaneBoxes leaves;
   make_leaves(query, *query.a, list.node, leaves);
   alignas(32) int number[8];
   number_leaves(*query.a, list.node, query.triangles, number);
   for (int i = list.first; i < list.first + list.count; ++i) {
     const float half = lists.half[lists.number[i]];
     const float at[3] = {lists.value[0][i], lists.value[1][i], lists.value[2][i]};
-    LaneBoxes boxes = boxes_of(leaves), box;
+    LaneBoxes boxes = leaves, box;
     for (int axis = 0; axis < 3; ++axis) {
       boxes.low[axis] -= half;
       boxes.high[axis] += half;
