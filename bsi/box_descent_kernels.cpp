@@ -11,68 +11,141 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// --- Leaves ---
+// --- Pairs of blocks ---
 
-// The leaf blocks of a block of up to 2 x 2 of them, as far as they were needed.
-struct alignas(64) LeafGroup {
-  LaneBoxes leaves[4];
-  BoxNode node[4];
-  BoxNode parent;
-  std::uint64_t serial;  // of the query it was made for
-  unsigned made;         // bits 0 .. 3: its leaf blocks that are made
+// Two blocks of given levels: u and v of the first, then of the second, 16 bits each from the
+// lowest on.
+typedef std::uint64_t Places;
+
+WEFT_INLINE int u_of_a(Places pair) { return static_cast<int>(pair & 0xffff); }
+WEFT_INLINE int v_of_a(Places pair) { return static_cast<int>(pair >> 16 & 0xffff); }
+WEFT_INLINE int u_of_b(Places pair) { return static_cast<int>(pair >> 32 & 0xffff); }
+WEFT_INLINE int v_of_b(Places pair) { return static_cast<int>(pair >> 48); }
+
+// All pairs of a list are of the same two levels: both sides go down together, until they hold
+// leaf blocks.
+struct PairList {
+  const BoxLevel *a, *b;
+  std::int32_t level_a, level_b;  // their numbers
+  Places* pairs;
+  int count;
 };
 
-// The groups used last: a descent comes back to each of them a few times.
-constexpr unsigned cache_size = 64;
+WEFT_INLINE NodePair nodes_of(const PairList& list, Places pair) {
+  return {{list.level_a, static_cast<std::uint16_t>(u_of_a(pair)),
+           static_cast<std::uint16_t>(v_of_a(pair))},
+          {list.level_b, static_cast<std::uint16_t>(u_of_b(pair)),
+           static_cast<std::uint16_t>(v_of_b(pair))}};
+}
+
+// --- The workspace ---
+
+// Leaf blocks used last: a descent comes back to each of them many times.
 struct LeafCache {
-  LeafGroup group[cache_size];
+  LaneBoxes leaves[leaf_cache_size];
+  std::uint64_t held[leaf_cache_size];  // level and place of the block
 };
-static_assert(2 * sizeof(LeafCache) == descent_workspace);
 
-WEFT_INLINE LeafGroup& group_of(const DescentQuery& query, const BoxLevel& level, LeafCache& cache,
-                                BoxNode parent) {
-  LeafGroup& group = cache.group[(parent.u + 8U * parent.v) % cache_size];
-  if (group.serial != query.serial || !same(group.parent, parent)) {
-    group.serial = query.serial;
-    group.parent = parent;
-    for (int child = 0; child < 4; ++child) group.node[child] = child_of(level, parent, child);
-    group.made = 0;
-  }
-  return group;
-}
+// From the end of a list so many pairs at a time are replaced by those that follow them.
+constexpr int batch = 64;
+static_assert(pair_list_size >= 17 * batch);
 
-// Makes those of the leaf blocks that are needed (bits 0 .. 3) and not there.
-WEFT_INLINE void complete(const DescentQuery& query, const BoxTree& tree, LeafGroup& group,
-                          unsigned needed) {
-  unsigned missing = needed & ~group.made;
-  group.made |= needed;
-  for (; missing != 0; missing &= missing - 1) {
-    const int child = __builtin_ctz(missing);
-    make_leaves(query, tree, group.node[child], group.leaves[child]);
+struct Workspace {
+  LeafCache cache[2];  // of the first and of the second body
+  Places pairs[list_limit][pair_list_size];
+  std::uint64_t serial;  // of the query whose leaves are held
+  std::uint64_t unused[7];
+};
+static_assert(sizeof(Workspace) == descent_workspace);
+
+WEFT_INLINE void forget_leaves_of_others(const DescentQuery& query, Workspace& work) {
+  if (work.serial == query.serial) return;
+  work.serial = query.serial;
+  for (LeafCache& cache : work.cache) {
+    for (std::uint64_t& held : cache.held) held = ~std::uint64_t{0};
   }
 }
+
+// `place`: u and v as in Places.
+WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree& tree, int level,
+                                       std::uint32_t place, LeafCache& cache) {
+  static_assert(leaf_cache_size == 32 * 16);
+  const unsigned at = (place & 31U) | (place >> 11 & (15U << 5));
+  const std::uint64_t block = static_cast<std::uint64_t>(level) << 32 | place;
+  if (cache.held[at] != block) {
+    cache.held[at] = block;
+    const BoxNode node{level, static_cast<std::uint16_t>(place),
+                       static_cast<std::uint16_t>(place >> 16)};
+    make_leaves(query, tree, node, cache.leaves[at]);
+  }
+  return cache.leaves[at];
+}
+
+// --- Leaves ---
 
 // Each pair of lanes of one block once.
 constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
-// Keeps what counts of the lane pairs of two leaf blocks, and hands it on.
-WEFT_INLINE void hand_on(const DescentQuery& query, const NodePair& pair, LanePairs near,
-                         BlockSink& sink) {
-  if (query.self && near != 0) {
-    const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
-    const PlacedLeaves placed_b{pair.b, quads_of(*query.b, pair.b)};
-    const SharedParticles shared = shared_particles(query, placed_a, placed_b);
-    near &= ~shared.lanes;
-    // A quad is paired with itself too: it can fold.
-    if (query.self && same(pair.a, pair.b)) {
-      near &= query.triangles ? upper_triangle & ~diagonal : upper_triangle;
-    }
-    if (shared.look) near = without_shared_particles(*query.a, placed_a, placed_b, near);
+// What counts of the lane pairs of two neighbouring leaf blocks.
+WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& pair,
+                                     LanePairs near) {
+  const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
+  const PlacedLeaves placed_b{pair.b, quads_of(*query.b, pair.b)};
+  const SharedParticles shared = shared_particles(query, placed_a, placed_b);
+  near &= ~shared.lanes;
+  // A quad is paired with itself too: it can fold.
+  if (query.self && same(pair.a, pair.b)) {
+    near &= query.triangles ? upper_triangle & ~diagonal : upper_triangle;
   }
-  if (near == 0) return;
-  if (sink.count == sink.capacity) sink.flush(sink);
-  sink.blocks[sink.count++] = {pair.a, pair.b, near};
+  return shared.look ? without_shared_particles(*query.a, placed_a, placed_b, near) : near;
+}
+
+// Where blocks of a list may be neighbours, or have a particle in common.
+struct Closeness {
+  bool never, always;
+  int blocks_u, blocks_v;
+  bool wraps_u, wraps_v;
+};
+
+WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& list) {
+  const BoxPatch& patch = query.a->patches[list.a->patch];
+  const bool sewn = query.a->texel_to_particle != nullptr;
+  return {!query.self || (!sewn && list.level_a != list.level_b),  // patches that are not sewn
+          sewn,
+          1 << list.a->log_u,
+          1 << list.a->log_v,
+          patch.wrap_u != 0,
+          patch.wrap_v != 0};
+}
+
+WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
+  if (where.never || where.always) return where.always;
+  int step = 0;
+  return are_neighbours(u_of_a(pair), u_of_b(pair), where.blocks_u, where.wraps_u, step) &&
+         are_neighbours(v_of_a(pair), v_of_b(pair), where.blocks_v, where.wraps_v, step);
+}
+
+// Pairs of leaf blocks: nearly all the time of a descent is spent here.
+WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Workspace& work,
+                             BlockSink& sink, DescentCounters& counters) {
+  counters.box_tests += 64 * list.count;
+  const Closeness where = closeness_of(query, list);
+  for (int k = 0; k < list.count; ++k) {
+    const Places pair = list.pairs[k];
+    const LaneBoxes& leaves_a =
+        leaves_of(query, *query.a, list.level_a, static_cast<std::uint32_t>(pair), work.cache[0]);
+    const LaneBoxes& leaves_b = leaves_of(query, *query.b, list.level_b,
+                                          static_cast<std::uint32_t>(pair >> 32), work.cache[1]);
+    LanePairs near = overlap_of_leaves(leaves_a, leaves_b);
+    const NodePair nodes = nodes_of(list, pair);
+    if (are_close(where, pair) && near != 0) near = without_shared(query, nodes, near);
+    if (sink.count == sink.capacity) sink.flush(sink);
+    // Every pair is written, and the place moves on where it counts: to jump would be mispredicted
+    // too often.
+    sink.blocks[sink.count] = {nodes.a, nodes.b, near};
+    sink.count += near != 0 ? 1 : 0;
+  }
 }
 
 // --- Expansion ---
@@ -129,110 +202,124 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
   return expand(query, pair, next, counters);
 }
 
-// False only if no blocks within the two are neighbours or have a particle in common.
-WEFT_INLINE bool are_close(const BoxTree& tree, const NodePair& pair) {
-  if (tree.texel_to_particle != nullptr) return true;
-  if (pair.a.level != pair.b.level) return false;  // patches that are not sewn
-  const BoxLevel& level = level_of(tree, pair.a);
-  const BoxPatch& patch = tree.patches[level.patch];
-  int step = 0;
-  return are_neighbours(pair.a.u, pair.b.u, 1 << level.log_u, patch.wrap_u != 0, step) &&
-         are_neighbours(pair.a.v, pair.b.v, 1 << level.log_v, patch.wrap_v != 0, step);
+// Children i of the one and j of the other: 4 i + j; those that are near are appended, the place
+// after them returned. May write sixteen.
+WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
+#if defined(__AVX512DQ__)
+  const __m512i all = _mm512_set1_epi64(static_cast<long long>(pair));
+  for (int i = 0; i < 4; i += 2) {
+    const long long first = i == 0 ? 0 : 1LL << 16, second = first + 1;
+    constexpr long long u = 1LL << 32, v = 1LL << 48;
+    const __m512i children =
+        _mm512_add_epi64(all, _mm512_setr_epi64(first, first + u, first + v, first + u + v, second,
+                                                second + u, second + v, second + u + v));
+    const auto mask = static_cast<__mmask8>(near >> (4 * i));
+    _mm512_storeu_si512(to, _mm512_maskz_compress_epi64(mask, children));
+    to += __builtin_popcount(mask);
+  }
+#else
+  for (; near != 0; near &= near - 1) {
+    const auto bit = static_cast<Places>(__builtin_ctz(near));
+    *to++ = pair + (bit >> 2 & 1) + (bit >> 3 << 16) + ((bit & 1) << 32) + ((bit >> 1 & 1) << 48);
+  }
+#endif
+  return to;
 }
 
-// Those of the pairs that follow a pair that may touch; their number. One test takes long until it
-// is known, but many in a row, between which nothing is decided, hardly longer.
-WEFT_INLINE int without_certified(const DescentQuery& query, const NodePair& parent, int count,
-                                  NodePair* pairs, DescentCounters& counters) {
-  const bool itself = same(parent.a, parent.b);
+// What of two blocks is near, as for append_children: of blocks that are leaves already, the blocks
+// themselves.
+WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
+  const auto group_of = [](const BoxLevel& level, int u, int v) -> const BoxGroup& {
+    return level.groups[(static_cast<std::size_t>(v) << level.log_u) + static_cast<unsigned>(u)];
+  };
+  const bool leaf_a = is_leaf(*list.a), leaf_b = is_leaf(*list.b);
+  if (!leaf_a && !leaf_b) {
+    return overlap_of_children(group_of(*list.a, u_of_a(pair), v_of_a(pair)),
+                               group_of(*list.b, u_of_b(pair), v_of_b(pair)), query.half_margin);
+  }
+  const NodePair nodes = nodes_of(list, pair);
+  if (leaf_a) {
+    return overlap_of_box(box_of(*query.a, nodes.a, query.half_margin),
+                          group_of(*list.b, u_of_b(pair), v_of_b(pair)), query.half_margin);
+  }
+  const unsigned near =
+      overlap_of_box(box_of(*query.b, nodes.b, query.half_margin),
+                     group_of(*list.a, u_of_a(pair), v_of_a(pair)), query.half_margin);
+  return (near | near << 3 | near << 6 | near << 9) & 0x1111U;
+}
+
+// Those of the pairs that follow a pair that may touch, the place after them. One test takes long
+// until it is known, but many in a row, between which nothing is decided, hardly longer.
+WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList& list, bool itself,
+                                      Places* pairs, const Places* end, DescentCounters& counters) {
   unsigned left = 0;
-  for (int i = 0; i < count; ++i) {
-    const NodePair& pair = pairs[i];
+  for (int i = 0; i < end - pairs; ++i) {
+    const NodePair pair = nodes_of(list, pairs[i]);
     // The window of two children at a corner is their parent, which was not proved apart.
     const bool is_parent = itself && pair.a.u != pair.b.u && pair.a.v != pair.b.v;
     if (is_parent || !cannot_touch(query, pair, counters)) left |= 1U << i;
   }
-  int kept = 0;
-  for (; left != 0; left &= left - 1) pairs[kept++] = pairs[__builtin_ctz(left)];
+  Places* kept = pairs;
+  for (; left != 0; left &= left - 1) *kept++ = pairs[__builtin_ctz(left)];
   return kept;
-}
-
-// Bit i: one of bits 4 i .. 4 i + 3 is set.
-WEFT_INLINE unsigned rows_of(unsigned near) {
-  near |= near >> 2;
-  near = (near | near >> 1) & 0x1111U;
-  return (near | near >> 3 | near >> 6 | near >> 9) & 15U;
-}
-
-// Two blocks of leaf blocks at once: nearly all pairs of a descent are found here.
-WEFT_INLINE void pair_groups(const DescentQuery& query, const NodePair& pair, LeafCache* cache,
-                             BlockSink& sink, DescentCounters& counters) {
-  const BoxLevel& level_a = level_of(*query.a, pair.a);
-  const BoxLevel& level_b = level_of(*query.b, pair.b);
-  unsigned near = near_children(query, pair, counters);
-  if (near == 0) return;
-  LeafGroup& group_a = group_of(query, level_a, cache[0], pair.a);
-  LeafGroup& group_b = group_of(query, level_b, cache[1], pair.b);
-  complete(query, *query.a, group_a, rows_of(near));
-  complete(query, *query.b, group_b, (near | near >> 4 | near >> 8 | near >> 12) & 15U);
-  counters.box_tests += 64 * __builtin_popcount(near);
-  if (query.self && are_close(*query.a, pair)) {
-    for (; near != 0; near &= near - 1) {
-      const int bit = __builtin_ctz(near), i = bit >> 2, j = bit & 3;
-      hand_on(query, {group_a.node[i], group_b.node[j]},
-              overlap_of_leaves(group_a.leaves[i], group_b.leaves[j]), sink);
-    }
-    return;
-  }
-  // Every pair is written, and the place moves on where it counts: to jump would be mispredicted as
-  // often as not.
-  if (sink.capacity - sink.count < 16) sink.flush(sink);
-  LeafBlockPair* to = sink.blocks + sink.count;
-  for (; near != 0; near &= near - 1) {
-    const int bit = __builtin_ctz(near), i = bit >> 2, j = bit & 3;
-    const LanePairs lanes = overlap_of_leaves(group_a.leaves[i], group_b.leaves[j]);
-    *to = {group_a.node[i], group_b.node[j], lanes};
-    to += lanes != 0 ? 1 : 0;
-  }
-  sink.count = static_cast<int>(to - sink.blocks);
 }
 
 // --- The descent ---
 
-WEFT_INLINE bool holds_leaf_blocks(const BoxTree& tree, BoxNode node) {
-  return !is_leaf(level_of(tree, node)) && is_leaf(tree.levels[node.level + 1]);
+// Takes pairs off the end of a list and appends those that follow them to the next one.
+WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList& next,
+                             DescentCounters& counters) {
+  const int count = list.count < batch ? list.count : batch;
+  list.count -= count;
+  counters.box_tests += 16 * count;
+  const Closeness where = closeness_of(query, list);
+  const bool certifies = query.certificate_margin >= 0;
+  const Places high = Places{0xffff};
+  const Places split = (list.a->split_u != 0 ? high : 0) | (list.a->split_v != 0 ? high << 16 : 0) |
+                       (list.b->split_u != 0 ? high << 32 : 0) |
+                       (list.b->split_v != 0 ? high << 48 : 0);
+  Places* to = next.pairs + next.count;
+  for (int k = list.count; k < list.count + count; ++k) {
+    const Places pair = list.pairs[k];
+    const bool itself =
+        query.self && list.level_a == list.level_b && (pair >> 32) == (pair & 0xffffffff);
+    // Of a block with itself, each pair once; a child that is not there does not even meet itself.
+    const unsigned near = near_of(query, list, pair) & (itself ? 0x8cefU : 0xffffU);
+    Places* const first = to;
+    to = append_children(pair + (pair & split), near, first);
+    if (certifies && are_close(where, pair))
+      to = without_certified(query, next, itself, first, to, counters);
+  }
+  next.count = static_cast<int>(to - next.pairs);
 }
-
-// Every step takes one pair off and puts at most sixteen on, on at most 2 x 17 levels.
-constexpr int stack_size = 16 * 2 * 18;
 
 void descend(const DescentQuery& query, const NodePair& start, void* workspace, BlockSink& sink,
              DescentCounters& counters) {
   if (query.self && cannot_touch(query, start, counters)) return;
-  const bool certifies = query.certificate_margin >= 0;
-  auto* cache = static_cast<LeafCache*>(workspace);
-  NodePair stack[stack_size];
-  int count = 0;
-  stack[count++] = start;
-  while (count > 0) {
-    const NodePair pair = stack[--count];
-    if (holds_leaf_blocks(*query.a, pair.a) && holds_leaf_blocks(*query.b, pair.b)) {
-      pair_groups(query, pair, cache, sink, counters);
+  auto& work = *static_cast<Workspace*>(workspace);
+  forget_leaves_of_others(query, work);
+  PairList lists[list_limit];
+  lists[0] = {&level_of(*query.a, start.a),
+              &level_of(*query.b, start.b),
+              start.a.level,
+              start.b.level,
+              work.pairs[0],
+              1};
+  work.pairs[0][0] = static_cast<Places>(start.a.u) | static_cast<Places>(start.a.v) << 16 |
+                     static_cast<Places>(start.b.u) << 32 | static_cast<Places>(start.b.v) << 48;
+  int at = 0;
+  while (at >= 0) {
+    PairList& list = lists[at];
+    const int step_a = is_leaf(*list.a) ? 0 : 1, step_b = is_leaf(*list.b) ? 0 : 1;
+    if (list.count > 0 && step_a + step_b > 0) {
+      lists[at + 1] = {list.a + step_a,       list.b + step_b,    list.level_a + step_a,
+                       list.level_b + step_b, work.pairs[at + 1], 0};
+      expand_list(query, list, lists[at + 1], counters);
+      ++at;
       continue;
     }
-    const int expanded = expand(query, pair, stack + count, counters);
-    if (expanded >= 0) {
-      count += certifies && are_close(*query.a, pair)
-                   ? without_certified(query, pair, expanded, stack + count, counters)
-                   : expanded;
-      continue;
-    }
-    // Images of unlike size, or so small that they are leaf blocks themselves.
-    LaneBoxes a, b;
-    make_leaves(query, *query.a, pair.a, a);
-    make_leaves(query, *query.b, pair.b, b);
-    counters.box_tests += 64;
-    hand_on(query, pair, overlap_of_leaves(a, b), sink);
+    if (list.count > 0) pair_leaves(query, list, work, sink, counters);
+    --at;
   }
 }
 
