@@ -13,14 +13,19 @@ namespace {
 
 // --- Pairs of blocks ---
 
-// Two blocks of given levels: u and v of the first, then of the second, 16 bits each from the
-// lowest on.
+// Where a block of a given level is: u, and v above it, 16 bits each. Of two blocks: the second
+// above the first.
+typedef std::uint32_t Place;
 typedef std::uint64_t Places;
 
-WEFT_INLINE int u_of_a(Places pair) { return static_cast<int>(pair & 0xffff); }
-WEFT_INLINE int v_of_a(Places pair) { return static_cast<int>(pair >> 16 & 0xffff); }
-WEFT_INLINE int u_of_b(Places pair) { return static_cast<int>(pair >> 32 & 0xffff); }
-WEFT_INLINE int v_of_b(Places pair) { return static_cast<int>(pair >> 48); }
+WEFT_INLINE int u_of(Place place) { return static_cast<int>(place & 0xffff); }
+WEFT_INLINE int v_of(Place place) { return static_cast<int>(place >> 16); }
+WEFT_INLINE Place first_of(Places pair) { return static_cast<Place>(pair); }
+WEFT_INLINE Place second_of(Places pair) { return static_cast<Place>(pair >> 32); }
+WEFT_INLINE BoxNode node_of(int level, Place place) {
+  return {level, static_cast<std::uint16_t>(place), static_cast<std::uint16_t>(place >> 16)};
+}
+WEFT_INLINE Place place_of(BoxNode node) { return node.u | static_cast<Place>(node.v) << 16; }
 
 // All pairs of a list are of the same two levels: both sides go down together, until they hold
 // leaf blocks.
@@ -32,10 +37,7 @@ struct PairList {
 };
 
 WEFT_INLINE NodePair nodes_of(const PairList& list, Places pair) {
-  return {{list.level_a, static_cast<std::uint16_t>(u_of_a(pair)),
-           static_cast<std::uint16_t>(v_of_a(pair))},
-          {list.level_b, static_cast<std::uint16_t>(u_of_b(pair)),
-           static_cast<std::uint16_t>(v_of_b(pair))}};
+  return {node_of(list.level_a, first_of(pair)), node_of(list.level_b, second_of(pair))};
 }
 
 // --- The workspace ---
@@ -51,7 +53,7 @@ constexpr int batch = 64;
 static_assert(pair_list_size >= 17 * batch);
 
 struct Workspace {
-  LeafCache cache[2];  // of the first and of the second body
+  LeafCache cache[2];  // of the first and of the second body; of one body the first alone
   Places pairs[list_limit][pair_list_size];
   std::uint64_t serial;  // of the query whose leaves are held
   std::uint64_t unused[7];
@@ -66,17 +68,15 @@ WEFT_INLINE void forget_leaves_of_others(const DescentQuery& query, Workspace& w
   }
 }
 
-// `place`: u and v as in Places.
+// The next call may overwrite it.
 WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree& tree, int level,
-                                       std::uint32_t place, LeafCache& cache) {
-  static_assert(leaf_cache_size == 32 * 16);
-  const unsigned at = (place & 31U) | (place >> 11 & (15U << 5));
+                                       Place place, LeafCache& cache) {
+  static_assert(leaf_cache_size == 64 * 32);
+  const unsigned at = (place & 63U) | (place >> 10 & (31U << 6));
   const std::uint64_t block = static_cast<std::uint64_t>(level) << 32 | place;
   if (cache.held[at] != block) {
     cache.held[at] = block;
-    const BoxNode node{level, static_cast<std::uint16_t>(place),
-                       static_cast<std::uint16_t>(place >> 16)};
-    make_leaves(query, tree, node, cache.leaves[at]);
+    make_leaves(query, tree, node_of(level, place), cache.leaves[at]);
   }
   return cache.leaves[at];
 }
@@ -101,29 +101,29 @@ WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& 
   return shared.look ? without_shared_particles(*query.a, placed_a, placed_b, near) : near;
 }
 
-// Where blocks of a list may be neighbours, or have a particle in common.
+// Where blocks of a list are neighbours, or may have a particle in common. `round_*`: how far apart
+// neighbours across the seam of a wrapped axis are.
 struct Closeness {
   bool never, always;
-  int blocks_u, blocks_v;
-  bool wraps_u, wraps_v;
+  int round_u, round_v;
 };
 
 WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& list) {
   const BoxPatch& patch = query.a->patches[list.a->patch];
   const bool sewn = query.a->texel_to_particle != nullptr;
   return {!query.self || (!sewn && list.level_a != list.level_b),  // patches that are not sewn
-          sewn,
-          1 << list.a->log_u,
-          1 << list.a->log_v,
-          patch.wrap_u != 0,
-          patch.wrap_v != 0};
+          sewn, patch.wrap_u != 0 ? (1 << list.a->log_u) - 1 : 1,
+          patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }
 
+// Without jumps, which would be mispredicted too often.
 WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
-  if (where.never || where.always) return where.always;
-  int step = 0;
-  return are_neighbours(u_of_a(pair), u_of_b(pair), where.blocks_u, where.wraps_u, step) &&
-         are_neighbours(v_of_a(pair), v_of_b(pair), where.blocks_v, where.wraps_v, step);
+  const Place a = first_of(pair), b = second_of(pair);
+  const int u = u_of(a) - u_of(b), v = v_of(a) - v_of(b);
+  const int far_u = u < 0 ? -u : u, far_v = v < 0 ? -v : v;
+  const bool close =
+      ((far_u <= 1) | (far_u == where.round_u)) & ((far_v <= 1) | (far_v == where.round_v));
+  return (close & !where.never) | where.always;
 }
 
 // Pairs of leaf blocks: nearly all the time of a descent is spent here.
@@ -131,21 +131,35 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
                              BlockSink& sink, DescentCounters& counters) {
   counters.box_tests += 64 * list.count;
   const Closeness where = closeness_of(query, list);
+  const int level_a = list.level_a, level_b = list.level_b;
+  LeafCache &cache_a = work.cache[0], &cache_b = work.cache[query.self ? 0 : 1];
+  LeafBlockPair* to = sink.blocks + sink.count;
   for (int k = 0; k < list.count; ++k) {
     const Places pair = list.pairs[k];
-    const LaneBoxes& leaves_a =
-        leaves_of(query, *query.a, list.level_a, static_cast<std::uint32_t>(pair), work.cache[0]);
-    const LaneBoxes& leaves_b = leaves_of(query, *query.b, list.level_b,
-                                          static_cast<std::uint32_t>(pair >> 32), work.cache[1]);
-    LanePairs near = overlap_of_leaves(leaves_a, leaves_b);
-    const NodePair nodes = nodes_of(list, pair);
-    if (are_close(where, pair) && near != 0) near = without_shared(query, nodes, near);
-    if (sink.count == sink.capacity) sink.flush(sink);
+    const Place a = first_of(pair), b = second_of(pair);
+    const LaneBoxes* leaves_b = &leaves_of(query, *query.b, level_b, b, cache_b);
+    const LaneBoxes* leaves_a = &leaves_of(query, *query.a, level_a, a, cache_a);
+    LaneBoxes spare;
+    if (leaves_a == leaves_b && (a != b || level_a != level_b)) {
+      make_leaves(query, *query.b, node_of(level_b, b), spare);
+      leaves_b = &spare;
+    }
+    LanePairs near = overlap_of_leaves(*leaves_a, *leaves_b);
+    if (are_close(where, pair) && near != 0)
+      near = without_shared(query, nodes_of(list, pair), near);
+    if (to == sink.blocks + sink.capacity) {
+      sink.count = sink.capacity;
+      sink.flush(sink);
+      to = sink.blocks;
+    }
     // Every pair is written, and the place moves on where it counts: to jump would be mispredicted
     // too often.
-    sink.blocks[sink.count] = {nodes.a, nodes.b, near};
-    sink.count += near != 0 ? 1 : 0;
+    to->a = node_of(level_a, a);
+    to->b = node_of(level_b, b);
+    to->leaves = near;
+    to += near != 0 ? 1 : 0;
   }
+  sink.count = static_cast<int>(to - sink.blocks);
 }
 
 // --- Expansion ---
@@ -229,22 +243,21 @@ WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
 // What of two blocks is near, as for append_children: of blocks that are leaves already, the blocks
 // themselves.
 WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
-  const auto group_of = [](const BoxLevel& level, int u, int v) -> const BoxGroup& {
-    return level.groups[(static_cast<std::size_t>(v) << level.log_u) + static_cast<unsigned>(u)];
+  const auto group_of = [](const BoxLevel& level, Place place) -> const BoxGroup& {
+    return level.groups[(static_cast<std::size_t>(place >> 16) << level.log_u) + (place & 0xffff)];
   };
   const bool leaf_a = is_leaf(*list.a), leaf_b = is_leaf(*list.b);
   if (!leaf_a && !leaf_b) {
-    return overlap_of_children(group_of(*list.a, u_of_a(pair), v_of_a(pair)),
-                               group_of(*list.b, u_of_b(pair), v_of_b(pair)), query.half_margin);
+    return overlap_of_children(group_of(*list.a, first_of(pair)),
+                               group_of(*list.b, second_of(pair)), query.half_margin);
   }
   const NodePair nodes = nodes_of(list, pair);
   if (leaf_a) {
     return overlap_of_box(box_of(*query.a, nodes.a, query.half_margin),
-                          group_of(*list.b, u_of_b(pair), v_of_b(pair)), query.half_margin);
+                          group_of(*list.b, second_of(pair)), query.half_margin);
   }
-  const unsigned near =
-      overlap_of_box(box_of(*query.b, nodes.b, query.half_margin),
-                     group_of(*list.a, u_of_a(pair), v_of_a(pair)), query.half_margin);
+  const unsigned near = overlap_of_box(box_of(*query.b, nodes.b, query.half_margin),
+                                       group_of(*list.a, first_of(pair)), query.half_margin);
   return (near | near << 3 | near << 6 | near << 9) & 0x1111U;
 }
 
@@ -282,7 +295,7 @@ WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList
   for (int k = list.count; k < list.count + count; ++k) {
     const Places pair = list.pairs[k];
     const bool itself =
-        query.self && list.level_a == list.level_b && (pair >> 32) == (pair & 0xffffffff);
+        query.self && list.level_a == list.level_b && first_of(pair) == second_of(pair);
     // Of a block with itself, each pair once; a child that is not there does not even meet itself.
     const unsigned near = near_of(query, list, pair) & (itself ? 0x8cefU : 0xffffU);
     Places* const first = to;
@@ -305,8 +318,7 @@ void descend(const DescentQuery& query, const NodePair& start, void* workspace, 
               start.b.level,
               work.pairs[0],
               1};
-  work.pairs[0][0] = static_cast<Places>(start.a.u) | static_cast<Places>(start.a.v) << 16 |
-                     static_cast<Places>(start.b.u) << 32 | static_cast<Places>(start.b.v) << 48;
+  work.pairs[0][0] = place_of(start.a) | static_cast<Places>(place_of(start.b)) << 32;
   int at = 0;
   while (at >= 0) {
     PairList& list = lists[at];

@@ -47,7 +47,7 @@ inline constexpr int largest_expansion = 16;
 
 // The workspace of a thread's descents: the boxes of leaves used last, on both sides, and lists of
 // pairs, one a level. Aligned to 64, and zero when it is new.
-inline constexpr std::size_t leaf_cache_size = 512;
+inline constexpr std::size_t leaf_cache_size = 2048;
 inline constexpr int pair_list_size = 1104, list_limit = 18;
 inline constexpr std::size_t descent_workspace =
     2 * leaf_cache_size * (192 + 8) + std::size_t{8} * pair_list_size * list_limit + 64;

@@ -71,7 +71,28 @@ typedef std::uint64_t LanePairs;
 // Those whose boxes overlap.
 WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) {
   LanePairs near = 0;
-#if defined(__AVX__)
+#if defined(__AVX512DQ__)
+  __m512 low_a[3], high_a[3], low_b[3], high_b[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    low_a[axis] = _mm512_castps256_ps512(a.low[axis]);
+    high_a[axis] = _mm512_castps256_ps512(a.high[axis]);
+    low_b[axis] = _mm512_broadcast_f32x8(b.low[axis]);
+    high_b[axis] = _mm512_broadcast_f32x8(b.high[axis]);
+  }
+  // Two lanes of the first against all of the second at a time.
+  __m512i lanes = _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1);
+  for (int i = 0; i < 8; i += 2) {
+    __mmask16 mask = 0xffff;
+    for (int axis = 0; axis < 3; ++axis) {
+      mask = _mm512_mask_cmp_ps_mask(mask, _mm512_permutexvar_ps(lanes, low_a[axis]), high_b[axis],
+                                     _CMP_LE_OQ);
+      mask = _mm512_mask_cmp_ps_mask(mask, low_b[axis], _mm512_permutexvar_ps(lanes, high_a[axis]),
+                                     _CMP_LE_OQ);
+    }
+    near |= static_cast<LanePairs>(mask) << (8 * i);
+    lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
+  }
+#elif defined(__AVX__)
   // Every lane of the first against all of the second: to leave out those that are nowhere near it
   // costs more than it saves.
   const auto all_of = [](const float& value) { return _mm256_broadcast_ss(&value); };
