@@ -36,8 +36,26 @@ struct PairList {
   int count;
 };
 
+WEFT_INLINE PairList list_of(const DescentQuery& query, int level_a, int level_b, Places* pairs) {
+  return {&query.a->levels[level_a], &query.b->levels[level_b], level_a, level_b, pairs, 0};
+}
+WEFT_INLINE bool holds_leaf_blocks(const PairList& list) {
+  return is_leaf(*list.a) && is_leaf(*list.b);
+}
+// Of what follows the pairs of a list.
+WEFT_INLINE PairList list_below(const DescentQuery& query, const PairList& list, Places* pairs) {
+  return list_of(query, list.level_a + (is_leaf(*list.a) ? 0 : 1),
+                 list.level_b + (is_leaf(*list.b) ? 0 : 1), pairs);
+}
+
 WEFT_INLINE NodePair nodes_of(const PairList& list, Places pair) {
   return {node_of(list.level_a, first_of(pair)), node_of(list.level_b, second_of(pair))};
+}
+WEFT_INLINE Places places_of(const NodePair& nodes) {
+  return place_of(nodes.a) | static_cast<Places>(place_of(nodes.b)) << 32;
+}
+WEFT_INLINE bool is_itself(const DescentQuery& query, const PairList& list, Places pair) {
+  return query.self && list.level_a == list.level_b && first_of(pair) == second_of(pair);
 }
 
 // --- The workspace ---
@@ -164,58 +182,6 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
 
 // --- Expansion ---
 
-// Children i of the one and j of the other whose boxes overlap: bit 4 i + j. Of a block with
-// itself, each pair once; a child that is not there does not even meet itself.
-WEFT_INLINE unsigned near_children(const DescentQuery& query, const NodePair& pair,
-                                   DescentCounters& counters) {
-  const BoxLevel& level_a = level_of(*query.a, pair.a);
-  const BoxLevel& level_b = level_of(*query.b, pair.b);
-  counters.box_tests += 16;
-  const unsigned near =
-      overlap_of_children(level_a.groups[block_of(level_a, pair.a)],
-                          level_b.groups[block_of(level_b, pair.b)], query.half_margin);
-  return query.self && same(pair.a, pair.b) ? near & 0x8cefU : near;
-}
-
-WEFT_INLINE int expand_both(const DescentQuery& query, const NodePair& pair, NodePair* next,
-                            DescentCounters& counters) {
-  const BoxLevel& level_a = level_of(*query.a, pair.a);
-  const BoxLevel& level_b = level_of(*query.b, pair.b);
-  int count = 0;
-  for (unsigned near = near_children(query, pair, counters); near != 0; near &= near - 1) {
-    const int bit = __builtin_ctz(near);
-    next[count++] = {child_of(level_a, pair.a, bit >> 2), child_of(level_b, pair.b, bit & 3)};
-  }
-  return count;
-}
-
-WEFT_INLINE int expand(const DescentQuery& query, const NodePair& pair, NodePair* next,
-                       DescentCounters& counters) {
-  const BoxLevel& level_a = level_of(*query.a, pair.a);
-  const BoxLevel& level_b = level_of(*query.b, pair.b);
-  const bool leaf_a = is_leaf(level_a), leaf_b = is_leaf(level_b);
-  if (leaf_a && leaf_b) return -1;
-  if (!leaf_a && !leaf_b) return expand_both(query, pair, next, counters);
-  counters.box_tests += 4;
-  const BoxTree& whole_tree = leaf_a ? *query.a : *query.b;
-  const WideBox whole = box_of(whole_tree, leaf_a ? pair.a : pair.b, query.half_margin);
-  const BoxLevel& split = leaf_a ? level_b : level_a;
-  const BoxNode node = leaf_a ? pair.b : pair.a;
-  unsigned near = overlap_of_box(whole, split.groups[block_of(split, node)], query.half_margin);
-  int count = 0;
-  for (; near != 0; near &= near - 1) {
-    const BoxNode child = child_of(split, node, __builtin_ctz(near));
-    next[count++] = leaf_a ? NodePair{pair.a, child} : NodePair{child, pair.b};
-  }
-  return count;
-}
-
-int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
-                DescentCounters& counters) {
-  if (query.self && cannot_touch(query, pair, counters)) return 0;
-  return expand(query, pair, next, counters);
-}
-
 // Children i of the one and j of the other: 4 i + j; those that are near are appended, the place
 // after them returned. May write sixteen.
 WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
@@ -261,6 +227,35 @@ WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Pl
   return (near | near << 3 | near << 6 | near << 9) & 0x1111U;
 }
 
+// The pairs that follow a pair, the place after them. May write sixteen.
+WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& list, Places pair,
+                                     Places* to) {
+  constexpr Places all = 0xffff;
+  const Places split = (list.a->split_u != 0 ? all : 0) | (list.a->split_v != 0 ? all << 16 : 0) |
+                       (list.b->split_u != 0 ? all << 32 : 0) |
+                       (list.b->split_v != 0 ? all << 48 : 0);
+  // Of a block with itself, each pair once; a child that is not there does not even meet itself.
+  const unsigned once = is_itself(query, list, pair) ? 0x8cefU : 0xffffU;
+  return append_children(pair + (pair & split), near_of(query, list, pair) & once, to);
+}
+
+WEFT_INLINE int box_tests_a_pair(const PairList& list) {
+  return is_leaf(*list.a) || is_leaf(*list.b) ? 4 : 16;
+}
+
+int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
+                DescentCounters& counters) {
+  if (query.self && cannot_touch(query, pair, counters)) return 0;
+  const PairList list = list_of(query, pair.a.level, pair.b.level, nullptr);
+  if (holds_leaf_blocks(list)) return -1;
+  counters.box_tests += box_tests_a_pair(list);
+  Places found[2 * largest_expansion];
+  const PairList below = list_below(query, list, found);
+  const auto count = append_following(query, list, places_of(pair), found) - found;
+  for (int i = 0; i < count; ++i) next[i] = nodes_of(below, found[i]);
+  return static_cast<int>(count);
+}
+
 // Those of the pairs that follow a pair that may touch, the place after them. One test takes long
 // until it is known, but many in a row, between which nothing is decided, hardly longer.
 WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList& list, bool itself,
@@ -284,24 +279,16 @@ WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList
                              DescentCounters& counters) {
   const int count = list.count < batch ? list.count : batch;
   list.count -= count;
-  counters.box_tests += 16 * count;
+  counters.box_tests += box_tests_a_pair(list) * count;
   const Closeness where = closeness_of(query, list);
   const bool certifies = query.certificate_margin >= 0;
-  const Places high = Places{0xffff};
-  const Places split = (list.a->split_u != 0 ? high : 0) | (list.a->split_v != 0 ? high << 16 : 0) |
-                       (list.b->split_u != 0 ? high << 32 : 0) |
-                       (list.b->split_v != 0 ? high << 48 : 0);
   Places* to = next.pairs + next.count;
   for (int k = list.count; k < list.count + count; ++k) {
     const Places pair = list.pairs[k];
-    const bool itself =
-        query.self && list.level_a == list.level_b && first_of(pair) == second_of(pair);
-    // Of a block with itself, each pair once; a child that is not there does not even meet itself.
-    const unsigned near = near_of(query, list, pair) & (itself ? 0x8cefU : 0xffffU);
     Places* const first = to;
-    to = append_children(pair + (pair & split), near, first);
+    to = append_following(query, list, pair, first);
     if (certifies && are_close(where, pair))
-      to = without_certified(query, next, itself, first, to, counters);
+      to = without_certified(query, next, is_itself(query, list, pair), first, to, counters);
   }
   next.count = static_cast<int>(to - next.pairs);
 }
@@ -312,26 +299,19 @@ void descend(const DescentQuery& query, const NodePair& start, void* workspace, 
   auto& work = *static_cast<Workspace*>(workspace);
   forget_leaves_of_others(query, work);
   PairList lists[list_limit];
-  lists[0] = {&level_of(*query.a, start.a),
-              &level_of(*query.b, start.b),
-              start.a.level,
-              start.b.level,
-              work.pairs[0],
-              1};
-  work.pairs[0][0] = place_of(start.a) | static_cast<Places>(place_of(start.b)) << 32;
-  int at = 0;
-  while (at >= 0) {
+  lists[0] = list_of(query, start.a.level, start.b.level, work.pairs[0]);
+  lists[0].pairs[lists[0].count++] = places_of(start);
+  for (int at = 0; at >= 0;) {
     PairList& list = lists[at];
-    const int step_a = is_leaf(*list.a) ? 0 : 1, step_b = is_leaf(*list.b) ? 0 : 1;
-    if (list.count > 0 && step_a + step_b > 0) {
-      lists[at + 1] = {list.a + step_a,       list.b + step_b,    list.level_a + step_a,
-                       list.level_b + step_b, work.pairs[at + 1], 0};
-      expand_list(query, list, lists[at + 1], counters);
-      ++at;
-      continue;
+    if (holds_leaf_blocks(list)) {
+      pair_leaves(query, list, work, sink, counters);
+      --at;
+    } else if (list.count > 0) {
+      lists[at + 1] = list_below(query, list, work.pairs[at + 1]);
+      expand_list(query, list, lists[++at], counters);
+    } else {
+      --at;
     }
-    if (list.count > 0) pair_leaves(query, list, work, sink, counters);
-    --at;
   }
 }
 
