@@ -32,12 +32,17 @@ WEFT_INLINE Place place_of(BoxNode node) { return node.u | static_cast<Place>(no
 struct PairList {
   const BoxLevel *a, *b;
   std::int32_t level_a, level_b;  // their numbers
+  Places split;                   // ones for the axes that the next level halves
   Places* pairs;
   int count;
 };
 
 WEFT_INLINE PairList list_of(const DescentQuery& query, int level_a, int level_b, Places* pairs) {
-  return {&query.a->levels[level_a], &query.b->levels[level_b], level_a, level_b, pairs, 0};
+  const BoxLevel &a = query.a->levels[level_a], &b = query.b->levels[level_b];
+  constexpr Places all = 0xffff;
+  const Places split = (a.split_u != 0 ? all : 0) | (a.split_v != 0 ? all << 16 : 0) |
+                       (b.split_u != 0 ? all << 32 : 0) | (b.split_v != 0 ? all << 48 : 0);
+  return {&a, &b, level_a, level_b, split, pairs, 0};
 }
 WEFT_INLINE bool holds_leaf_blocks(const PairList& list) {
   return is_leaf(*list.a) && is_leaf(*list.b);
@@ -230,13 +235,9 @@ WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Pl
 // The pairs that follow a pair, the place after them. May write sixteen.
 WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& list, Places pair,
                                      Places* to) {
-  constexpr Places all = 0xffff;
-  const Places split = (list.a->split_u != 0 ? all : 0) | (list.a->split_v != 0 ? all << 16 : 0) |
-                       (list.b->split_u != 0 ? all << 32 : 0) |
-                       (list.b->split_v != 0 ? all << 48 : 0);
   // Of a block with itself, each pair once; a child that is not there does not even meet itself.
   const unsigned once = is_itself(query, list, pair) ? 0x8cefU : 0xffffU;
-  return append_children(pair + (pair & split), near_of(query, list, pair) & once, to);
+  return append_children(pair + (pair & list.split), near_of(query, list, pair) & once, to);
 }
 
 WEFT_INLINE int box_tests_a_pair(const PairList& list) {
