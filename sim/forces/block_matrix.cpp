@@ -52,35 +52,16 @@ int BlockPattern::slot(int row, int column) const {
   return found;
 }
 
-BlockMatrix::BlockMatrix(std::shared_ptr<const BlockPattern> pattern)
-    : pattern_(std::move(pattern)),
-      values_(9 * static_cast<std::size_t>(pattern_->upper_count()) + padding) {}
-
-void BlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
-void BlockMatrix::scale(double factor) {
-  for (double& value : values_) value *= factor;
-}
-
-void BlockMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const {
+template <class Number>
+void SymmetricBlockMatrix<Number>::multiply(std::span<const Vec3> in, std::span<Vec3> out,
+                                            int threads) const {
   assert(static_cast<int>(in.size()) == pattern_->rows() && in.size() == out.size());
   parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
     for (int row = first; row < last; ++row) out[row] = row_product(row, in.data());
   });
 }
 
-SingleBlockMatrix::SingleBlockMatrix(std::shared_ptr<const BlockPattern> pattern)
-    : pattern_(std::move(pattern)),
-      values_(9 * static_cast<std::size_t>(pattern_->block_count()) + padding) {}
-
-void SingleBlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0F); }
-
-void SingleBlockMatrix::mirror_upper(int threads) {
-  parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
-    for (int row = first; row < last; ++row) {
-      for (int slot = pattern_->row_begin(row); slot < pattern_->diagonal_slot(row); ++slot)
-        block(slot) = block(pattern_->mirror_slot(row, slot)).transpose();
-    }
-  });
-}
+template class SymmetricBlockMatrix<double>;
+template class SymmetricBlockMatrix<float>;
 
 }  // namespace weft::sim

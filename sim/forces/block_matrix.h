@@ -2,9 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <algorithm>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace weft::sim {
@@ -40,11 +41,6 @@ class BlockPattern {
     return slot >= diagonal_slot_[row] ? slot - lower_before
                                        : mirror_[lower_before - (diagonal_slot_[row] - slot)];
   }
-  // The slot of the block that one below the diagonal, at `slot` of `row`, mirrors.
-  int mirror_slot(int row, int slot) const {
-    const int other = column_[slot];
-    return diagonal_slot_[other] + upper(row, slot) - upper_start_[other];
-  }
 
  private:
   void find_mirrors();
@@ -54,139 +50,138 @@ class BlockPattern {
   std::vector<int> mirror_;       // by block below the diagonal: its mirror image above
 };
 
-// A symmetric matrix on a pattern shared with others: the upper blocks, in double.
-class BlockMatrix {
+// A symmetric matrix on a pattern shared with others: its upper blocks, in double or float. Sums
+// are in double.
+template <class Number>
+class SymmetricBlockMatrix {
  public:
-  BlockMatrix() = default;  // empty
-  bool is_empty() const { return pattern_ == nullptr; }
-  explicit BlockMatrix(std::shared_ptr<const BlockPattern> pattern);
+  using Block = Eigen::Matrix<Number, 3, 3>;
 
+  SymmetricBlockMatrix() = default;
+  explicit SymmetricBlockMatrix(std::shared_ptr<const BlockPattern> pattern)
+      : pattern_(std::move(pattern)),
+        values_(9 * static_cast<std::size_t>(pattern_->upper_count()) + padding) {}
+
+  bool is_empty() const { return pattern_ == nullptr; }
   const BlockPattern& pattern() const { return *pattern_; }
   const std::shared_ptr<const BlockPattern>& shared_pattern() const { return pattern_; }
-  void set_zero();
-  void scale(double factor);
-  Eigen::Map<Mat3> upper_block(int upper) { return Eigen::Map<Mat3>(at(upper)); }
-  Eigen::Map<const Mat3> upper_block(int upper) const { return Eigen::Map<const Mat3>(at(upper)); }
+  void set_zero() { std::fill(values_.begin(), values_.end(), Number(0)); }
+  void scale(Number factor) {
+    for (Number& value : values_) value *= factor;
+  }
+  Eigen::Map<Block> upper_block(int upper) { return Eigen::Map<Block>(at(upper)); }
+  Eigen::Map<const Block> upper_block(int upper) const {
+    return Eigen::Map<const Block>(at(upper));
+  }
+  Eigen::Map<const Block> diagonal_block(int row) const {
+    return upper_block(pattern_->upper(row, pattern_->diagonal_slot(row)));
+  }
   // Block at a slot of a row, on either side of the diagonal.
-  Mat3 block(int row, int slot) const {
+  Block block(int row, int slot) const {
     const auto stored = upper_block(pattern_->upper(row, slot));
-    return slot < pattern_->diagonal_slot(row) ? Mat3(stored.transpose()) : Mat3(stored);
+    return slot < pattern_->diagonal_slot(row) ? Block(stored.transpose()) : Block(stored);
   }
 
+  // Sums of the blocks at slots [first, last) of a row, all of them below the diagonal, or all on
+  // it and above, times what `in` has for their columns; the latter from the last slot to the first
+  // where `backward`.
+  Vec3 lower_product(int row, int first, int last, const Vec3* in) const {
+    return lower_product_of(*pattern_, row, first, last, in,
+                            [this](int upper, int column) { return four(upper, column); });
+  }
+  template <bool backward = false>
+  Vec3 upper_product(int row, int first, int last, const Vec3* in) const {
+    return upper_product_of<backward>(
+        *pattern_, row, first, last, in,
+        [this](int upper, int column) { return four(upper, column); });
+  }
   Vec3 row_product(int row, const Vec3* in) const {
-    return row_product_of(*pattern_, row, in, [this](int upper, int column) -> Four {
-      return Column(at(upper) + 3 * column);
-    });
+    return row_product_of(*pattern_, row, in,
+                          [this](int upper, int column) { return four(upper, column); });
   }
   // That of factor * this + other_factor * other, of one pattern, in one pass.
-  Vec3 row_product(int row, const Vec3* in, double factor, const BlockMatrix& other,
+  Vec3 row_product(int row, const Vec3* in, double factor, const SymmetricBlockMatrix& other,
                    double other_factor) const {
     return row_product_of(*pattern_, row, in, [&](int upper, int column) -> Four {
-      return factor * Column(at(upper) + 3 * column) +
-             other_factor * Column(other.at(upper) + 3 * column);
+      return factor * four(upper, column) + other_factor * other.four(upper, column);
     });
   }
 
   // out = this * in. Sizes: rows() each. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
+  // Asks ahead of time for the upper blocks of rows [first, last), where rows are not read one
+  // after the other from first to last and the processor does not foresee it. Rows beyond the ends
+  // are allowed.
+  void prefetch_rows(int first, int last) const {
+    first = std::max(first, 0);
+    last = std::min(last, pattern_->rows());
+    if (first >= last) return;
+    const Number* const end = at(pattern_->upper(last - 1, pattern_->row_end(last - 1) - 1) + 1);
+    constexpr int numbers_a_line = 64 / sizeof(Number);
+    for (const Number* line = at(pattern_->upper(first, pattern_->diagonal_slot(first)));
+         line < end; line += numbers_a_line)
+      __builtin_prefetch(line);
+  }
+
  private:
   // Columns of blocks are taken four numbers at a time, of which the last is ignored.
   using Four = Eigen::Array4d;
-  using Column = Eigen::Map<const Four>;
   static constexpr std::size_t padding = 1;  // so that the last column can be read as four
+
+  Four four(int upper, int column) const {
+    return Eigen::Map<const Eigen::Array<Number, 4, 1>>(at(upper) + 3 * column)
+        .template cast<double>();
+  }
 
   // `block_column` gives column 0, 1 or 2 of an upper block. Below the diagonal columns are rows:
   // products first, and one sum over the three at the end.
   template <class BlockColumn>
-  static Vec3 row_product_of(const BlockPattern& pattern, int row, const Vec3* in,
-                             const BlockColumn& block_column) {
-    Four below0 = Four::Zero(), below1 = below0, below2 = below0;
-    const int diagonal = pattern.diagonal_slot(row);
-    for (int slot = pattern.row_begin(row); slot < diagonal; ++slot) {
-      const int upper = pattern.upper(row, slot);
-      const Four x = Column(in[pattern.column(slot)].data());  // not the last particle
-      below0 += block_column(upper, 0) * x;
-      below1 += block_column(upper, 1) * x;
-      below2 += block_column(upper, 2) * x;
-    }
+  static Vec3 lower_product_of(const BlockPattern& pattern, int row, int first, int last,
+                               const Vec3* in, const BlockColumn& block_column) {
     Four sum0 = Four::Zero(), sum1 = sum0, sum2 = sum0;
-    int upper = pattern.upper(row, diagonal);
-    for (int slot = diagonal; slot < pattern.row_end(row); ++slot, ++upper) {
-      const Vec3& x = in[pattern.column(slot)];
-      sum0 += block_column(upper, 0) * x[0];
-      sum1 += block_column(upper, 1) * x[1];
-      sum2 += block_column(upper, 2) * x[2];
+    for (int slot = first; slot < last; ++slot) {
+      const int upper = pattern.upper(row, slot);
+      // Not the last particle, so that its velocity, too, can be read as four.
+      const Four x = Eigen::Map<const Four>(in[pattern.column(slot)].data());
+      sum0 += block_column(upper, 0) * x;
+      sum1 += block_column(upper, 1) * x;
+      sum2 += block_column(upper, 2) * x;
     }
-    sum0 += sum1 + sum2;
-    return {sum0[0] + (below0[0] + below0[1] + below0[2]),
-            sum0[1] + (below1[0] + below1[1] + below1[2]),
-            sum0[2] + (below2[0] + below2[1] + below2[2])};
+    return {sum0[0] + sum0[1] + sum0[2], sum1[0] + sum1[1] + sum1[2], sum2[0] + sum2[1] + sum2[2]};
   }
-
-  double* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }
-  const double* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }
-
-  std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<double> values_;  // 9 an upper block, column-major
-};
-
-// The same with both halves, in float: what a preconditioner sweeps through.
-class SingleBlockMatrix {
- public:
-  using Block = Eigen::Matrix3f;
-
-  explicit SingleBlockMatrix(std::shared_ptr<const BlockPattern> pattern);
-
-  const BlockPattern& pattern() const { return *pattern_; }
-  void set_zero();
-  Eigen::Map<Block> block(int slot) { return Eigen::Map<Block>(at(slot)); }
-  Eigen::Map<const Block> block(int slot) const { return Eigen::Map<const Block>(at(slot)); }
-  // Makes the blocks below the diagonal the mirror images of those above it.
-  void mirror_upper(int threads);
-  // 9 a slot, column-major; the last may be read one further.
-  std::span<const float> values() const {
-    return std::span(values_).first(values_.size() - padding);
-  }
-
-  // Sum of the blocks of slots [first, last), of one row, times what `in` has for their columns;
-  // from the last slot to the first where `backward`. Sums are in double.
-  template <bool backward = false>
-  Vec3 partial_row_product(int first, int last, const Vec3* in) const {
-    // A column of a block is a vector of four, the last of which is ignored.
-    Eigen::Array4d sum0 = Eigen::Array4d::Zero(), sum1 = sum0, sum2 = sum0;
+  template <bool backward, class BlockColumn>
+  static Vec3 upper_product_of(const BlockPattern& pattern, int row, int first, int last,
+                               const Vec3* in, const BlockColumn& block_column) {
+    Four sum0 = Four::Zero(), sum1 = sum0, sum2 = sum0;
+    const int diagonal = pattern.diagonal_slot(row);
+    const int to_upper = pattern.upper(row, diagonal) - diagonal;
     for (int i = first; i < last; ++i) {
       const int slot = backward ? first + last - 1 - i : i;
-      const float* value = at(slot);
-      const Vec3& x = in[pattern_->column(slot)];
-      sum0 += four(value) * x[0];
-      sum1 += four(value + 3) * x[1];
-      sum2 += four(value + 6) * x[2];
+      const Vec3& x = in[pattern.column(slot)];
+      sum0 += block_column(slot + to_upper, 0) * x[0];
+      sum1 += block_column(slot + to_upper, 1) * x[1];
+      sum2 += block_column(slot + to_upper, 2) * x[2];
     }
     sum0 += sum1 + sum2;
-    return sum0.head<3>();
+    return sum0.template head<3>();
   }
-  // Asks for the blocks of slots [first, last) ahead of time, where rows are not read one after
-  // the other from first to last and the processor does not foresee it. Slots beyond the ends are
-  // allowed.
-  void prefetch(int first, int last) const {
-    const auto* const begin = reinterpret_cast<const char*>(values_.data());
-    constexpr std::ptrdiff_t bytes_a_block = 9 * sizeof(float);
-    for (std::ptrdiff_t at = first * bytes_a_block; at < last * bytes_a_block; at += 64)
-      __builtin_prefetch(begin + at);
+  template <class BlockColumn>
+  static Vec3 row_product_of(const BlockPattern& pattern, int row, const Vec3* in,
+                             const BlockColumn& block_column) {
+    const int diagonal = pattern.diagonal_slot(row);
+    return lower_product_of(pattern, row, pattern.row_begin(row), diagonal, in, block_column) +
+           upper_product_of<false>(pattern, row, diagonal, pattern.row_end(row), in, block_column);
   }
 
- private:
-  static constexpr std::size_t padding = 1;  // so that the last column can be read as four
-
-  float* at(int slot) { return values_.data() + 9 * static_cast<std::size_t>(slot); }
-  const float* at(int slot) const { return values_.data() + 9 * static_cast<std::size_t>(slot); }
-  static Eigen::Array4d four(const float* value) {
-    return Eigen::Map<const Eigen::Array4f>(value).cast<double>();
-  }
+  Number* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }
+  const Number* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }
 
   std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<float> values_;
+  std::vector<Number> values_;  // 9 an upper block, column-major
 };
+
+using BlockMatrix = SymmetricBlockMatrix<double>;
+using SingleBlockMatrix = SymmetricBlockMatrix<float>;  // what a preconditioner sweeps through
 
 }  // namespace weft::sim

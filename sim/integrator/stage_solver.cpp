@@ -41,6 +41,12 @@ constexpr int most_whole_corrections = 12;
 // Cut more often than this, a correction gains nothing: a shorter step does.
 constexpr int most_cuts = 8;
 
+bool all_finite(std::span<const double> y) {
+  double sum = 0;
+  for (double value : y) sum += value - value;
+  return sum == 0;
+}
+
 }  // namespace
 
 struct StageSolver::Implementation {
@@ -226,7 +232,10 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   const int count = static_cast<int>(y.size());
   error_weights(scene.source.time, y, weight);
-  for (int left = newton_count; residual(y, right) == 0; --left) {
+  for (int left = newton_count;; --left) {
+    // The forces at the end are looked at for surfaces that it brings into each other.
+    if (left == 0 && dynamics.contact() == nullptr && all_finite(y)) return Outcome::solved;
+    if (residual(y, right) != 0) return Outcome::blocked;
     if (left == 0) return Outcome::solved;
     ++newton_iterations;
     static_cast<void>(assemble(y));
@@ -248,7 +257,6 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
       for (int i = first; i < last; ++i) y[i] += solution[i];
     });
   }
-  return Outcome::blocked;
 }
 
 StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count)

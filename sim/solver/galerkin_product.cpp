@@ -22,6 +22,11 @@ struct Columns {
   static Columns zero() {
     return {{Eigen::Array4d::Zero(), Eigen::Array4d::Zero(), Eigen::Array4d::Zero()}};
   }
+  Mat3 block() const {
+    Mat3 result;
+    for (int c = 0; c < 3; ++c) result.col(c) = column[c].head<3>().matrix();
+    return result;
+  }
   void add(double weight, const Columns& other) {
     for (int c = 0; c < 3; ++c) column[c] += weight * other.column[c];
   }
@@ -54,37 +59,37 @@ void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolong
                       SingleBlockMatrix& coarse, int threads) {
   const BlockPattern& rows = fine.pattern();
   const BlockPattern& coarse_rows = coarse.pattern();
-  const float* values = fine.values().data();
   parallel_chunks(coarse_rows.rows(), threads, [&](int first, int last) {
-    // The sums of a row from its diagonal on, and by coarse column where they are; kept from chunk
-    // to chunk.
-    thread_local std::vector<Columns> sums;
+    // The sums of a row from its diagonal on, of blocks above and of mirror images of those below,
+    // and by coarse column where they are; kept from chunk to chunk.
+    thread_local std::vector<Columns> sums[2];
     thread_local std::vector<int> place;
     place.resize(std::max(place.size(), static_cast<std::size_t>(coarse_rows.rows())));
     for (int row = first; row < last; ++row) {
       const int begin = coarse_rows.diagonal_slot(row), end = coarse_rows.row_end(row);
-      sums.assign(end - begin, Columns::zero());
+      for (auto& sum : sums) sum.assign(end - begin, Columns::zero());
       for (int slot = begin; slot < end; ++slot) place[coarse_rows.column(slot)] = slot - begin;
       for (int c = prolongation.child_start[row]; c < prolongation.child_start[row + 1]; ++c) {
         const int child = prolongation.child[c];
         for (int slot = rows.row_begin(child); slot < rows.row_end(child); ++slot) {
-          const Columns block = Columns::of(values + 9 * static_cast<std::size_t>(slot));
+          const bool is_mirrored = slot < rows.diagonal_slot(child);
+          const Columns block = Columns::of(fine.upper_block(rows.upper(child, slot)).data());
           const int column = rows.column(slot);
           for (int k = prolongation.row_start[column]; k < prolongation.row_start[column + 1];
                ++k) {
             const int parent = prolongation.column[k];
-            if (parent >= row)
-              sums[place[parent]].add(prolongation.child_weight[c] * prolongation.weight[k], block);
+            if (parent < row) continue;
+            sums[is_mirrored][place[parent]].add(
+                prolongation.child_weight[c] * prolongation.weight[k], block);
           }
         }
       }
-      for (int slot = begin; slot < end; ++slot) {
-        for (int c = 0; c < 3; ++c)
-          coarse.block(slot).col(c) = sums[slot - begin].column[c].head<3>().matrix().cast<float>();
+      for (int i = 0; i < end - begin; ++i) {
+        coarse.upper_block(coarse_rows.upper(row, begin + i)) =
+            (sums[0][i].block() + sums[1][i].block().transpose()).cast<float>();
       }
     }
   });
-  coarse.mirror_upper(threads);
 }
 
 }  // namespace weft::sim

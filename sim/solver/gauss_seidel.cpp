@@ -57,14 +57,12 @@ void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
   for (const auto& chunks : colours_) {
     run_chunks(chunks, threads, [&](int first, int last) {
       for (int row = first; row < last; ++row) {
-        const int ahead = prefetched_rows * (pattern.row_end(row) - pattern.row_begin(row));
-        matrix.prefetch(pattern.row_begin(row) + ahead, pattern.diagonal_slot(row) + ahead);
         int outside = pattern.row_end(row);
         while (pattern.column(outside - 1) >= last) --outside;
-        Vec3 sum = matrix.partial_row_product(pattern.row_begin(row), pattern.diagonal_slot(row),
-                                              x.data());
+        Vec3 sum =
+            matrix.lower_product(row, pattern.row_begin(row), pattern.diagonal_slot(row), x.data());
         if (outside != pattern.row_end(row))
-          sum += matrix.partial_row_product(outside, pattern.row_end(row), x.data());
+          sum += matrix.upper_product(row, outside, pattern.row_end(row), x.data());
         x[row] = inverse_diagonal[row] * (b[row] - sum);
       }
     });
@@ -78,15 +76,14 @@ void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
   for (auto chunks = colours_.rbegin(); chunks != colours_.rend(); ++chunks) {
     run_chunks(*chunks, threads, [&](int first, int last) {
       for (int row = last - 1; row >= first; --row) {
-        const int ahead = prefetched_rows * (pattern.row_end(row) - pattern.row_begin(row));
-        matrix.prefetch(pattern.row_begin(row) - ahead, pattern.row_end(row) - ahead);
+        matrix.prefetch_rows(row - prefetched_rows, row - prefetched_rows + 1);
         // The row visited just before comes last: its x is not there yet.
         const int diagonal = pattern.diagonal_slot(row);
         const Vec3 rest =
-            b[row] - matrix.partial_row_product(pattern.row_begin(row), diagonal, x.data());
+            b[row] - matrix.lower_product(row, pattern.row_begin(row), diagonal, x.data());
         const Vec3 swept =
             inverse_diagonal[row] *
-            (rest - matrix.partial_row_product<true>(diagonal + 1, pattern.row_end(row), x.data()));
+            (rest - matrix.upper_product<true>(row, diagonal + 1, pattern.row_end(row), x.data()));
         change[row] = swept - x[row];
         x[row] = swept;
       }
@@ -102,19 +99,20 @@ void GaussSeidel::remaining(Half half, const SingleBlockMatrix& matrix, std::spa
       for (int row = first; row < last; ++row) {
         const int diagonal = pattern.diagonal_slot(row);
         int begin = pattern.row_begin(row), end = pattern.row_end(row);
-        const int ahead = prefetched_rows * (end - begin);
-        matrix.prefetch((half == Half::upper ? diagonal : begin) + ahead,
-                        (half == Half::upper ? end : diagonal) + ahead);
         Vec3 sum = Vec3::Zero();
-        const auto add_outside = [&](int slot) {
+        const auto counts = [&](int slot) {
           const int other = colour_of_chunk_[pattern.column(slot) / rows_a_chunk_];
-          if (half == Half::upper ? other > colour : other < colour)
-            sum += matrix.partial_row_product(slot, slot + 1, x.data());
+          return half == Half::upper ? other > colour : other < colour;
         };
-        for (; pattern.column(begin) < first; ++begin) add_outside(begin);
-        while (pattern.column(end - 1) >= last) add_outside(--end);
-        sum += half == Half::upper ? matrix.partial_row_product(diagonal + 1, end, x.data())
-                                   : matrix.partial_row_product(begin, diagonal, x.data());
+        for (; pattern.column(begin) < first; ++begin) {
+          if (counts(begin)) sum += matrix.lower_product(row, begin, begin + 1, x.data());
+        }
+        while (pattern.column(end - 1) >= last) {
+          --end;
+          if (counts(end)) sum += matrix.upper_product(row, end, end + 1, x.data());
+        }
+        sum += half == Half::upper ? matrix.upper_product(row, diagonal + 1, end, x.data())
+                                   : matrix.lower_product(row, begin, diagonal, x.data());
         r[row] = -sum;
       }
     });

@@ -37,8 +37,9 @@ void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) 
     const Contact::Coupling coupling = contact.definite_coupling(pair, gamma);
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
-        if (coupling.nodes[i] >= pattern.rows() || coupling.nodes[j] >= pattern.rows()) continue;
-        matrix.block(pattern.slot(coupling.nodes[i], coupling.nodes[j])) +=
+        const int row = coupling.nodes[i], column = coupling.nodes[j];
+        if (column < row || column >= pattern.rows()) continue;
+        matrix.upper_block(pattern.upper(row, pattern.slot(row, column))) +=
             (coupling.weight[i] * coupling.weight[j] * coupling.block).cast<float>();
       }
     }
@@ -56,8 +57,7 @@ bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut
     for (int i = first; i < last; ++i) {
       if (left_out(i)) {
         inverse[i].setZero();
-      } else if (!invert_definite(matrix.block(pattern.diagonal_slot(i)).cast<double>(),
-                                  inverse[i])) {
+      } else if (!invert_definite(matrix.diagonal_block(i).cast<double>(), inverse[i])) {
         ++count;
       }
     }
@@ -136,12 +136,13 @@ bool Multigrid::factor_coarsest() {
   const BlockPattern& pattern = matrix.pattern();
   if (pattern.rows() == 0) return true;  // all particles are pinned
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(matrix.values().size());
+  entries.reserve(9 * static_cast<std::size_t>(pattern.block_count()));
   for (int row = 0; row < pattern.rows(); ++row) {
     for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
+      const SingleBlockMatrix::Block block = matrix.block(row, slot);
       for (int i = 0; i < 9; ++i) {
         entries.emplace_back(3 * row + i % 3, 3 * pattern.column(slot) + i / 3,
-                             matrix.block(slot)(i % 3, i / 3));
+                             block(i % 3, i / 3));
       }
     }
   }

@@ -13,8 +13,8 @@ namespace weft::sim {
 
 // Coarse matrices are P^T A P level by level; a forward block Gauss-Seidel sweep before and a
 // backward one after each coarse correction; sparse Cholesky on the coarsest level. All matrices
-// are in single precision, all sums in double: the traffic is halved, and the iterations stay the
-// same.
+// are in single precision and hold their upper halves, all sums in double: the traffic is a quarter,
+// and the iterations stay the same.
 //
 // Contact pairs are couplings like any other, in the sweeps and in the coarse matrices: with each
 // set-up in which there are some, all patterns are found anew. (With couplings beyond the pattern

@@ -41,11 +41,11 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
           sum += gamma_ * Numbers(dynamics_.damping().upper_block(upper).data());
         if (slot == diagonal)
           for (int i : {0, 4, 8}) sum[i] += dynamics_.scene().mass[row];
-        Eigen::Map<Eigen::Array<float, 9, 1>>(matrix.block(target).data()) = sum.cast<float>();
+        Eigen::Map<Eigen::Array<float, 9, 1>>(matrix.upper_block(there.upper(row, target)).data()) =
+            sum.cast<float>();
       }
     }
   });
-  matrix.mirror_upper(dynamics_.threads());
 }
 
 // Few: the list costs less than a pass over all.

@@ -155,7 +155,7 @@ TEST(Multigrid, GalerkinProductIsThatOfDenseMatrices) {
   for (int row = 0; row < coarse.pattern().rows(); ++row) {
     for (int slot = coarse.pattern().row_begin(row); slot < coarse.pattern().row_end(row); ++slot)
       expected.block<3, 3>(3 * row, 3 * coarse.pattern().column(slot)) -=
-          coarse.block(slot).cast<double>();
+          coarse.block(row, slot).cast<double>();
   }
   EXPECT_LT(expected.cwiseAbs().maxCoeff(), 1e-6 * size);
 }
