@@ -165,8 +165,8 @@ double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3*
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
-// r = M b_v - gamma K b_x; K b_x comes from the block matrix, less what damping is joined to it, and
-// the contact pairs' own stiffness.
+// r = M b_v - gamma K b_x; K b_x comes from the block matrix, less what damping is joined to it,
+// and the contact pairs' own stiffness.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const double gamma = matrix_.gamma();
@@ -269,8 +269,9 @@ void VelocitySystem::form_residual(std::span<const Vec3> dv) {
 }
 
 // Conjugate gradients from dv = 0. With products in single precision first; once their residual has
-// fallen to the tolerance that of A itself is formed, from which, where it is larger, they go on
-// with products in double.
+// fallen to the tolerance, or they meet negative curvature, which in single precision a stiff body
+// may seem to have, that of A itself is formed, from which they go on, where it is larger, with
+// products in double.
 void VelocitySystem::iterate(std::span<const Vec3> weight, double tolerance, std::span<Vec3> dv,
                              Outcome& outcome) {
   double rho = 1, curvature = 0;
@@ -278,14 +279,15 @@ void VelocitySystem::iterate(std::span<const Vec3> weight, double tolerance, std
   is_exact_ = false;
   while (outcome.residual > tolerance && outcome.iterations < largest_iteration_count) {
     starts_anew = renew(outcome) || starts_anew;
-    if (!turn(starts_anew, rho, curvature)) {
+    const bool may_be_rounding = !is_exact_ && !preconditioner_->remainder().empty();
+    const bool is_definite = turn(starts_anew, rho, curvature);
+    if (!is_definite && !may_be_rounding) {
       outcome.indefinite = true;
       break;
     }
-    outcome.residual = advance(rho / curvature, weight, dv.data());
+    if (is_definite) outcome.residual = advance(rho / curvature, weight, dv.data());
     ++outcome.iterations;
-    starts_anew =
-        !is_exact_ && !preconditioner_->remainder().empty() && outcome.residual <= tolerance;
+    starts_anew = may_be_rounding && (!is_definite || outcome.residual <= tolerance);
     if (starts_anew) {
       is_exact_ = true;
       form_residual(dv);

@@ -1,6 +1,7 @@
 #include "sim/solver/galerkin_product.h"
 
 #include <algorithm>
+#include <array>
 
 #include "sim/parallel.h"
 
@@ -10,7 +11,7 @@ namespace {
 
 // A block as its columns, each a vector of four, the last of which is ignored.
 struct Columns {
-  Eigen::Array4d column[3];
+  std::array<Eigen::Array4d, 3> column;
 
   // `block` may be read up to its tenth number.
   static Columns of(const float* block) {
@@ -20,7 +21,7 @@ struct Columns {
     return result;
   }
   static Columns zero() {
-    return {{Eigen::Array4d::Zero(), Eigen::Array4d::Zero(), Eigen::Array4d::Zero()}};
+    return {{{Eigen::Array4d::Zero(), Eigen::Array4d::Zero(), Eigen::Array4d::Zero()}}};
   }
   Mat3 block() const {
     Mat3 result;

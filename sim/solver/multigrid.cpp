@@ -71,7 +71,7 @@ bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut
 Multigrid::Level::Level(const std::shared_ptr<const BlockPattern>& pattern)
     : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
-Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern)
+Multigrid::Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern)
     : Multigrid(scene, pattern, pattern->rows() < particles_to_ask_twice ? 0 : 2) {}
 
 Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,

@@ -13,8 +13,8 @@ namespace weft::sim {
 
 // Coarse matrices are P^T A P level by level; a forward block Gauss-Seidel sweep before and a
 // backward one after each coarse correction; sparse Cholesky on the coarsest level. All matrices
-// are in single precision and hold their upper halves, all sums in double: the traffic is a quarter,
-// and the iterations stay the same.
+// are in single precision and hold their upper halves, all sums in double: the traffic is a
+// quarter, and the iterations stay the same.
 //
 // Contact pairs are couplings like any other, in the sweeps and in the coarse matrices: with each
 // set-up in which there are some, all patterns are found anew. (With couplings beyond the pattern
@@ -33,7 +33,7 @@ class Multigrid : public Preconditioner {
   // resists: with every level a coarse correction is too small by more, and there are more levels
   // the finer the image. On smaller ones the iterations that a second cycle saves cost less than it
   // does (docs/benchmarks.md).
-  Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern);
+  Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern);
 
   // Takes over A on all levels. False where a diagonal block, or the coarsest matrix, is not
   // positive definite; the cycle must then not be used. O(blocks).
