@@ -83,7 +83,7 @@ class BendingForce final : public Force {
   // part.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
-    measure(state, threads);
+    if (definiteness == Definiteness::exact) measure(state, threads);
     triangle_stencils_.for_each_batch(threads, [&](int first) {
       const TriangleBatch& triangles = triangles_[first / lane_count];
       const NodesOf<Lanes, 6> x = triangle_stencils_.gather(first, state.position);

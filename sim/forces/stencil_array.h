@@ -24,12 +24,24 @@ class StencilArray {
   using Lanes = materials::Lanes;
 
   StencilArray() = default;
-  StencilArray(std::vector<Stencil> stencils, int particle_count) : stencils_(std::move(stencils)) {
+  StencilArray(const std::vector<Stencil>& stencils, int particle_count)
+      : nodes_(batches_of(static_cast<int>(stencils.size()))),
+        count_(static_cast<int>(stencils.size())) {
+    for (int i = 0; i < lane_count * static_cast<int>(nodes_.size()); ++i) {
+      for (int node = 0; node < Nodes; ++node)
+        nodes_[i / lane_count][node].values[i % lane_count] =
+            stencils[std::min(i, count_ - 1)][node];
+    }
     colour_chunks(particle_count);
   }
 
-  int count() const { return static_cast<int>(stencils_.size()); }
-  const Stencil& operator[](int i) const { return stencils_[i]; }
+  int count() const { return count_; }
+  Stencil operator[](int i) const {
+    Stencil stencil;
+    for (int node = 0; node < Nodes; ++node)
+      stencil[node] = nodes_[i / lane_count][node].values[i % lane_count];
+    return stencil;
+  }
 
   // Calls body(stencil index); bodies may add to the particles of their stencil.
   template <class Body>
@@ -42,40 +54,48 @@ class StencilArray {
   template <class Body>
   void for_each_batch(int threads, const Body& body) const {
     for_each_chunk(threads, [&](int first, int last) {
-      for (int i = first; i < last; i += materials::lane_count) body(i);
+      for (int i = first; i < last; i += lane_count) body(i);
     });
   }
 
   // The values at the nodes of a batch; beyond the last stencil, those of the last once more.
   materials::NodesOf<Lanes, Nodes> gather(int first, std::span<const Vec3> values) const {
-    materials::NodesOf<Lanes, Nodes> nodes;
-    for (int lane = 0; lane < materials::lane_count; ++lane) {
-      const Stencil& stencil = stencils_[std::min(first + lane, count() - 1)];
-      for (int node = 0; node < Nodes; ++node) {
-        for (int axis = 0; axis < 3; ++axis)
-          nodes(axis, node).values[lane] = values[stencil[node]][axis];
+    materials::NodesOf<Lanes, Nodes> result;
+    for (int node = 0; node < Nodes; ++node) {
+      const Integers& nodes = nodes_[first / lane_count][node];
+      std::array<const double*, lane_count> at;
+      for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
+      // Numbers put into a vector one by one would wait in memory for the last of them.
+      for (int axis = 0; axis < 3; ++axis) {
+        result(axis, node) =
+            Lanes(Lanes::Vector{at[0][axis], at[1][axis], at[2][axis], at[3][axis], at[4][axis],
+                                at[5][axis], at[6][axis], at[7][axis]});
       }
     }
-    return nodes;
+    return result;
   }
   // Adds what a batch computed to its nodes, stencil after stencil.
   void scatter(int first, const materials::NodesOf<Lanes, Nodes>& values,
                std::span<Vec3> sums) const {
     for (int lane = 0; lane < lanes_of(first); ++lane) {
-      const Stencil& stencil = stencils_[first + lane];
       for (int node = 0; node < Nodes; ++node) {
-        for (int axis = 0; axis < 3; ++axis)
-          sums[stencil[node]][axis] += values(axis, node).values[lane];
+        Vec3& sum = sums[nodes_[first / lane_count][node].values[lane]];
+        for (int axis = 0; axis < 3; ++axis) sum[axis] += values(axis, node).values[lane];
       }
     }
   }
   // Adds the blocks of a batch to a matrix.
   void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
                BlockMatrix& matrix) const {
+    const int lanes = lanes_of(first);
+    const auto& nodes = nodes_[first / lane_count];
     int pair = 0;
     for (int a = 0; a < Nodes; ++a) {
-      scatter_diagonal(first, a, values(a, a), matrix);
-      for (int b = a + 1; b < Nodes; ++b) scatter_pair(first, pair++, a, b, values(a, b), matrix);
+      add_blocks(lanes, values(a, a), diagonal_places(nodes[a], matrix.pattern()), matrix);
+      for (int b = a + 1; b < Nodes; ++b) {
+        add_blocks(lanes, as_stored(values(a, b), nodes[a], nodes[b]),
+                   places_[first / lane_count][pair++], matrix);
+      }
     }
   }
 
@@ -94,7 +114,8 @@ class StencilArray {
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const {
-    for (const Stencil& stencil : stencils_) {
+    for (int i = 0; i < count(); ++i) {
+      const Stencil stencil = (*this)[i];
       for (int a : stencil) {
         for (int b : stencil) neighbours[a].push_back(b);
       }
@@ -103,14 +124,16 @@ class StencilArray {
 
   // Finds where the blocks of each stencil's pairs lie in matrices of this pattern.
   void attach(const BlockPattern& pattern) {
-    places_.resize(stencils_.size());
-    for (std::size_t i = 0; i < stencils_.size(); ++i) {
+    places_.resize(nodes_.size());
+    for (int i = 0; i < count(); ++i) {
+      const Stencil stencil = (*this)[i];
       int pair = 0;
       for (int a = 0; a < Nodes; ++a) {
         for (int b = a + 1; b < Nodes; ++b) {
-          const int row = std::min(stencils_[i][a], stencils_[i][b]);
-          const int column = std::max(stencils_[i][a], stencils_[i][b]);
-          places_[i][pair++] = pattern.upper(row, pattern.slot(row, column));
+          const int row = std::min(stencil[a], stencil[b]);
+          const int column = std::max(stencil[a], stencil[b]);
+          places_[i / lane_count][pair++].values[i % lane_count] =
+              pattern.upper(row, pattern.slot(row, column));
         }
       }
     }
@@ -119,13 +142,21 @@ class StencilArray {
   // Adds a symmetric `value` to the diagonal blocks of both nodes of stencil i and takes it from
   // the block between them.
   void add_pair(int i, const Mat3& value, BlockMatrix& matrix) const requires(Nodes == 2) {
-    for (int node : stencils_[i])
-      matrix.upper_block(matrix.pattern().upper_diagonal(node)) += value;
-    matrix.upper_block(places_[i][0]) -= value;
+    for (int node : (*this)[i]) matrix.upper_block(matrix.pattern().upper_diagonal(node)) += value;
+    matrix.upper_block(places_[i / lane_count][0].values[i % lane_count]) -= value;
   }
 
  private:
+  static constexpr int lane_count = materials::lane_count;
   static constexpr int stencils_a_chunk = 512;  // whole batches
+
+  // One number of each stencil of a batch.
+  struct Integers {
+    typedef int Vector __attribute__((vector_size(sizeof(int) * lane_count)));
+    Vector values;
+  };
+
+  static int batches_of(int count) { return (count + lane_count - 1) / lane_count; }
 
   // Calls body(first, last) for each chunk of stencils.
   template <class Body>
@@ -143,50 +174,52 @@ class StencilArray {
 
   int lanes_of(int first) const { return std::min(materials::lane_count, count() - first); }
 
-  // Adds the nine numbers of each stencil's block, the last of which stays in its place, to the
-  // upper blocks that `place(lane)` gives; those of -1 are left out.
-  template <class Place>
-  static void scatter_block(int lanes, const Lanes* value, const std::array<int, 8>& order,
-                            const Place& place, BlockMatrix& matrix) {
+  static Integers diagonal_places(const Integers& nodes, const BlockPattern& pattern) {
+    Integers places;
+    for (int lane = 0; lane < lane_count; ++lane)
+      places.values[lane] = pattern.upper_diagonal(nodes.values[lane]);
+    return places;
+  }
+
+  // Of the blocks between nodes a and b, those above the diagonal: the transpose where a is behind
+  // b, and both where they are one particle.
+  static materials::Mat3Of<Lanes> as_stored(const materials::Mat3Of<Lanes>& value,
+                                            const Integers& a, const Integers& b) {
+    const auto as_mask = [](const auto& mask) {
+      return __builtin_convertvector(mask, Lanes::Mask);
+    };
+    const Lanes::Mask is_transposed = as_mask(a.values > b.values);
+    const Lanes::Mask is_one = as_mask(a.values == b.values);
+    bool any_is_one = false;
+    for (int lane = 0; lane < lane_count; ++lane) any_is_one |= a.values[lane] == b.values[lane];
+    materials::Mat3Of<Lanes> result;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j)
+        result(i, j) = materials::choose(is_transposed, value(j, i), value(i, j));
+    }
+    if (!any_is_one) return result;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) result(i, j) += materials::choose(is_one, value(j, i), 0.0);
+    }
+    return result;
+  }
+
+  // Adds the block of each stencil to the upper block at its place.
+  static void add_blocks(int lanes, const materials::Mat3Of<Lanes>& value, const Integers& places,
+                         BlockMatrix& matrix) {
     using Vector = Lanes::Vector;
     typedef double UnalignedVector
         __attribute__((vector_size(sizeof(Vector)), aligned(8), may_alias));
-    std::array<Vector, materials::lane_count> rows;
-    for (int i = 0; i < 8; ++i) rows[i] = value[order[i]].values;
+    std::array<Vector, lane_count> rows;
+    for (int i = 0; i < 8; ++i) rows[i] = value.data()[i].values;
     materials::transpose(rows);
-    for (int lane = 0; lane < lanes; ++lane) {
-      const int upper = place(lane);
-      if (upper < 0) continue;
-      double* block = matrix.upper_block(upper).data();
+#pragma GCC unroll 8
+    for (int lane = 0; lane < lane_count; ++lane) {
+      if (lane == lanes) break;
+      double* block = matrix.upper_block(places.values[lane]).data();
       *reinterpret_cast<UnalignedVector*>(block) += rows[lane];
-      block[8] += value[8].values[lane];
+      block[8] += value.data()[8].values[lane];
     }
-  }
-  void scatter_diagonal(int first, int node, const materials::Mat3Of<Lanes>& value,
-                        BlockMatrix& matrix) const {
-    const BlockPattern& pattern = matrix.pattern();
-    scatter_block(
-        lanes_of(first), value.data(), {0, 1, 2, 3, 4, 5, 6, 7},
-        [&](int lane) { return pattern.upper_diagonal(stencils_[first + lane][node]); }, matrix);
-  }
-  // The block of nodes a and b, or its transpose where that is the one above the diagonal: in most
-  // batches the same for all stencils. Both, where the nodes are one particle.
-  void scatter_pair(int first, int pair, int a, int b, const materials::Mat3Of<Lanes>& value,
-                    BlockMatrix& matrix) const {
-    const int lanes = lanes_of(first);
-    const auto place = [&](int lane, int from, int to) {
-      const Stencil& stencil = stencils_[first + lane];
-      return stencil[from] <= stencil[to] ? places_[first + lane][pair] : -1;
-    };
-    const auto scatter_side = [&](int from, int to, const std::array<int, 8>& order) {
-      bool is_stored = false;
-      for (int lane = 0; lane < lanes; ++lane) is_stored |= place(lane, from, to) >= 0;
-      if (!is_stored) return;
-      scatter_block(
-          lanes, value.data(), order, [&](int lane) { return place(lane, from, to); }, matrix);
-    };
-    scatter_side(a, b, {0, 1, 2, 3, 4, 5, 6, 7});
-    scatter_side(b, a, {0, 3, 6, 1, 4, 7, 2, 5});
   }
 
   void colour_chunks(int particle_count) {
@@ -197,7 +230,7 @@ class StencilArray {
       const int last = std::min(count(), first + stencils_a_chunk);
       std::vector<char> used(colours_.size() + 1, 0);
       for (int i = first; i < last; ++i) {
-        for (int particle : stencils_[i]) {
+        for (int particle : (*this)[i]) {
           for (std::size_t k = 0; k < taken[particle].size(); ++k) used[k] |= taken[particle][k];
         }
       }
@@ -205,7 +238,7 @@ class StencilArray {
       if (colour == colours_.size()) colours_.emplace_back();
       colours_[colour].push_back(c);
       for (int i = first; i < last; ++i) {
-        for (int particle : stencils_[i]) {
+        for (int particle : (*this)[i]) {
           if (taken[particle].size() <= colour) taken[particle].resize(colour + 1, 0);
           taken[particle][colour] = 1;
         }
@@ -213,9 +246,12 @@ class StencilArray {
     }
   }
 
-  std::vector<Stencil> stencils_;
-  std::vector<std::array<int, Nodes*(Nodes - 1) / 2>> places_;  // of the pairs (0, 1), (0, 2) ..
-  std::vector<std::vector<int>> colours_;                       // chunks of each colour
+  // By batch; beyond the last stencil, the nodes of the last once more.
+  std::vector<std::array<Integers, Nodes>> nodes_;
+  std::vector<std::array<Integers, Nodes*(Nodes - 1) / 2>>
+      places_;                             // of the pairs (0, 1), (0, 2) ..
+  std::vector<std::vector<int>> colours_;  // chunks of each colour
+  int count_ = 0;
 };
 
 }  // namespace weft::sim
