@@ -55,6 +55,14 @@ Vec3Of<Real> squared_length_changes(const TriangleMembraneOf<Real>& membrane,
   return {now[0] - rest[0], now[1] - rest[1], now[2] - rest[2]};
 }
 
+// q', m^2/s, of nodes that move with v.
+template <class Real>
+Vec3Of<Real> squared_length_rates(const NodesOf<Real, 3>& edges, const NodesOf<Real, 3>& v) {
+  return {2.0 * dot(edges.col(0), v.col(2) - v.col(1)),
+          2.0 * dot(edges.col(1), v.col(0) - v.col(2)),
+          2.0 * dot(edges.col(2), v.col(1) - v.col(0))};
+}
+
 // J
 template <class Real>
 Real membrane_energy(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& x) {
@@ -66,12 +74,22 @@ Real membrane_energy(const TriangleMembraneOf<Real>& membrane, const NodesOf<Rea
 template <class Real>
 Vec3Of<Real> edge_tensions(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& edges,
                            const NodesOf<Real, 3>& v) {
-  Vec3Of<Real> change = squared_length_changes(membrane, edges);
-  const Real factor = 2.0 * membrane.damping_time;
-  change[0] += factor * dot(edges.col(0), v.col(2) - v.col(1));
-  change[1] += factor * dot(edges.col(1), v.col(0) - v.col(2));
-  change[2] += factor * dot(edges.col(2), v.col(1) - v.col(0));
-  return membrane.times_modulus(change);
+  const Vec3Of<Real> rates = squared_length_rates(edges, v);
+  return membrane.times_modulus(squared_length_changes(membrane, edges) +
+                                membrane.damping_time * rates);
+}
+
+// Forces of the tensions on the three nodes as columns, N.
+template <class Real>
+NodesOf<Real, 3> pulls_of(const Vec3Of<Real>& tensions, const NodesOf<Real, 3>& edges) {
+  const Vec3Of<Real> pull0 = 2.0 * tensions[0] * edges.col(0);
+  const Vec3Of<Real> pull1 = 2.0 * tensions[1] * edges.col(1);
+  const Vec3Of<Real> pull2 = 2.0 * tensions[2] * edges.col(2);
+  NodesOf<Real, 3> forces;
+  forces.col(0) = pull2 - pull1;
+  forces.col(1) = pull0 - pull2;
+  forces.col(2) = pull1 - pull0;
+  return forces;
 }
 
 // Forces on the three nodes as columns, N.
@@ -79,15 +97,7 @@ template <class Real>
 NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
                                  const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v) {
   const NodesOf<Real, 3> edges = opposite_edges(x);
-  const Vec3Of<Real> tensions = Real(2) * edge_tensions(membrane, edges, v);
-  const Vec3Of<Real> pull0 = tensions[0] * edges.col(0);
-  const Vec3Of<Real> pull1 = tensions[1] * edges.col(1);
-  const Vec3Of<Real> pull2 = tensions[2] * edges.col(2);
-  NodesOf<Real, 3> forces;
-  forces.col(0) = pull2 - pull1;
-  forces.col(1) = pull0 - pull2;
-  forces.col(2) = pull1 - pull0;
-  return forces;
+  return pulls_of(edge_tensions(membrane, edges, v), edges);
 }
 
 // G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness but for the
@@ -96,25 +106,31 @@ template <class Real>
 StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real>& membrane,
                                                    const NodesOf<Real, 3>& x) {
   const NodesOf<Real, 3> edges = opposite_edges(x);
-  // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i, so the product of i
-  // and j goes with either sign to the blocks of their ends.
-  Mat3Of<Real> product[3][3];
-  for (int i = 0; i < 3; ++i) {
-    const Vec3Of<Real> e = edges.col(i);
-    for (int j = i; j < 3; ++j) {
-      product[i][j] = outer<Real>(4.0 * membrane.modulus(i, j) * e, edges.col(j));
-      if (j != i) product[j][i] = product[i][j].transpose();
-    }
-  }
+  // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i: at node a, 2 e_a1 and
+  // -2 e_a2.
   StencilMatrix<Real, 3> result;
   for (int a = 0; a < 3; ++a) {
-    const int a1 = (a + 1) % 3, a2 = (a + 2) % 3;  // edge a1 ends at node a, edge a2 starts there
+    const int a1 = (a + 1) % 3, a2 = (a + 2) % 3;
+    Vec3Of<Real> stress[3];  // C times those of node a
+    for (int j = 0; j < 3; ++j) {
+      stress[j] = (4.0 * membrane.modulus(a1, j)) * edges.col(a1) -
+                  (4.0 * membrane.modulus(a2, j)) * edges.col(a2);
+    }
     for (int b = a; b < 3; ++b) {
       const int b1 = (b + 1) % 3, b2 = (b + 2) % 3;
-      result(a, b) = (product[a1][b1] + product[a2][b2]) - (product[a1][b2] + product[a2][b1]);
+      result(a, b) =
+          outer<Real>(stress[b1], edges.col(b1)) - outer<Real>(stress[b2], edges.col(b2));
     }
   }
   return result;
+}
+
+// That times -u, for the nodes' u as columns: the forces of a displacement, N for m.
+template <class Real>
+NodesOf<Real, 3> membrane_material_pulls(const TriangleMembraneOf<Real>& membrane,
+                                         const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& u) {
+  const NodesOf<Real, 3> edges = opposite_edges(x);
+  return pulls_of(membrane.times_modulus(squared_length_rates(edges, u)), edges);
 }
 
 // Adds the part of the stiffness that the tensions (as of edge_tensions) make: d^2 q_i / dx dx is

@@ -51,9 +51,12 @@ struct StencilMatrix {
   Mat3Of<Real>& operator()(int row, int column) { return blocks[index(row, column)]; }
   const Mat3Of<Real>& operator()(int row, int column) const { return blocks[index(row, column)]; }
 
+  void scale(const Real& factor) {
+    for (Mat3Of<Real>& block : blocks) block *= factor;
+  }
   StencilMatrix scaled(const Real& factor) const {
-    StencilMatrix result;
-    for (std::size_t i = 0; i < blocks.size(); ++i) result.blocks[i] = factor * blocks[i];
+    StencilMatrix result = *this;
+    result.scale(factor);
     return result;
   }
 

@@ -89,10 +89,7 @@ class BendingForce final : public Force {
       const NodesOf<Lanes, 6> x = triangle_stencils_.gather(first, state.position);
       const auto hinges = hinges_around(x);
       StencilBlocks blocks = elastic_blocks(triangles, hinges);
-      if (is_damped_) {
-        triangle_stencils_.scatter_damping(
-            first, blocks.scaled(triangle_damping_times_.batch(first)), into, blocks);
-      }
+      if (is_damped_) scatter_damping(first, into, blocks);
       if (definiteness == Definiteness::exact) {
         Vec3Of<Lanes> moments = of_edges(triangles, &HingeBatch::moment);
         for (int i = 0; i < 3; ++i)
@@ -220,6 +217,18 @@ class BendingForce final : public Force {
         blocks(3 + i, 3 + j) = materials::outer<Lanes>(modulus(i, j) * across[i], across[j]);
     }
     return blocks;
+  }
+
+  // Adds D, the elastic blocks times beta; where it is joined to K, to those blocks themselves.
+  void scatter_damping(int first, const Derivatives& into, StencilBlocks& blocks) const {
+    const Lanes damping_times = triangle_damping_times_.batch(first);
+    if (!into.is_joined()) {
+      triangle_stencils_.scatter(first, blocks.scaled(damping_times), *into.damping);
+      return;
+    }
+    const NodesOf<Lanes, 6> product = blocks.times(triangle_stencils_.gather(first, into.along));
+    triangle_stencils_.scatter(first, NodesOf<Lanes, 6>(damping_times * product), into.product);
+    blocks.scale(1.0 + into.inverse_gamma * damping_times);
   }
 
   // Each triangle's part of moment_h d^2 theta_h, over its own nodes.

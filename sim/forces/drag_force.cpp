@@ -49,13 +49,18 @@ class DragForce final : public Force {
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness,
                        int threads) override {
     triangles_.for_each_batch(threads, [&](int first) {
-      materials::StencilMatrix<Lanes, 3> blocks, joined;
-      blocks.blocks.fill((1.0 / 9) * materials::drag_damping(
-                                         batch(first), triangles_.gather(first, state.position),
-                                         triangles_.gather(first, state.velocity), wind_));
-      joined.blocks.fill(Mat3Of<Lanes>::Zero());
-      triangles_.scatter_damping(first, blocks, into, joined);
-      if (into.is_joined()) triangles_.scatter(first, joined, into.stiffness);
+      const Mat3Of<Lanes> block =
+          (1.0 / 9) *
+          materials::drag_damping(batch(first), triangles_.gather(first, state.position),
+                                  triangles_.gather(first, state.velocity), wind_);
+      if (!into.is_joined()) {
+        triangles_.scatter_to_all(first, block, *into.damping);
+        return;
+      }
+      const NodesOf<Lanes, 3> along = triangles_.gather(first, into.along);
+      const Vec3Of<Lanes> product = block * (along.col(0) + along.col(1) + along.col(2));
+      triangles_.scatter(first, NodesOf<Lanes, 3>(product.replicate<1, 3>()), into.product);
+      triangles_.scatter_to_all(first, into.inverse_gamma * block, into.stiffness);
     });
   }
 

@@ -83,8 +83,13 @@ class MembraneForce final : public Force {
       const NodesOf<Lanes, 3> x = triangles_.gather(first, state.position);
       const NodesOf<Lanes, 3> v = triangles_.gather(first, state.velocity);
       auto blocks = materials::membrane_material_stiffness(membranes, x);
-      if (is_damped_) {
-        triangles_.scatter_damping(first, blocks.scaled(membranes.damping_time), into, blocks);
+      if (is_damped_ && into.is_joined()) {
+        const NodesOf<Lanes, 3> pulls =
+            materials::membrane_material_pulls(membranes, x, triangles_.gather(first, into.along));
+        triangles_.scatter(first, NodesOf<Lanes, 3>(-membranes.damping_time * pulls), into.product);
+        blocks.scale(1.0 + into.inverse_gamma * membranes.damping_time);
+      } else if (is_damped_) {
+        triangles_.scatter(first, blocks.scaled(membranes.damping_time), *into.damping);
       }
       const Vec3Of<Lanes> tensions =
           materials::edge_tensions(membranes, materials::opposite_edges(x), v);

@@ -99,18 +99,18 @@ class StencilArray {
     }
   }
 
-  // Adds the blocks of a batch of D; where it is joined to K, to those in `stiffness`, which are
-  // yet to be scattered.
-  void scatter_damping(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
-                       const Derivatives& into,
-                       materials::StencilMatrix<Lanes, Nodes>& stiffness) const {
-    if (!into.is_joined()) {
-      scatter(first, values, *into.damping);
-      return;
+  // Adds one block to all pairs of a stencil's nodes. Precondition: it is symmetric, and no two
+  // nodes of a stencil are one particle.
+  void scatter_to_all(int first, const materials::Mat3Of<Lanes>& value, BlockMatrix& matrix) const {
+    const int lanes = lanes_of(first);
+    const auto rows = rows_of(value);
+    int pair = 0;
+    for (int a = 0; a < Nodes; ++a) {
+      const Integers& nodes = nodes_[first / lane_count][a];
+      add_blocks(lanes, value, rows, diagonal_places(nodes, matrix.pattern()), matrix);
+      for (int b = a + 1; b < Nodes; ++b)
+        add_blocks(lanes, value, rows, places_[first / lane_count][pair++], matrix);
     }
-    scatter(first, values.times(gather(first, into.along)), into.product);
-    for (std::size_t k = 0; k < values.blocks.size(); ++k)
-      stiffness.blocks[k] += into.inverse_gamma * values.blocks[k];
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const {
@@ -204,15 +204,24 @@ class StencilArray {
     return result;
   }
 
+  // The first eight numbers of the block of each stencil.
+  using Rows = std::array<Lanes::Vector, lane_count>;
+  static Rows rows_of(const materials::Mat3Of<Lanes>& value) {
+    Rows rows;
+    for (int i = 0; i < 8; ++i) rows[i] = value.data()[i].values;
+    materials::transpose(rows);
+    return rows;
+  }
+
   // Adds the block of each stencil to the upper block at its place.
   static void add_blocks(int lanes, const materials::Mat3Of<Lanes>& value, const Integers& places,
                          BlockMatrix& matrix) {
-    using Vector = Lanes::Vector;
+    add_blocks(lanes, value, rows_of(value), places, matrix);
+  }
+  static void add_blocks(int lanes, const materials::Mat3Of<Lanes>& value, const Rows& rows,
+                         const Integers& places, BlockMatrix& matrix) {
     typedef double UnalignedVector
-        __attribute__((vector_size(sizeof(Vector)), aligned(8), may_alias));
-    std::array<Vector, lane_count> rows;
-    for (int i = 0; i < 8; ++i) rows[i] = value.data()[i].values;
-    materials::transpose(rows);
+        __attribute__((vector_size(sizeof(Lanes::Vector)), aligned(8), may_alias));
 #pragma GCC unroll 8
     for (int lane = 0; lane < lane_count; ++lane) {
       if (lane == lanes) break;
