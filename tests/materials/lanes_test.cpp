@@ -1,0 +1,91 @@
+// Formulas of eight numbers side by side against those of one.
+#include "materials/lanes.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+namespace weft::materials {
+namespace {
+
+double ulp(double value) {
+  value = std::fabs(value);
+  return std::nextafter(value, std::numeric_limits<double>::infinity()) - value;
+}
+
+// All lanes are the same here; lanes that differ are compared in OfDifferentLanes.
+double arc_tangent_of_lanes(double y, double x) {
+  return arc_tangent(Lanes(y), Lanes(x)).values[5];
+}
+
+// Units in the last place between the two, of the exact angle in long double.
+double error_in_ulp(double y, double x) {
+  const long double exact = std::atan2(static_cast<long double>(y), static_cast<long double>(x));
+  const auto error = static_cast<double>(arc_tangent_of_lanes(y, x) - exact);
+  return std::fabs(error) / ulp(static_cast<double>(exact));
+}
+
+TEST(ArcTangent, RoundTheCircle) {
+  std::mt19937_64 generator(1);
+  std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
+  std::uniform_real_distribution<double> exponent(-100, 100);
+  double worst = 0;
+  for (int i = 0; i < 1000000; ++i) {
+    const double a = angle(generator), radius = std::pow(10, exponent(generator));
+    worst = std::max(worst, error_in_ulp(radius * std::sin(a), radius * std::cos(a)));
+  }
+  EXPECT_LT(worst, 2);
+}
+
+TEST(ArcTangent, NearTheAxesAndWhereOctantsMeet) {
+  std::mt19937_64 generator(2);
+  std::uniform_real_distribution<double> exponent(-100, 0);
+  double worst = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const double small = std::pow(10, exponent(generator));
+    for (const double to : {0.0, 0.66, 1.0}) {
+      for (const double side : {-1.0, 1.0}) {
+        for (const double width : {-1.0, 1.0}) {
+          for (const double sign : {-1.0, 1.0}) {
+            const double height = sign * (to + side * small);
+            worst = std::max({worst, error_in_ulp(height, width), error_in_ulp(width, height)});
+          }
+        }
+      }
+    }
+  }
+  EXPECT_LT(worst, 2);
+}
+
+TEST(ArcTangent, OnTheAxes) {
+  constexpr double pi = std::numbers::pi;
+  EXPECT_EQ(arc_tangent_of_lanes(0, 0), 0);
+  EXPECT_EQ(arc_tangent_of_lanes(0, 3), 0);
+  EXPECT_EQ(arc_tangent_of_lanes(0, -3), pi);
+  EXPECT_EQ(arc_tangent_of_lanes(3, 0), pi / 2);
+  EXPECT_EQ(arc_tangent_of_lanes(-3, 0), -pi / 2);
+  EXPECT_EQ(arc_tangent_of_lanes(2, 2), pi / 4);
+  EXPECT_EQ(arc_tangent_of_lanes(-2, 2), -pi / 4);
+}
+
+TEST(ArcTangent, HandsOnWhatIsNoNumber) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(arc_tangent_of_lanes(nan, 1)));
+  EXPECT_TRUE(std::isnan(arc_tangent_of_lanes(1, nan)));
+  EXPECT_TRUE(std::isnan(arc_tangent_of_lanes(nan, 0)));
+}
+
+TEST(ArcTangent, OfDifferentLanes) {
+  Lanes y, x;
+  for (int lane = 0; lane < lane_count; ++lane) {
+    const double angle = 0.8 * lane - 3;  // one in each octant
+    y.values[lane] = std::sin(angle), x.values[lane] = std::cos(angle);
+  }
+  const Lanes angles = arc_tangent(y, x);
+  for (int lane = 0; lane < lane_count; ++lane)
+    EXPECT_NEAR(angles.values[lane], 0.8 * lane - 3, 1e-15);
+}
+
+}  // namespace
+}  // namespace weft::materials
