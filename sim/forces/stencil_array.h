@@ -161,7 +161,9 @@ class StencilArray {
   // Calls body(first, last) for each chunk of stencils.
   template <class Body>
   void for_each_chunk(int threads, const Body& body) const {
-    for (const std::vector<int>& chunks : colours_) {
+    // One loop for both, as in sim/parallel.h.
+    const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
+    for (const std::vector<int>& chunks : passes) {
       const int chunk_count = static_cast<int>(chunks.size());
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
       for (int c = 0; c < chunk_count; ++c) {
@@ -233,25 +235,42 @@ class StencilArray {
 
   void colour_chunks(int particle_count) {
     const int chunks = (count() + stencils_a_chunk - 1) / stencils_a_chunk;
-    std::vector<std::vector<char>> taken(particle_count);  // taken[particle][colour]
+    std::vector<std::vector<int>> taken(particle_count);  // taken[particle][colour]: by which chunk
+    std::vector<std::size_t> colour_of;
     for (int c = 0; c < chunks; ++c) {
-      const int first = c * stencils_a_chunk;
-      const int last = std::min(count(), first + stencils_a_chunk);
       std::vector<char> used(colours_.size() + 1, 0);
-      for (int i = first; i < last; ++i) {
-        for (int particle : (*this)[i]) {
-          for (std::size_t k = 0; k < taken[particle].size(); ++k) used[k] |= taken[particle][k];
-        }
-      }
+      for_each_particle(c, [&](int particle) {
+        for (std::size_t k = 0; k < taken[particle].size(); ++k) used[k] |= taken[particle][k] >= 0;
+      });
       const std::size_t colour = std::find(used.begin(), used.end(), 0) - used.begin();
       if (colour == colours_.size()) colours_.emplace_back();
       colours_[colour].push_back(c);
-      for (int i = first; i < last; ++i) {
-        for (int particle : (*this)[i]) {
-          if (taken[particle].size() <= colour) taken[particle].resize(colour + 1, 0);
-          taken[particle][colour] = 1;
+      colour_of.push_back(colour);
+      for_each_particle(c, [&](int particle) {
+        if (taken[particle].size() <= colour) taken[particle].resize(colour + 1, -1);
+        taken[particle][colour] = c;
+      });
+    }
+    // Chunk after chunk, but those of lower colours that share particles with it before each.
+    std::vector<char> is_ordered(chunks, 0);
+    const auto put_in_order = [&](const auto& self, int c) -> void {
+      if (is_ordered[c]) return;
+      is_ordered[c] = 1;
+      for_each_particle(c, [&](int particle) {
+        for (std::size_t k = 0; k < colour_of[c]; ++k) {
+          if (taken[particle][k] >= 0) self(self, taken[particle][k]);
         }
-      }
+      });
+      order_.push_back(c);
+    };
+    for (int c = 0; c < chunks; ++c) put_in_order(put_in_order, c);
+  }
+  template <class Body>
+  void for_each_particle(int chunk, const Body& body) const {
+    const int first = chunk * stencils_a_chunk;
+    const int last = std::min(count(), first + stencils_a_chunk);
+    for (int i = first; i < last; ++i) {
+      for (int particle : (*this)[i]) body(particle);
     }
   }
 
@@ -260,6 +279,10 @@ class StencilArray {
   std::vector<std::array<Integers, Nodes*(Nodes - 1) / 2>>
       places_;                             // of the pairs (0, 1), (0, 2) ..
   std::vector<std::vector<int>> colours_;  // chunks of each colour
+  // All chunks for one thread: each particle meets them in the order of their colours, but they
+  // stay near each other, where a matrix that does not fit into the cache would be read once a
+  // colour.
+  std::vector<int> order_;
   int count_ = 0;
 };
 
