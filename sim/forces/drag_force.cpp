@@ -22,9 +22,9 @@ struct DragNumbers {
 
 class DragForce final : public Force {
  public:
-  DragForce(std::vector<std::array<int, 3>> triangles, DragNumbers drags, const Vec3& wind,
+  DragForce(const std::vector<std::array<int, 3>>& triangles, DragNumbers drags, const Vec3& wind,
             int particle_count)
-      : triangles_(std::move(triangles), particle_count),
+      : triangles_(triangles, particle_count),
         drags_(std::move(drags)),
         wind_(wind.cast<Lanes>()) {}
 
@@ -50,9 +50,9 @@ class DragForce final : public Force {
                        int threads) override {
     triangles_.for_each_batch(threads, [&](int first) {
       const Mat3Of<Lanes> block =
-          (1.0 / 9) *
-          materials::drag_damping(batch(first), triangles_.gather(first, state.position),
-                                  triangles_.gather(first, state.velocity), wind_);
+          (1.0 / 9) * materials::drag_damping(batch(first),
+                                              triangles_.gather(first, state.position),
+                                              triangles_.gather(first, state.velocity), wind_);
       if (!into.is_joined()) {
         triangles_.scatter_to_all(first, block, *into.damping);
         return;
@@ -93,8 +93,8 @@ std::unique_ptr<Force> make_drag_force(const Scene& scene) {
     }
   }
   if (triangles.empty()) return nullptr;
-  return std::make_unique<DragForce>(std::move(triangles), std::move(drags),
-                                     scene.source.world.wind, scene.dynamic_particles);
+  return std::make_unique<DragForce>(triangles, std::move(drags), scene.source.world.wind,
+                                     scene.dynamic_particles);
 }
 
 }  // namespace weft::sim

@@ -27,9 +27,9 @@ struct MembraneBatch {
 
 class MembraneForce final : public Force {
  public:
-  MembraneForce(std::vector<std::array<int, 3>> triangles,
+  MembraneForce(const std::vector<std::array<int, 3>>& triangles,
                 const std::vector<TriangleMembrane>& membranes, const std::vector<Vec3>& rest)
-      : triangles_(std::move(triangles), static_cast<int>(rest.size())) {
+      : triangles_(triangles, static_cast<int>(rest.size())) {
     membranes_.resize((membranes.size() + lane_count - 1) / lane_count);
     for (std::size_t i = 0; i < membranes.size(); ++i) {
       MembraneBatch& batch = membranes_[i / lane_count];
@@ -134,7 +134,7 @@ std::unique_ptr<Force> make_membrane_force(const Scene& scene) {
     }
   }
   if (triangles.empty()) return nullptr;
-  return std::make_unique<MembraneForce>(std::move(triangles), membranes, rest_positions(scene));
+  return std::make_unique<MembraneForce>(triangles, membranes, rest_positions(scene));
 }
 
 }  // namespace weft::sim

@@ -15,7 +15,7 @@ using materials::Spring;
 class SpringForce final : public Force {
  public:
   SpringForce(SpringNetwork network, int particle_count)
-      : ends_(std::move(network.ends), particle_count), springs_(std::move(network.springs)) {}
+      : ends_(network.ends, particle_count), springs_(std::move(network.springs)) {}
 
   std::string_view name() const override { return "springs"; }
   bool is_membrane() const override { return true; }
