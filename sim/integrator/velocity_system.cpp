@@ -243,6 +243,7 @@ bool VelocitySystem::turn(bool starts_anew, double& rho, double& curvature) {
   const std::span<const Vec3> remainder =
       is_exact_ ? std::span<const Vec3>() : preconditioner_->remainder();
   rho = next;
+  has_single_products_ |= !remainder.empty();
   curvature = parallel_sum(count, threads, [&](int first, int last) {
     double sum = 0;
     for (int i = first; i < last; ++i) {
@@ -268,28 +269,29 @@ void VelocitySystem::form_residual(std::span<const Vec3> dv) {
   });
 }
 
-// Conjugate gradients from dv = 0. With products in single precision first; once their residual has
-// fallen to the tolerance, or they meet negative curvature, which in single precision a stiff body
-// may seem to have, that of A itself is formed, from which they go on, where it is larger, with
-// products in double.
+// Conjugate gradients from dv = 0. Without contact, which single precision leaves out, with
+// products in that first; once their residual has fallen to the tolerance, or they meet negative
+// curvature, which a stiff body may seem to have there, that of A itself is formed, from which they
+// go on, where it is larger, with products in double.
 void VelocitySystem::iterate(std::span<const Vec3> weight, double tolerance, std::span<Vec3> dv,
                              Outcome& outcome) {
   double rho = 1, curvature = 0;
   bool starts_anew = true;
-  is_exact_ = false;
+  is_exact_ = matrix_.has_contact();
+  has_single_products_ = false;
   while (outcome.residual > tolerance && outcome.iterations < largest_iteration_count) {
     starts_anew = renew(outcome) || starts_anew;
-    const bool may_be_rounding = !is_exact_ && !preconditioner_->remainder().empty();
     const bool is_definite = turn(starts_anew, rho, curvature);
-    if (!is_definite && !may_be_rounding) {
+    if (!is_definite && !has_single_products_) {
       outcome.indefinite = true;
       break;
     }
     if (is_definite) outcome.residual = advance(rho / curvature, weight, dv.data());
     ++outcome.iterations;
-    starts_anew = may_be_rounding && (!is_definite || outcome.residual <= tolerance);
+    starts_anew = has_single_products_ && (!is_definite || outcome.residual <= tolerance);
     if (starts_anew) {
       is_exact_ = true;
+      has_single_products_ = false;
       form_residual(dv);
       outcome.residual = advance(0, weight, dv.data());
     }

@@ -80,7 +80,8 @@ class VelocitySystem {
   std::unique_ptr<DirectSolver> direct_;                              // the same
   double factorised_from_ = std::numeric_limits<double>::infinity();  // gamma, s
   Preconditioner* preconditioner_ = &block_jacobi_;
-  bool is_exact_ = false;  // products with A are in double
+  bool is_exact_ = false;             // products with A are in double
+  bool has_single_products_ = false;  // behind the residual, since it was last formed from A itself
   std::vector<Vec3> right_side_, residual_, direction_, product_, preconditioned_;
 
   // Of the multigrid's coarse matrices.

@@ -16,8 +16,8 @@ class Preconditioner {
   [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
   // z = P r. Pinned particles get zero.
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
-  // What apply() left of r: r - A z with A in single precision, where that costs it much less than
-  // the product does; else empty.
+  // What apply() left of r: r - A z with A in single precision and without contact, where that
+  // costs it much less than the product does; else empty.
   virtual std::span<const Vec3> remainder() const { return {}; }
 };
 

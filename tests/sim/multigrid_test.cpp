@@ -53,6 +53,15 @@ class DeformedScene {
       }
     }
     rate_.resize(state_.size());
+    raise(0);
+  }
+
+  // Everything that is free, and evaluates it there.
+  void raise(double height) {
+    auto* x = reinterpret_cast<Vec3*>(state_.data());
+    for (int i = 0; i < dynamics_.particle_count(); ++i) {
+      if (scene_->pinned[i] == 0) x[i].z() += height;
+    }
     EXPECT_FALSE(dynamics_.rate(0, state_, rate_));
     dynamics_.assemble(0, state_);
   }
@@ -236,6 +245,26 @@ TEST(Multigrid, TwoCyclesOfTheCoarserLevelsSolveBetter) {
   EXPECT_LT(error_after(2), 0.9 * error_after(0));
 }
 
+// A and M b_v, those of a right-hand side of zero positions.
+struct DenseSystem {
+  Eigen::MatrixXd a;
+  Eigen::VectorXd right;
+};
+
+DenseSystem dense_system(DeformedScene& deformed, double gamma) {
+  VelocityMatrix matrix(deformed.dynamics());
+  matrix.form(gamma);
+  DenseSystem system;
+  system.a = dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
+  const std::vector<double> b = deformed.right_side(gamma);
+  system.right = Eigen::Map<const Eigen::VectorXd>(b.data() + b.size() / 2, system.a.rows());
+  for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
+    system.right.segment<3>(3 * i) *= deformed.scene().mass[i];
+    if (deformed.scene().pinned[i] != 0) system.a.diagonal().segment<3>(3 * i).setOnes();
+  }
+  return system;
+}
+
 TEST(Multigrid, SolvesAsADirectSolverDoes) {
   for (const Setting& setting : settings()) {
     SCOPED_TRACE(setting.shape + setting.more);
@@ -246,19 +275,43 @@ TEST(Multigrid, SolvesAsADirectSolverDoes) {
     const auto outcome = deformed.solve(system, gamma, 1e-9, correction);
     EXPECT_TRUE(outcome.converged);
     EXPECT_TRUE(outcome.multigrid);
-    VelocityMatrix matrix(deformed.dynamics());
-    matrix.form(gamma);
-    Eigen::MatrixXd a =
-        dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
-    const std::vector<double> b = deformed.right_side(gamma);
-    Eigen::VectorXd right = Eigen::Map<const Eigen::VectorXd>(b.data() + b.size() / 2, a.rows());
-    for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
-      right.segment<3>(3 * i) *= deformed.scene().mass[i];
-      if (deformed.scene().pinned[i] != 0) a.diagonal().segment<3>(3 * i).setOnes();
-    }
+    const auto [a, right] = dense_system(deformed, gamma);
     const Eigen::VectorXd expected = a.llt().solve(right);
-    const Eigen::Map<const Eigen::VectorXd> found(correction.data() + b.size() / 2, a.rows());
+    const Eigen::Map<const Eigen::VectorXd> found(correction.data() + correction.size() / 2,
+                                                  a.rows());
     EXPECT_LT((found - expected).norm(), 1e-6 * expected.norm());
+  }
+}
+
+// Coarse matrices that know of neither the contact nor so long a step wear out within the solve.
+TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
+  for (double relative : {1e-2, 1e-4, 1e-9}) {
+    SCOPED_TRACE(relative);
+    DeformedScene deformed({.shape = sheet(13, 13),
+                            .more = "[[obstacle]]\nname = \"floor\"\nposition = [0.6, 0.3, "
+                                    "-0.0025]\nshape = " +
+                                    sheet(4, 4),
+                            .material = "bending_stiffness = 0.1",
+                            .contact = "range = 0.004\nfriction = 0.3"});
+    VelocitySystem system(deformed.dynamics());
+    for (double height : {0.05, -0.05, 0.05, -0.05}) {
+      deformed.raise(height);
+      const double gamma = height > 0 ? 1e-4 : 1e-2;
+      std::vector<double> correction;
+      const auto outcome = deformed.solve(system, gamma, relative, correction);
+      EXPECT_TRUE(outcome.converged);
+      EXPECT_TRUE(outcome.multigrid);
+      EXPECT_EQ(VelocityMatrix(deformed.dynamics()).has_contact(), height < 0);
+      auto [a, right] = dense_system(deformed, gamma);
+      const Eigen::Map<const Eigen::VectorXd> found(correction.data() + correction.size() / 2,
+                                                    a.rows());
+      Eigen::VectorXd residual = right - a * found;
+      for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
+        residual.segment<3>(3 * i) /= deformed.scene().mass[i];
+        right.segment<3>(3 * i) /= deformed.scene().mass[i];
+      }
+      EXPECT_LT(residual.norm(), 1.01 * relative * right.norm());
+    }
   }
 }
 
