@@ -120,6 +120,39 @@ inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   exchange<4>(rows, lanes);
 }
 
+// Eight vectors that follow each other in memory, lane by lane; and back, added to those there.
+// (Pointers to unaligned vectors are named: what `auto` deduces is aligned.)
+typedef double UnalignedLanes __attribute__((vector_size(8 * lane_count), aligned(8), may_alias));
+inline std::array<Lanes, 3> load_vectors(const double* at) {
+  const UnalignedLanes* rows =
+      reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
+  const Lanes::Vector a = rows[0], b = rows[1], c = rows[2];
+  const Lanes::Vector x = __builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 0, 0);
+  const Lanes::Vector y = __builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 0, 0, 0);
+  const Lanes::Vector z = __builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 0, 0, 0);
+  return {Lanes(__builtin_shufflevector(x, c, 0, 1, 2, 3, 4, 5, 10, 13)),
+          Lanes(__builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14)),
+          Lanes(__builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15))};
+}
+inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
+  UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
+  const Lanes::Vector x = v[0].values, y = v[1].values, z = v[2].values;
+  const Lanes::Vector a = __builtin_shufflevector(x, y, 0, 8, 0, 1, 9, 0, 2, 10);
+  const Lanes::Vector b = __builtin_shufflevector(x, y, 0, 3, 11, 0, 4, 12, 0, 5);
+  const Lanes::Vector c = __builtin_shufflevector(x, y, 13, 0, 6, 14, 0, 7, 15, 0);
+  rows[0] += __builtin_shufflevector(a, z, 0, 1, 8, 3, 4, 9, 6, 7);
+  rows[1] += __builtin_shufflevector(b, z, 10, 1, 2, 11, 4, 5, 12, 7);
+  rows[2] += __builtin_shufflevector(c, z, 0, 13, 2, 3, 14, 5, 6, 15);
+}
+
+// Each number one lane further, a zero in the first; and one lane back, `last` in the last.
+inline Lanes moved_up(Lanes a) {
+  return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
+}
+inline Lanes moved_down(Lanes a, double last) {
+  return Lanes(__builtin_shufflevector(a.values, Lanes(last).values, 1, 2, 3, 4, 5, 6, 7, 8));
+}
+
 inline double sum_of_lanes(Lanes a) {
   double sum = 0;
   for (int i = 0; i < lane_count; ++i) sum += a.values[i];

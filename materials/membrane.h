@@ -100,6 +100,14 @@ NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
   return pulls_of(edge_tensions(membrane, edges, v), edges);
 }
 
+// Without damping, of which it has none, or at rest.
+template <class Real>
+NodesOf<Real, 3> undamped_membrane_forces(const TriangleMembraneOf<Real>& membrane,
+                                          const NodesOf<Real, 3>& x) {
+  const NodesOf<Real, 3> edges = opposite_edges(x);
+  return pulls_of(membrane.times_modulus(squared_length_changes(membrane, edges)), edges);
+}
+
 // G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness but for the
 // stress; times beta it is -d forces / d v, exact, N s/m.
 template <class Real>

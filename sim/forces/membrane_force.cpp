@@ -2,7 +2,6 @@
 
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/stencil_array.h"
-#include "sim/forces/stencil_numbers.h"
 #include "sim/parallel.h"
 #include "sim/scene/scene.h"
 
@@ -12,37 +11,53 @@ namespace {
 
 using materials::lane_count;
 using materials::Lanes;
-using materials::Nodes3;
+using materials::Mat3Of;
+using materials::Nodes4;
 using materials::NodesOf;
 using materials::TriangleMembrane;
 using materials::TriangleMembraneOf;
 using materials::Vec3Of;
 
-// Eight triangles, but for their damping times; what is left of the last has no stiffness.
-struct MembraneBatch {
-  std::array<Lanes, 3> rest_squared_length{};
-  Vec3Of<Lanes> root = Vec3Of<Lanes>::Zero();
-  Lanes shear = 0;
+// A quad of an image with its two triangles: corners 0, 1, 2 and 1, 3, 2.
+constexpr std::array<std::array<int, 3>, 2> corners_of = {{{0, 1, 2}, {1, 3, 2}}};
+using Quad = std::array<int, 4>;
+using Corners = NodesOf<Lanes, 4>;
+
+template <class Real>
+NodesOf<Real, 3> triangle_nodes(const NodesOf<Real, 4>& corners, int triangle) {
+  NodesOf<Real, 3> nodes;
+  for (int i = 0; i < 3; ++i) nodes.col(i) = corners.col(corners_of[triangle][i]);
+  return nodes;
+}
+
+struct MembraneQuads {
+  std::vector<Quad> corners;
+  std::vector<std::array<TriangleMembrane, 2>> membranes;
 };
 
 class MembraneForce final : public Force {
  public:
-  MembraneForce(const std::vector<std::array<int, 3>>& triangles,
-                const std::vector<TriangleMembrane>& membranes, const std::vector<Vec3>& rest)
-      : triangles_(triangles, static_cast<int>(rest.size())) {
-    membranes_.resize((membranes.size() + lane_count - 1) / lane_count);
-    for (std::size_t i = 0; i < membranes.size(); ++i) {
-      MembraneBatch& batch = membranes_[i / lane_count];
+  MembraneForce(const MembraneQuads& quads, const std::vector<Vec3>& rest)
+      : quads_(quads.corners, static_cast<int>(rest.size())) {
+    membranes_.resize((quads.membranes.size() + lane_count - 1) / lane_count);
+    for (std::size_t i = 0; i < quads.membranes.size(); ++i) {
       const std::size_t lane = i % lane_count;
-      for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membranes[i].root[k];
-      batch.shear.values[lane] = membranes[i].shear;
-      damping_times_.push_back(membranes[i].damping_time);
+      for (int t = 0; t < 2; ++t) {
+        const TriangleMembrane& membrane = quads.membranes[i][t];
+        TriangleMembraneOf<Lanes>& batch = membranes_[i / lane_count][t];
+        for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membrane.root[k];
+        batch.shear.values[lane] = membrane.shear;
+        batch.damping_time.values[lane] = membrane.damping_time;
+        is_damped_ |= membrane.damping_time > 0;
+      }
     }
-    is_damped_ = damping_times_.has_positive();
     // By the operations that find the lengths later, so that a body at rest feels no force at all.
-    triangles_.for_each_batch(1, [&](int first) {
-      membranes_[first / lane_count].rest_squared_length =
-          materials::squared_lengths(materials::opposite_edges(triangles_.gather(first, rest)));
+    quads_.for_each_batch(1, [&](int first) {
+      const Corners x = quads_.gather(first, rest);
+      for (int t = 0; t < 2; ++t) {
+        membranes_[first / lane_count][t].rest_squared_length =
+            materials::squared_lengths(materials::opposite_edges(triangle_nodes(x, t)));
+      }
     });
   }
 
@@ -52,89 +67,166 @@ class MembraneForce final : public Force {
   double energy(const Kinematics& state, int threads) override {
     return parallel_sum(static_cast<int>(membranes_.size()), threads, [&](int first, int last) {
       Lanes sum = 0;
-      for (int batch = first; batch < last; ++batch) {
-        sum += materials::membrane_energy(batch_of(lane_count * batch),
-                                          triangles_.gather(lane_count * batch, state.position));
-      }
+      for (int batch = first; batch < last; ++batch)
+        sum += batch_energy(lane_count * batch, state.position);
       return materials::sum_of_lanes(sum);
     });
   }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
-    triangles_.for_each_batch(threads, [&](int first) {
-      triangles_.scatter(
-          first,
-          materials::membrane_forces(batch_of(first), triangles_.gather(first, state.position),
-                                     triangles_.gather(first, state.velocity)),
-          force);
-    });
+    if (is_damped_) {
+      quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
+    } else {
+      quads_.for_each_batch(threads,
+                            [&](int first) { add_undamped_batch(first, state.position, force); });
+    }
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const override {
-    triangles_.add_couplings(neighbours);
+    quads_.add_couplings(neighbours);
   }
-  void attach(const BlockPattern& pattern) override { triangles_.attach(pattern); }
+  void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
 
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     const bool pull_only = definiteness == Definiteness::semi_definite;
-    triangles_.for_each_batch(threads, [&](int first) {
-      const TriangleMembraneOf<Lanes> membranes = batch_of(first);
-      const NodesOf<Lanes, 3> x = triangles_.gather(first, state.position);
-      const NodesOf<Lanes, 3> v = triangles_.gather(first, state.velocity);
-      auto blocks = materials::membrane_material_stiffness(membranes, x);
-      if (is_damped_ && into.is_joined()) {
-        const NodesOf<Lanes, 3> pulls =
-            materials::membrane_material_pulls(membranes, x, triangles_.gather(first, into.along));
-        triangles_.scatter(first, NodesOf<Lanes, 3>(-membranes.damping_time * pulls), into.product);
-        blocks.scale(1.0 + into.inverse_gamma * membranes.damping_time);
-      } else if (is_damped_) {
-        triangles_.scatter(first, blocks.scaled(membranes.damping_time), *into.damping);
+    quads_.for_each_batch(threads, [&](int first) {
+      const Corners x = quads_.gather(first, state.position);
+      const Corners v = quads_.gather(first, state.velocity);
+      QuadBlocks blocks = material_blocks(first, x);
+      if (is_damped_) scatter_damping(first, x, into, blocks);
+      for (int t = 0; t < 2; ++t) {
+        const NodesOf<Lanes, 3> nodes = triangle_nodes(x, t);
+        TriangleBlocks stress;
+        stress.blocks.fill(Mat3Of<Lanes>::Zero());
+        materials::add_membrane_stress(
+            materials::edge_tensions(membranes_[first / lane_count][t],
+                                     materials::opposite_edges(nodes), triangle_nodes(v, t)),
+            pull_only, stress);
+        add_triangle(stress, t, blocks);
       }
-      const Vec3Of<Lanes> tensions =
-          materials::edge_tensions(membranes, materials::opposite_edges(x), v);
-      materials::add_membrane_stress(tensions, pull_only, blocks);
-      triangles_.scatter(first, blocks, into.stiffness);
+      quads_.scatter(first, blocks, into.stiffness);
     });
   }
 
  private:
-  TriangleMembraneOf<Lanes> batch_of(int first) const {
-    const MembraneBatch& batch = membranes_[first / lane_count];
-    return {batch.rest_squared_length, batch.root, batch.shear, damping_times_.batch(first)};
+  using QuadBlocks = materials::StencilMatrix<Lanes, 4>;
+  using TriangleBlocks = materials::StencilMatrix<Lanes, 3>;
+
+  // Each in one piece: calls would hand all their vectors over in memory.
+  [[gnu::flatten]] Lanes batch_energy(int first, std::span<const Vec3> position) const {
+    const Corners x = quads_.gather(first, position);
+    const auto& [one, other] = membranes_[first / lane_count];
+    return materials::membrane_energy(one, triangle_nodes(x, 0)) +
+           materials::membrane_energy(other, triangle_nodes(x, 1));
+  }
+  [[gnu::flatten]] void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+    const Corners x = quads_.gather(first, state.position);
+    const Corners v = quads_.gather(first, state.velocity);
+    const auto& [one, other] = membranes_[first / lane_count];
+    quads_.scatter(
+        first,
+        sum_of(materials::membrane_forces(one, triangle_nodes(x, 0), triangle_nodes(v, 0)),
+               materials::membrane_forces(other, triangle_nodes(x, 1), triangle_nodes(v, 1))),
+        force);
+  }
+  [[gnu::flatten]] void add_undamped_batch(int first, std::span<const Vec3> position,
+                                           std::span<Vec3> force) const {
+    const Corners x = quads_.gather(first, position);
+    const auto& [one, other] = membranes_[first / lane_count];
+    quads_.scatter(first,
+                   sum_of(materials::undamped_membrane_forces(one, triangle_nodes(x, 0)),
+                          materials::undamped_membrane_forces(other, triangle_nodes(x, 1))),
+                   force);
   }
 
-  StencilArray<3> triangles_;
-  std::vector<MembraneBatch> membranes_;
-  StencilNumbers damping_times_;  // s
+  static Corners sum_of(const NodesOf<Lanes, 3>& one, const NodesOf<Lanes, 3>& other) {
+    Corners sum;
+    sum.col(0) = one.col(0);
+    sum.col(1) = one.col(1) + other.col(0);
+    sum.col(2) = one.col(2) + other.col(2);
+    sum.col(3) = other.col(1);
+    return sum;
+  }
+
+  static void add_triangle(const TriangleBlocks& triangle, int t, QuadBlocks& quad) {
+    for (int a = 0; a < 3; ++a) {
+      for (int b = a; b < 3; ++b) {
+        const int row = corners_of[t][a], column = corners_of[t][b];
+        if (row <= column) {
+          quad(row, column) += triangle(a, b);
+        } else {
+          quad(column, row) += triangle(a, b).transpose();
+        }
+      }
+    }
+  }
+
+  // G C G^T of both triangles.
+  QuadBlocks material_blocks(int first, const Corners& x) const {
+    QuadBlocks blocks;
+    blocks.blocks.fill(Mat3Of<Lanes>::Zero());
+    for (int t = 0; t < 2; ++t) {
+      add_triangle(materials::membrane_material_stiffness(membranes_[first / lane_count][t],
+                                                          triangle_nodes(x, t)),
+                   t, blocks);
+    }
+    return blocks;
+  }
+
+  // Adds D, the blocks times beta; where it is joined to K, to those blocks themselves. The damping
+  // times of a quad's triangles are one.
+  void scatter_damping(int first, const Corners& x, const Derivatives& into,
+                       QuadBlocks& blocks) const {
+    const auto& [one, other] = membranes_[first / lane_count];
+    if (!into.is_joined()) {
+      quads_.scatter(first, blocks.scaled(one.damping_time), *into.damping);
+      return;
+    }
+    const Corners along = quads_.gather(first, into.along);
+    const Corners pulls = sum_of(
+        materials::membrane_material_pulls(one, triangle_nodes(x, 0), triangle_nodes(along, 0)),
+        materials::membrane_material_pulls(other, triangle_nodes(x, 1), triangle_nodes(along, 1)));
+    quads_.scatter(first, Corners(-one.damping_time * pulls), into.product);
+    blocks.scale(1.0 + into.inverse_gamma * one.damping_time);
+  }
+
+  StencilArray<4, QuadEdges> quads_;
+  // Of eight quads; what is left of the last batch has no stiffness.
+  std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
   bool is_damped_ = false;
 };
 
-Nodes3 gather(const std::array<int, 3>& triangle, std::span<const Vec3> values) {
-  Nodes3 nodes;
-  for (int i = 0; i < 3; ++i) nodes.col(i) = values[triangle[i]];
-  return nodes;
+MembraneQuads quads_of(const Scene& scene) {
+  MembraneQuads quads;
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const SceneBody& body = scene.bodies[b];
+    const MaterialCase& material = *body.material;
+    if (material.membrane != MembraneModel::triangles || material.membrane_stiffness == 0) continue;
+    for (std::size_t t = 0; t < body.mesh.triangles.size(); t += 2) {
+      const std::array<int, 3>&one = body.mesh.triangles[t], &other = body.mesh.triangles[t + 1];
+      const Quad corners{one[0], one[1], one[2], other[1]};
+      Nodes4 rest;
+      for (int i = 0; i < 4; ++i) rest.col(i) = body.rest[corners[i]];
+      auto& membranes = quads.membranes.emplace_back();
+      for (int k = 0; k < 2; ++k) {
+        membranes[k] =
+            materials::make_triangle_membrane(triangle_nodes(rest, k), material.membrane_stiffness,
+                                              material.poisson_ratio, material.stiffness_damping);
+      }
+      Quad& global = quads.corners.emplace_back(corners);
+      for (int& corner : global) corner += body.first_particle;
+    }
+  }
+  return quads;
 }
 
 }  // namespace
 
 std::unique_ptr<Force> make_membrane_force(const Scene& scene) {
-  std::vector<std::array<int, 3>> triangles;
-  std::vector<TriangleMembrane> membranes;
-  for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    const SceneBody& body = scene.bodies[b];
-    const MaterialCase& material = *body.material;
-    if (material.membrane != MembraneModel::triangles || material.membrane_stiffness == 0) continue;
-    for (const std::array<int, 3>& t : body.mesh.triangles) {
-      membranes.push_back(
-          materials::make_triangle_membrane(gather(t, body.rest), material.membrane_stiffness,
-                                            material.poisson_ratio, material.stiffness_damping));
-      triangles.push_back(
-          {t[0] + body.first_particle, t[1] + body.first_particle, t[2] + body.first_particle});
-    }
-  }
-  if (triangles.empty()) return nullptr;
-  return std::make_unique<MembraneForce>(triangles, membranes, rest_positions(scene));
+  const MembraneQuads quads = quads_of(scene);
+  if (quads.corners.empty()) return nullptr;
+  return std::make_unique<MembraneForce>(quads, rest_positions(scene));
 }
 
 }  // namespace weft::sim

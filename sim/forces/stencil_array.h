@@ -13,15 +13,30 @@
 
 namespace weft::sim {
 
+// The pairs of nodes that a stencil couples.
+struct EveryPair {
+  static constexpr int nodes_in_a_row = 1;
+  static constexpr bool has(int, int) { return true; }
+};
+// Of the corners of a quad, as bsi::quad_triangles has them: those of its triangles' edges.
+struct QuadEdges {
+  static constexpr int nodes_in_a_row = 2;  // corner 1 follows 0 in memory, and 3 follows 2
+  static constexpr bool has(int a, int b) { return a + b != 3 || a * b != 0; }
+};
+
 // Stencils of `Nodes` particles each, cut into chunks of consecutive stencils; chunks of one colour
 // share no particle, so they run side by side, colour after colour. Chunks and colours depend on
 // the stencils alone, so a particle collects its contributions in the same order whatever the
 // number of threads. Formulas take them one by one or in batches of eight (materials/lanes.h).
-template <int Nodes>
+//
+// Stencils along a row of an image have nodes that are neighbours in memory: batches of these are
+// read and added to eight particles at a time.
+template <int Nodes, class Pairs = EveryPair>
 class StencilArray {
  public:
   using Stencil = std::array<int, Nodes>;
   using Lanes = materials::Lanes;
+  using NodeValues = materials::NodesOf<Lanes, Nodes>;  // of a batch
 
   StencilArray() = default;
   StencilArray(const std::vector<Stencil>& stencils, int particle_count)
@@ -32,6 +47,7 @@ class StencilArray {
         nodes_[i / lane_count][node].values[i % lane_count] =
             stencils[std::min(i, count_ - 1)][node];
     }
+    find_runs();
     colour_chunks(particle_count);
   }
 
@@ -59,29 +75,39 @@ class StencilArray {
   }
 
   // The values at the nodes of a batch; beyond the last stencil, those of the last once more.
-  materials::NodesOf<Lanes, Nodes> gather(int first, std::span<const Vec3> values) const {
-    materials::NodesOf<Lanes, Nodes> result;
-    for (int node = 0; node < Nodes; ++node) {
-      const Integers& nodes = nodes_[first / lane_count][node];
-      std::array<const double*, lane_count> at;
-      for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
-      // Numbers put into a vector one by one would wait in memory for the last of them.
+  NodeValues gather(int first, std::span<const Vec3> values) const {
+    NodeValues result;
+    if (runs_[first / lane_count] == 0) {
+      gather_one_by_one(first, values, result);
+      return result;
+    }
+#pragma GCC unroll 6
+    for (int node = 0; node < Nodes; node += Pairs::nodes_in_a_row) {
+      const double* start = values[nodes_[first / lane_count][node].values[0]].data();
+      const auto here = materials::load_vectors(start);
       for (int axis = 0; axis < 3; ++axis) {
-        result(axis, node) =
-            Lanes(Lanes::Vector{at[0][axis], at[1][axis], at[2][axis], at[3][axis], at[4][axis],
-                                at[5][axis], at[6][axis], at[7][axis]});
+        result(axis, node) = here[axis];
+        if constexpr (Pairs::nodes_in_a_row == 2)
+          result(axis, node + 1) = materials::moved_down(here[axis], start[3 * lane_count + axis]);
       }
     }
     return result;
   }
-  // Adds what a batch computed to its nodes, stencil after stencil.
-  void scatter(int first, const materials::NodesOf<Lanes, Nodes>& values,
-               std::span<Vec3> sums) const {
-    for (int lane = 0; lane < lanes_of(first); ++lane) {
-      for (int node = 0; node < Nodes; ++node) {
-        Vec3& sum = sums[nodes_[first / lane_count][node].values[lane]];
-        for (int axis = 0; axis < 3; ++axis) sum[axis] += values(axis, node).values[lane];
+  // Adds what a batch computed to its nodes, node after node.
+  void scatter(int first, const NodeValues& values, std::span<Vec3> sums) const {
+    if (runs_[first / lane_count] == 0) return scatter_one_by_one(first, values, sums);
+#pragma GCC unroll 6
+    for (int node = 0; node < Nodes; node += Pairs::nodes_in_a_row) {
+      double* sum = sums[nodes_[first / lane_count][node].values[0]].data();
+      std::array<Lanes, 3> here{values(0, node), values(1, node), values(2, node)};
+      if constexpr (Pairs::nodes_in_a_row == 2) {
+        // Added to memory one after the other, the second would wait for the first.
+        for (int axis = 0; axis < 3; ++axis) {
+          here[axis] += materials::moved_up(values(axis, node + 1));
+          sum[3 * lane_count + axis] += values(axis, node + 1).values[lane_count - 1];
+        }
       }
+      materials::add_vectors(here, sum);
     }
   }
   // Adds the blocks of a batch to a matrix.
@@ -93,14 +119,15 @@ class StencilArray {
     for (int a = 0; a < Nodes; ++a) {
       add_blocks(lanes, values(a, a), diagonal_places(nodes[a], matrix.pattern()), matrix);
       for (int b = a + 1; b < Nodes; ++b) {
+        if (!Pairs::has(a, b)) continue;
         add_blocks(lanes, as_stored(values(a, b), nodes[a], nodes[b]),
                    places_[first / lane_count][pair++], matrix);
       }
     }
   }
 
-  // Adds one block to all pairs of a stencil's nodes. Precondition: it is symmetric, and no two
-  // nodes of a stencil are one particle.
+  // Adds one block to all coupled pairs of a stencil's nodes. Precondition: it is symmetric, and no
+  // two nodes of a stencil are one particle.
   void scatter_to_all(int first, const materials::Mat3Of<Lanes>& value, BlockMatrix& matrix) const {
     const int lanes = lanes_of(first);
     const auto rows = rows_of(value);
@@ -108,16 +135,20 @@ class StencilArray {
     for (int a = 0; a < Nodes; ++a) {
       const Integers& nodes = nodes_[first / lane_count][a];
       add_blocks(lanes, value, rows, diagonal_places(nodes, matrix.pattern()), matrix);
-      for (int b = a + 1; b < Nodes; ++b)
-        add_blocks(lanes, value, rows, places_[first / lane_count][pair++], matrix);
+      for (int b = a + 1; b < Nodes; ++b) {
+        if (Pairs::has(a, b))
+          add_blocks(lanes, value, rows, places_[first / lane_count][pair++], matrix);
+      }
     }
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const {
     for (int i = 0; i < count(); ++i) {
       const Stencil stencil = (*this)[i];
-      for (int a : stencil) {
-        for (int b : stencil) neighbours[a].push_back(b);
+      for (int a = 0; a < Nodes; ++a) {
+        for (int b = 0; b < Nodes; ++b) {
+          if (Pairs::has(a, b)) neighbours[stencil[a]].push_back(stencil[b]);
+        }
       }
     }
   }
@@ -130,6 +161,7 @@ class StencilArray {
       int pair = 0;
       for (int a = 0; a < Nodes; ++a) {
         for (int b = a + 1; b < Nodes; ++b) {
+          if (!Pairs::has(a, b)) continue;
           const int row = std::min(stencil[a], stencil[b]);
           const int column = std::max(stencil[a], stencil[b]);
           places_[i / lane_count][pair++].values[i % lane_count] =
@@ -170,6 +202,45 @@ class StencilArray {
         const int first = chunks[c] * stencils_a_chunk;
         const int last = std::min(count(), first + stencils_a_chunk);
         body(first, last);
+      }
+    }
+  }
+
+  // Apart from the short ways, which are better for it.
+  [[gnu::noinline]] void gather_one_by_one(int first, std::span<const Vec3> values,
+                                           NodeValues& result) const {
+    for (int node = 0; node < Nodes; ++node) {
+      const Integers& nodes = nodes_[first / lane_count][node];
+      std::array<const double*, lane_count> at;
+      for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
+      // Numbers put into a vector one by one would wait in memory for the last of them.
+      for (int axis = 0; axis < 3; ++axis) {
+        result(axis, node) =
+            Lanes(Lanes::Vector{at[0][axis], at[1][axis], at[2][axis], at[3][axis], at[4][axis],
+                                at[5][axis], at[6][axis], at[7][axis]});
+      }
+    }
+  }
+  [[gnu::noinline]] void scatter_one_by_one(int first, const NodeValues& values,
+                                            std::span<Vec3> sums) const {
+    const int lanes = lanes_of(first);
+    for (int lane = 0; lane < lanes; ++lane) {
+      for (int node = 0; node < Nodes; ++node) {
+        Vec3& sum = sums[nodes_[first / lane_count][node].values[lane]];
+        for (int axis = 0; axis < 3; ++axis) sum[axis] += values(axis, node).values[lane];
+      }
+    }
+  }
+
+  void find_runs() {
+    runs_.assign(nodes_.size(), 1);
+    for (std::size_t batch = 0; batch < nodes_.size(); ++batch) {
+      for (int node = 0; node < Nodes; ++node) {
+        const int start = nodes_[batch][node - node % Pairs::nodes_in_a_row].values[0];
+        for (int lane = 0; lane < lane_count; ++lane) {
+          runs_[batch] &= static_cast<char>(nodes_[batch][node].values[lane] ==
+                                            start + node % Pairs::nodes_in_a_row + lane);
+        }
       }
     }
   }
@@ -276,9 +347,17 @@ class StencilArray {
 
   // By batch; beyond the last stencil, the nodes of the last once more.
   std::vector<std::array<Integers, Nodes>> nodes_;
-  std::vector<std::array<Integers, Nodes*(Nodes - 1) / 2>>
-      places_;                             // of the pairs (0, 1), (0, 2) ..
-  std::vector<std::vector<int>> colours_;  // chunks of each colour
+  // By batch: whether the nodes of each place are eight neighbours in memory, in order.
+  std::vector<char> runs_;
+  static constexpr int pair_count = [] {
+    int count = 0;
+    for (int a = 0; a < Nodes; ++a) {
+      for (int b = a + 1; b < Nodes; ++b) count += Pairs::has(a, b) ? 1 : 0;
+    }
+    return count;
+  }();
+  std::vector<std::array<Integers, pair_count>> places_;  // of the coupled pairs (0, 1), (0, 2) ..
+  std::vector<std::vector<int>> colours_;                 // chunks of each colour
   // All chunks for one thread: each particle meets them in the order of their colours, but they
   // stay near each other, where a matrix that does not fit into the cache would be read once a
   // colour.

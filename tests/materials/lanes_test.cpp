@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <random>
 
@@ -85,6 +86,39 @@ TEST(ArcTangent, OfDifferentLanes) {
   const Lanes angles = arc_tangent(y, x);
   for (int lane = 0; lane < lane_count; ++lane)
     EXPECT_NEAR(angles.values[lane], 0.8 * lane - 3, 1e-15);
+}
+
+TEST(Lanes, VectorsInMemoryAreReadAndAddedLaneByLane) {
+  std::array<double, 26> numbers{};  // not aligned, and something behind
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<double>(100 + i);
+  const auto loaded = load_vectors(numbers.data() + 1);
+  for (int lane = 0; lane < lane_count; ++lane) {
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_EQ(loaded[axis].values[lane], 101 + 3 * lane + axis);
+  }
+  std::array<Lanes, 3> added;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int lane = 0; lane < lane_count; ++lane)
+      added[axis].values[lane] = 1000 * (axis + 1) + lane * lane;
+  }
+  add_vectors(added, numbers.data() + 1);
+  EXPECT_EQ(numbers.front(), 100);
+  EXPECT_EQ(numbers.back(), 125);
+  for (int lane = 0; lane < lane_count; ++lane) {
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(numbers[1 + 3 * lane + axis],
+                101 + 3 * lane + axis + 1000 * (axis + 1) + lane * lane);
+    }
+  }
+}
+
+TEST(Lanes, MoveByOne) {
+  Lanes numbers;
+  for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = 10 + lane;
+  for (int lane = 0; lane < lane_count; ++lane) {
+    EXPECT_EQ(moved_up(numbers).values[lane], lane == 0 ? 0 : 9 + lane);
+    EXPECT_EQ(moved_down(numbers, 99).values[lane], lane == 7 ? 99 : 11 + lane);
+  }
 }
 
 }  // namespace
