@@ -11,7 +11,7 @@ namespace weft::bench {
 // How a method is set for a given accuracy: by a tolerance (m) or by a step (s).
 struct Ladder {
   const char* name;
-  bool baseline;  // fixed steps, as others do
+  bool baseline;  // steps given, as others do
   bool implicit;
   bool by_step;
   double first;    // its coarsest setting

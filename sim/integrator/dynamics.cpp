@@ -1,5 +1,6 @@
 #include "sim/integrator/dynamics.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -26,8 +27,11 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
       statistics_(statistics),
       threads_(scene.source.compute.threads),
       forces_(make_forces(scene)),
-      position_(scene.initial_position),
-      velocity_(scene.particle_count, Vec3::Zero()) {
+      pins_move_(std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
+                             [](const PrescribedMotion& held) { return held.moves; })) {
+  for (int i = 0; i < scene.dynamic_particles; ++i) {
+    if (scene.pinned[i] != 0) held_.push_back(i);
+  }
   if (scene.source.contact.enabled) contact_.emplace(scene, statistics, choose_search(scene));
   std::vector<std::vector<int>> neighbours(scene.dynamic_particles);
   for (const auto& force : forces_) force->add_couplings(neighbours);
@@ -58,7 +62,14 @@ std::vector<double> Dynamics::initial_state() const {
   return y;
 }
 
-Kinematics Dynamics::kinematics() const {
+Kinematics Dynamics::kinematics(double time, std::span<const double> y) {
+  // Particles held at rest stay where they are in the state too, with no velocity.
+  if (!contact_ && !pins_move_ && !load_) {
+    const StateView state = StateView::of(y);
+    return {state.position, state.velocity};
+  }
+  expand(time, y, position_, velocity_);
+  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
   const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
   return {std::span(position_).first(count), std::span(velocity_).first(count)};
 }
@@ -91,46 +102,53 @@ void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>&
 
 std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> y,
                                            std::span<double> rate) {
-  ++statistics_.counters.force_evaluations;
-  expand(time, y, position_, velocity_);
-  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
-  const int count = scene_.dynamic_particles;
+  const std::span<const double> velocity = y.subspan(y.size() / 2);
+  std::copy(velocity.begin(), velocity.end(), rate.begin());
   auto* x_rate = reinterpret_cast<Vec3*>(rate.data());
-  Vec3* v_rate = x_rate + count;  // forces at first
-  const std::span<Vec3> force(v_rate, count);
-  {
-    PhaseTimer timer(statistics_.phases.forces);
-    std::fill(force.begin(), force.end(), Vec3::Zero());
-    for (const bool membrane : {true, false}) {
-      for (const auto& each : forces_) {
-        if (each->is_membrane() == membrane) each->add_forces(kinematics(), force, threads_);
-      }
-      if (!membrane || hardness_ == 1) continue;
-      for (Vec3& f : force) f *= hardness_;
-    }
-  }
+  for (const int i : held_) x_rate[i].setZero();
+  return acceleration(time, y, {x_rate + scene_.dynamic_particles, velocity.size() / 3});
+}
+
+std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const double> y,
+                                                   std::span<Vec3> acceleration) {
+  ++statistics_.counters.force_evaluations;
+  const Kinematics state = kinematics(time, y);
+  add_forces(state, acceleration);
   if (contact_) {
     if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
-    contact_->add_forces(force);
+    contact_->add_forces(acceleration);
   }
-  const StateView state = StateView::of(y);
+  divide_by_mass(state, acceleration);
+  const Eigen::Map<const Eigen::ArrayXd> all(acceleration[0].data(),
+                                             3 * static_cast<Eigen::Index>(acceleration.size()));
+  if (std::isfinite(all.sum())) return std::nullopt;
+  const auto bad = std::find_if(acceleration.begin(), acceleration.end(),
+                                [](const Vec3& a) { return !a.allFinite(); });
+  const auto place = std::min<std::ptrdiff_t>(bad - acceleration.begin(), particle_count() - 1);
+  return ContactFault{ContactFault::Kind::not_finite, {static_cast<int>(place), -1, -1, -1}};
+}
+
+void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
+  PhaseTimer timer(statistics_.phases.forces);
+  std::fill(force.begin(), force.end(), Vec3::Zero());
+  for (const bool membrane : {true, false}) {
+    for (const auto& each : forces_) {
+      if (each->is_membrane() == membrane) each->add_forces(state, force, threads_);
+    }
+    if (!membrane || hardness_ == 1) continue;
+    for (Vec3& f : force) f *= hardness_;
+  }
+}
+
+void Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) const {
   const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
-  Vec3 sum = Vec3::Zero();
-  for (int i = 0; i < count; ++i) {
-    const bool is_free = scene_.pinned[i] == 0;
-    x_rate[i] = is_free ? state.velocity[i] : Vec3(Vec3::Zero());
-    const double decay = mass_damping_.empty() ? 0 : mass_damping_[i];
-    v_rate[i] = is_free ? Vec3(gravity + v_rate[i] / scene_.mass[i] - decay * velocity_[i])
-                        : Vec3(Vec3::Zero());
-    sum += v_rate[i];
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    const double inverse = 1 / scene_.mass[i];
+    for (int axis = 0; axis < 3; ++axis) force[i][axis] = gravity[axis] + inverse * force[i][axis];
   }
-  if (!sum.allFinite()) {
-    const int bad = static_cast<int>(
-        std::find_if(v_rate, v_rate + count, [](const Vec3& a) { return !a.allFinite(); }) -
-        v_rate);
-    return ContactFault{ContactFault::Kind::not_finite, {std::min(bad, count - 1), -1, -1, -1}};
-  }
-  return std::nullopt;
+  for (std::size_t i = 0; i < mass_damping_.size(); ++i)
+    force[i] -= mass_damping_[i] * state.velocity[i];
+  for (const int i : held_) force[i].setZero();
 }
 
 void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness) {
@@ -157,13 +175,12 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
                         const Derivatives& into) {
   ++statistics_.counters.matrix_assemblies;
   PhaseTimer timer(statistics_.phases.linear_solve);
-  expand(time, y, position_, velocity_);
-  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
+  const Kinematics state = kinematics(time, y);
   stiffness_.set_zero();
   for (const bool membrane : {true, false}) {
     for (const auto& force : forces_) {
       if (force->is_membrane() != membrane) continue;
-      force->add_derivatives(kinematics(), into, definiteness, threads_);
+      force->add_derivatives(state, into, definiteness, threads_);
     }
     if (membrane && hardness_ != 1) stiffness_.scale(hardness_);
   }
@@ -184,15 +201,17 @@ std::vector<std::string> Dynamics::force_names() const {
 }
 
 Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y) {
-  expand(time, y, position_, velocity_);
+  const Kinematics state = kinematics(time, y);
   Energies energies;
-  const Vec3 gravity = scene_.source.world.gravity;
-  for (int i = 0; i < scene_.dynamic_particles; ++i) {
-    energies.kinetic += 0.5 * scene_.mass[i] * velocity_[i].squaredNorm();
-    energies.gravitational -= scene_.mass[i] * gravity.dot(position_[i]);
-  }
+  const auto columns = [](std::span<const Vec3> vectors) {
+    return Eigen::Map<const Eigen::Matrix3Xd>(vectors[0].data(), 3,
+                                              static_cast<Eigen::Index>(vectors.size()));
+  };
+  const Eigen::Map<const Eigen::VectorXd> mass(scene_.mass.data(), scene_.dynamic_particles);
+  energies.kinetic = 0.5 * columns(state.velocity).colwise().squaredNorm() * mass;
+  energies.gravitational = -scene_.source.world.gravity.dot(columns(state.position) * mass);
   for (const auto& force : forces_) {
-    energies.elastic.emplace_back(force->name(), force->energy(kinematics(), threads_));
+    energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
   }
   if (contact_) energies.contact = contact_->energy();
   return energies;

@@ -50,6 +50,10 @@ class Dynamics {
   [[nodiscard]] std::optional<ContactFault> rate(double time, std::span<const double> y,
                                                  std::span<double> rate);
 
+  // The second half of it, m/s^2 by particle.
+  [[nodiscard]] std::optional<ContactFault> acceleration(double time, std::span<const double> y,
+                                                         std::span<Vec3> acceleration);
+
   // Stores K = -dF/dx and D = -dF/dv of all forces but contact, whose own matrices are always those
   // of the last rate(). Mass damping is part of D.
   void assemble(double time, std::span<const double> y,
@@ -88,7 +92,11 @@ class Dynamics {
   double largest_stretch(std::span<const Vec3> position) const;
 
  private:
-  Kinematics kinematics() const;
+  // Of the dynamic particles, held ones where they belong; valid as long as y and until the next.
+  Kinematics kinematics(double time, std::span<const double> y);
+  void add_forces(const Kinematics& state, std::span<Vec3> force);
+  // Makes forces accelerations, zero where particles are held.
+  void divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
   void assemble(double time, std::span<const double> y, Definiteness definiteness,
                 const Derivatives& into);
 
@@ -96,6 +104,8 @@ class Dynamics {
   Statistics& statistics_;
   int threads_ = 1;
   std::vector<std::unique_ptr<Force>> forces_;
+  bool pins_move_ = false;
+  std::vector<int> held_;  // dynamic particles that are pinned
   std::optional<Contact> contact_;
   BlockMatrix stiffness_;
   bool has_damping_ = false;
@@ -103,8 +113,8 @@ class Dynamics {
   std::vector<Vec3> damping_product_;
   std::optional<double> load_;
   double hardness_ = 1;
-  std::vector<double> mass_damping_;  // 1/s, by particle; empty where there is none
-  std::vector<Vec3> position_, velocity_;
+  std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
+  std::vector<Vec3> position_, velocity_;  // of all, where the state does not do
 };
 
 }  // namespace weft::sim

@@ -63,7 +63,6 @@ std::optional<std::string> OneStepIntegrator::step() {
   }
   for (;;) {
     double end = next_time();
-    std::copy(state_.begin(), state_.end(), other_state_.begin());
     has_previous_ = false;
     Trouble trouble = attempt(end, other_state_);
     if (trouble == Trouble::none) trouble = check_path(end);

@@ -28,8 +28,8 @@ class OneStepIntegrator : public Integrator {
 
  protected:
   enum class Trouble { none, not_converged, surfaces, not_finite, error_too_large };
-  // Tries a step from time() to `end` and leaves it in `y`, which holds state(). A method that has
-  // no fixed step may end elsewhere, and says where. On trouble, may name what stands in the way by
+  // Tries a step from time() and state() to `end` and leaves it in `y`. A method that has no fixed
+  // step may end elsewhere, and says where. On trouble, may name what stands in the way by
   // set_fault() or set_place().
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // The method has checked the way it took, which need not be straight.

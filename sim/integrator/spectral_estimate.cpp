@@ -1,5 +1,6 @@
 #include "sim/integrator/spectral_estimate.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -16,14 +17,20 @@ struct Spectrum {
   int place = -1;  // the particle with the largest entry of the vector
 };
 
+// Where iterations start.
+std::vector<Vec3> random_vectors(int count) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> entry(-1, 1);
+  std::vector<Vec3> vectors(count);
+  for (Vec3& v : vectors) v = Vec3(entry(random), entry(random), entry(random));
+  return vectors;
+}
+
 // Of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues as M^-1 A.
 Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   const Scene& scene = dynamics.scene();
   const int count = dynamics.particle_count();
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> entry(-1, 1);
-  std::vector<Vec3> vector(count), scaled(count), product(count);
-  for (Vec3& v : vector) v = Vec3(entry(random), entry(random), entry(random));
+  std::vector<Vec3> vector = random_vectors(count), scaled(count), product(count);
   double radius = 0;
   for (int k = 0; k < iterations; ++k) {
     double norm = 0;
@@ -52,6 +59,14 @@ Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   return {radius, static_cast<int>(largest - vector.begin())};
 }
 
+// m, of a quad: differences are taken over a part of it so small that forces are linear.
+double usual_length(const Scene& scene) {
+  Eigen::AlignedBox3d box;
+  for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);
+  return box.diagonal().norm() / std::sqrt(scene.dynamic_particles);
+}
+constexpr double part_of_length = 1e-6;
+
 }  // namespace
 
 SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y) {
@@ -65,6 +80,44 @@ SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const
   estimate.decay = decay.radius;
   if (estimate.decay > estimate.frequency) estimate.place = decay.place;
   return estimate;
+}
+
+FrequencyTracker::FrequencyTracker(Dynamics& dynamics, double t, std::span<const double> y)
+    : dynamics_(dynamics),
+      amplitude_(part_of_length * usual_length(dynamics.scene())),
+      vibration_(random_vectors(dynamics.particle_count())),
+      moved_(dynamics.state_size()),
+      change_(dynamics.particle_count()) {
+  std::vector<Vec3> acceleration(vibration_.size());
+  if (dynamics.acceleration(t, y, acceleration)) return;
+  for (int k = 0; k < iterations; ++k) follow(t, y, acceleration);
+}
+
+void FrequencyTracker::follow(double t, std::span<const double> y,
+                              std::span<const Vec3> acceleration) {
+  const Scene& scene = dynamics_.scene();
+  std::copy(y.begin(), y.end(), moved_.begin());
+  auto* position = reinterpret_cast<Vec3*>(moved_.data());
+  for (std::size_t i = 0; i < vibration_.size(); ++i) {
+    if (scene.pinned[i] == 0) position[i] += amplitude_ * vibration_[i];
+  }
+  if (dynamics_.acceleration(t, moved_, change_)) return;
+  double before = 0, after = 0;
+  for (std::size_t i = 0; i < vibration_.size(); ++i) {
+    change_[i] = (acceleration[i] - change_[i]) / amplitude_;  // M^-1 K u
+    before += scene.mass[i] * vibration_[i].squaredNorm();
+    after += scene.mass[i] * change_[i].squaredNorm();
+  }
+  frequency_ = before > 0 ? std::pow(after / before, 0.25) : 0;
+  turn_to(change_);
+}
+
+void FrequencyTracker::turn_to(std::span<const Vec3> acceleration) {
+  double largest = 0;
+  for (const Vec3& a : acceleration) largest = std::max(largest, a.squaredNorm());
+  if (!(largest > 0)) return;
+  const double scale = 1 / std::sqrt(largest);
+  for (std::size_t i = 0; i < vibration_.size(); ++i) vibration_[i] = scale * acceleration[i];
 }
 
 }  // namespace weft::sim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "sim/integrator/dynamics.h"
 
@@ -19,5 +20,28 @@ struct SpectralEstimate {
 // contact; prescribed particles are held. Within a few percent from below: the radius is approached
 // along a series that grows. Cost: an assembly and 60 products a matrix.
 SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y);
+
+// The fastest vibration of a motion, followed as it goes on: an iteration of the power method now
+// and then, from the last one's vector, by a difference of accelerations. For scenes without
+// contact.
+class FrequencyTracker {
+ public:
+  // At the state y, by as many iterations as above.
+  FrequencyTracker(Dynamics& dynamics, double t, std::span<const double> y);
+
+  // At the state y, whose accelerations these are. Cost: an evaluation of the forces.
+  void follow(double t, std::span<const double> y, std::span<const Vec3> acceleration);
+  // From now on follows what these accelerations have most of.
+  void turn_to(std::span<const Vec3> acceleration);
+  double frequency() const { return frequency_; }  // rad/s, from below
+
+ private:
+  Dynamics& dynamics_;
+  double amplitude_ = 0;         // m, of the differences
+  std::vector<Vec3> vibration_;  // the largest entry is 1
+  std::vector<double> moved_;    // a state
+  std::vector<Vec3> change_;     // m/s^2
+  double frequency_ = 0;
+};
 
 }  // namespace weft::sim

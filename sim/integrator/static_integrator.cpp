@@ -64,7 +64,9 @@ class StaticIntegrator final : public OneStepIntegrator {
   // harder ones hang, but for their stretch.
   Trouble attempt(double& end, std::span<double> y) override {
     dynamics().set_load(end / scene().source.time.duration);
-    std::fill(y.begin() + static_cast<std::ptrdiff_t>(y.size() / 2), y.end(), 0.0);
+    const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
+    std::copy(state().begin(), state().begin() + half, y.begin());
+    std::fill(y.begin() + half, y.end(), 0.0);
     from_ = positions();
     pseudo_steps_ = 0;
     pseudo_step_ = first_pseudo_step;

@@ -1,79 +1,147 @@
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "sim/case/case_text.h"
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/one_step_integrator.h"
 #include "sim/integrator/spectral_estimate.h"
+#include "sim/integrator/verlet_steps.h"
 
 namespace weft::sim {
 
 namespace {
 
-// Without a given step: at the default relative_tolerance, a quarter of the longest stable step,
-// which keeps the energy of an undamped sheet within one percent; its error goes as the square of
-// the step, so steps go as the root of the tolerance, up to half of the longest.
-constexpr double step_at_default = 0.25, longest_share = 0.5, default_tolerance = 1e-4;
+// Without a given step: when one that has come to be another share of the longest stable one is
+// changed. Every change costs some of the symmetry that keeps the energy.
+constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
+// Changes of the frequency in one look after which the next comes sooner, or later.
+constexpr double much = 0.02, little = 0.005;
 
 class VerletIntegrator final : public OneStepIntegrator {
  public:
   VerletIntegrator(const Scene& scene, Dynamics& dynamics)
       : OneStepIntegrator(scene, dynamics),
-        start_rate_(dynamics.state_size()),
-        end_rate_(dynamics.state_size()) {}
+        before_acceleration_(dynamics.particle_count()),
+        start_acceleration_(dynamics.particle_count()),
+        end_acceleration_(dynamics.particle_count()) {}
 
   int last_order() const override { return 2; }
 
  private:
   // Oscillations grow where h omega > 2, damped ones where h d > 2.
   std::optional<std::string> refusal() override {
+    const TimeCase& options = scene().source.time;
+    if (options.step) return refuse_unstable(*options.step);
+    double rate = 0;
+    if (dynamics().has_damping() || dynamics().contact() != nullptr) {
+      const SpectralEstimate fastest = estimate_spectrum(dynamics(), 0, state());
+      decay_ = fastest.decay;
+      rate = fastest.stiffest();
+    }
+    if (dynamics().contact() == nullptr) {
+      tracker_.emplace(dynamics(), 0, state());
+      for (const double mass : scene().mass) mass_.insert(mass_.end(), 3, mass);
+      rate = std::max(tracker_->frequency(), decay_);
+    }
+    share_ = verlet_share(options.relative_tolerance);
+    chosen_step_ = rate > 0 ? share_ * 2 / rate : 1 / options.frames_per_second;
+    propose(chosen_step_);
+    return std::nullopt;
+  }
+  std::optional<std::string> refuse_unstable(double step) {
     const SpectralEstimate fastest = estimate_spectrum(dynamics(), 0, state());
     const double limit = 2 / fastest.stiffest();
-    const TimeCase& options = scene().source.time;
-    if (!options.step) {
-      const double share =
-          step_at_default * std::sqrt(options.relative_tolerance / default_tolerance);
-      chosen_step_ = limit * std::min(share, longest_share);
-      propose(chosen_step_);
-      return std::nullopt;
-    }
-    if (*options.step <= limit) return std::nullopt;
-    return "the step of " + number_text(*options.step) +
+    if (step <= limit) return std::nullopt;
+    return "the step of " + number_text(step) +
            " s is beyond the limit of stability of verlet at t = 0 s, " + number_text(limit) +
            " s: the motion is fastest at " + scene().describe_particle(fastest.place);
   }
 
-  // v+ = v + h/2 a, x1 = x + h v+, a1 = a(x1, v+ + h/2 a), v1 = v+ + h/2 a1: forces that depend on
-  // the velocity take the one that is expected at the end.
+  // x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1): forces that depend on the
+  // velocity take the one that is expected at the end.
   Trouble attempt(double& end, std::span<double> y) override {
-    if (auto trouble = find_start_rate(y); trouble != Trouble::none) return trouble;
+    if (auto trouble = find_start_acceleration(); trouble != Trouble::none) return trouble;
     const double h = end - time();
     const std::size_t half = y.size() / 2;
-    const std::span<double> x = y.first(half), v = y.last(half);
-    const double* a = start_rate_.data() + half;
+    const double *x = state().data(), *v = x + half;
+    double *x1 = y.data(), *v1 = x1 + half;
+    const double* a = start_acceleration_[0].data();
     for (std::size_t i = 0; i < half; ++i) {
-      x[i] += h * (v[i] + h / 2 * a[i]);
-      v[i] += h * a[i];
+      x1[i] = x[i] + h * (v[i] + h / 2 * a[i]);
+      v1[i] = v[i] + h * a[i];
     }
-    if (auto fault = dynamics().rate(end, y, end_rate_)) return trouble_of(*fault);
-    const double* a1 = end_rate_.data() + half;
-    for (std::size_t i = 0; i < half; ++i) v[i] += h / 2 * (a1[i] - a[i]);
+    if (auto fault = dynamics().acceleration(end, y, end_acceleration_)) return trouble_of(*fault);
+    const double* a1 = end_acceleration_[0].data();
+    for (std::size_t i = 0; i < half; ++i) v1[i] += h / 2 * (a1[i] - a[i]);
     end_ = end;
-    if (!is_fixed()) propose(chosen_step_);
+    if (!is_fixed()) {
+      follow_limit(h, y);
+      propose(chosen_step_);
+    }
     return Trouble::none;
   }
 
   // That of the end of the step before, so that a step costs one evaluation.
-  Trouble find_start_rate(std::span<const double> y) {
+  Trouble find_start_acceleration() {
     if (start_ == time()) return Trouble::none;
     if (end_ == time()) {
-      start_rate_.swap(end_rate_);
-    } else if (auto fault = dynamics().rate(time(), y, start_rate_)) {
+      before_acceleration_.swap(start_acceleration_);
+      start_acceleration_.swap(end_acceleration_);
+    } else if (auto fault = dynamics().acceleration(time(), state(), start_acceleration_)) {
       return trouble_of(*fault);
     }
     start_ = time();
     return Trouble::none;
+  }
+
+  // Cloth that is stretched vibrates faster. `y` is the end of the step. A vibration that the
+  // tracker does not follow shows in the motion once it grows.
+  void follow_limit(double h, std::span<const double> y) {
+    if (!tracker_) return;
+    ++steps_;
+    const bool is_even = std::abs(h - last_step()) < 1e-6 * h;
+    if (is_even && shown_frequency(h) * chosen_step_ > 2 * no_longer_safe) {
+      tracker_->turn_to(end_acceleration_);
+      look(y);
+    } else if (steps_ >= next_look_) {
+      look(y);
+    }
+  }
+
+  // The less the frequency changes, the less often.
+  void look(std::span<const double> y) {
+    const double before = tracker_->frequency();
+    tracker_->follow(end_, y, end_acceleration_);
+    const double now = tracker_->frequency(), change = std::abs(now / before - 1);
+    if (change > much) steps_a_look_ = std::max(1, steps_a_look_ / 2);
+    if (change < little) steps_a_look_ = std::min(2 * steps_a_look_, verlet_steps_a_look);
+    next_look_ = steps_ + steps_a_look_;
+    keep_share(std::max(now, decay_));
+  }
+
+  void keep_share(double rate) {
+    if (!(rate > 0)) return;
+    const double limit = 2 / rate, share = chosen_step_ / limit;
+    if (share > std::min(too_long * share_, no_longer_safe) || share < too_short * share_)
+      chosen_step_ = share_ * limit;
+  }
+
+  // The Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 = -h^2 M^-1 K a. No more than the
+  // highest frequency, and that where a vibration grows until it outweighs all else.
+  double shown_frequency(double h) const {
+    const auto components = [](const std::vector<Vec3>& vectors) {
+      return Eigen::Map<const Eigen::ArrayXd>(vectors[0].data(),
+                                              3 * static_cast<Eigen::Index>(vectors.size()));
+    };
+    const auto before = components(before_acceleration_), a = components(start_acceleration_),
+               after = components(end_acceleration_);
+    const Eigen::Map<const Eigen::ArrayXd> mass(mass_.data(), a.size());
+    const double bent = (mass * a * (2 * a - before - after)).sum();
+    const double all = (mass * a.square()).sum();
+    return bent > 0 ? std::sqrt(bent / all) / h : 0;
   }
 
   Trouble trouble_of(const ContactFault& fault) {
@@ -81,9 +149,17 @@ class VerletIntegrator final : public OneStepIntegrator {
     return fault.kind == ContactFault::Kind::not_finite ? Trouble::not_finite : Trouble::surfaces;
   }
 
-  double chosen_step_ = 0;        // s, without a given one
-  double start_ = -1, end_ = -1;  // s: when the rates are of
-  std::vector<double> start_rate_, end_rate_;
+  // Without a given step.
+  double share_ = 0;        // of the longest stable step
+  double chosen_step_ = 0;  // s
+  double decay_ = 0;        // 1/s, at the start
+  std::optional<FrequencyTracker> tracker_;
+  std::vector<double> mass_;  // kg, of every component
+  std::int64_t steps_ = 0, next_look_ = 1;
+  int steps_a_look_ = 1;
+
+  double start_ = -1, end_ = -1;  // s: when the accelerations are of
+  std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;  // of three steps
 };
 
 }  // namespace
