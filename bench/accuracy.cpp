@@ -34,6 +34,7 @@ struct Row {
   std::string method, setting;
   double cpu = 0;               // s, median
   std::optional<double> error;  // m
+  bool is_bound = false;        // the error is no more than that: lost in that of the reference
   std::int64_t steps = 0;
   // Of Weft's own methods alone.
   struct Own {
@@ -90,17 +91,19 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
 }
 
 // From coarse to fine, to the end of the ladder or where the error is lost in that of the
-// reference.
+// reference: of such a row no more is said than that it is less than ten times that.
 void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& options,
            Result& result) {
   double setting = ladder.first;
   LadderEnd end(ladder);
   for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
-    const Row row = measure(source, ladder, setting, result.reference, options);
+    Row row = measure(source, ladder, setting, result.reference, options);
     tell(row);
-    const bool lost = row.error && *row.error < 10 * result.reference.agreement;
-    if (!lost) result.rows.push_back(row);
-    if (end.is_reached(row.cpu > options.budget) || lost) break;
+    const double smallest = 10 * result.reference.agreement;
+    row.is_bound = row.error && *row.error < smallest;
+    if (row.is_bound) row.error = smallest;
+    result.rows.push_back(row);
+    if (end.is_reached(row.cpu > options.budget) || row.is_bound) break;
   }
 }
 
@@ -210,8 +213,9 @@ void print_table(const Result& result) {
                   row.cpu, row.failure.c_str());
       continue;
     }
-    std::printf("%-*s %-34s %10.4f %12.3e %8lld", name_width, row.method.c_str(),
-                row.setting.c_str(), row.cpu, *row.error, static_cast<long long>(row.steps));
+    std::printf("%-*s %-34s %10.4f %2s%10.3e %8lld", name_width, row.method.c_str(),
+                row.setting.c_str(), row.cpu, row.is_bound ? "<" : "", *row.error,
+                static_cast<long long>(row.steps));
     if (row.own) {
       std::printf(" %8lld %9lld %+10.1e", static_cast<long long>(row.own->newton),
                   static_cast<long long>(row.own->linear), row.own->energy_change);
@@ -243,8 +247,8 @@ void print_ratios(const char* name, const Costs& others, const Costs& weft) {
   }
 }
 
-// Weft's methods under error control beside the cheapest implicit one of fixed steps, and beside
-// the cheapest of other libraries.
+// Weft's methods, of which a tolerance chooses the steps, beside the cheapest implicit one of fixed
+// steps, and beside the cheapest of other libraries.
 void print_ratios(const Result& result) {
   std::printf("\nCPU s for an error of at most\n%-*s", name_width, "");
   for (const double error : shown_errors) std::printf(" %10.0e", error);
@@ -284,6 +288,7 @@ nlohmann::ordered_json json_of(const Result& result) {
       entry["linear"] = row.own->linear;
     }
     if (row.error) entry["error_m"] = *row.error;
+    if (row.is_bound) entry["error_is_bound"] = true;
     if (!row.failure.empty()) entry["failure"] = row.failure;
     rows.push_back(std::move(entry));
   }

@@ -8,6 +8,8 @@
 #include "sim/case/case_checks.h"
 #include "sim/case/case_writer.h"
 #include "sim/error_estimate.h"
+#include "sim/integrator/spectral_estimate.h"
+#include "sim/integrator/verlet_steps.h"
 #include "sim/process_time.h"
 
 namespace weft::sim {
@@ -48,6 +50,74 @@ TimeCase with_tolerance(const TimeCase& time, double tolerance) {
   return result;
 }
 
+// Work in iterations of the linear solver, of which an assembly takes as long as about two. An
+// evaluation of the forces is a small part of one but for bending (33^2 and 65^2 vertices).
+constexpr double assembly_work = 2, evaluation_work = 0.1, bending_work = 0.5;
+
+double evaluation_work_of(const Scene& scene) {
+  const auto bends = [](const SceneBody& body) {
+    return body.dynamic && body.material->bending_stiffness > 0;
+  };
+  return std::ranges::any_of(scene.bodies, bends) ? bending_work : evaluation_work;
+}
+
+// Whether the run of this scene takes more work than all steps of verlet.
+bool is_dearer_than_verlet(const Scene& scene) {
+  Statistics statistics;
+  Dynamics dynamics(scene, statistics);
+  const double evaluation = evaluation_work_of(scene);
+  const std::vector<double> start = dynamics.initial_state();
+  const double rate = estimate_spectrum(dynamics, 0, start).stiffest();
+  const double limit = evaluation * verlet_evaluations(rate, scene.source.time.duration);
+  statistics = {};
+  const auto integrator = make_integrator(scene, dynamics);
+  while (integrator->time() < scene.source.time.duration) {
+    if (integrator->step()) return false;
+    const Counters& counters = statistics.counters;
+    const double work = static_cast<double>(integrator->counts().linear_iterations) +
+                        assembly_work * static_cast<double>(counters.matrix_assemblies) +
+                        evaluation * static_cast<double>(counters.force_evaluations);
+    if (work > limit) return true;
+  }
+  return false;
+}
+
+const char* name_of(TimeMethod method) {
+  return std::ranges::find(calibrated_methods(), method, &CalibratedMethod::method)->name;
+}
+
+TimeCase with_verlet(const TimeCase& time, double share) {
+  const double tolerance = verlet_tolerance(share);
+  TimeCase result = with_tolerance(time, tolerance / 10);
+  result.method = TimeMethod::verlet;
+  result.relative_tolerance = tolerance;
+  return result;
+}
+
+// Whether verlet does, and is cheaper than the run of `loose`. Its error goes as the square of its
+// steps: that of steps half as long is a quarter.
+bool choose_verlet(Case& target, const Case& loose) {
+  if (!target.accuracy_chooses_method || target.contact.enabled) return false;
+  if (!is_dearer_than_verlet(*build_scene(loose))) return false;
+  const double start = process_cpu_time();
+  Case pilot = target;
+  pilot.time = with_verlet(target.time, longest_verlet_share);
+  const auto apart =
+      distance(*build_scene(pilot), with_verlet(target.time, longest_verlet_share / 2));
+  if (!apart || *apart * 4 / 3 > *target.time.accuracy) return false;
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "verlet with steps of %.2g of the longest stable one for an accuracy of %.3g m "
+                "over %.3g s, less work than %s; a pilot run of %.2g s of CPU finds an error of "
+                "%.2g m",
+                longest_verlet_share, *target.time.accuracy, target.time.duration,
+                name_of(target.time.method), process_cpu_time() - start, *apart * 4 / 3);
+  target.accuracy_choice = text;
+  target.time = pilot.time;
+  target.resolved_text = case_text(target);
+  return true;
+}
+
 }  // namespace
 
 void correct_accuracy(Case& target) {
@@ -59,6 +129,7 @@ void correct_accuracy(Case& target) {
   const double tight = loose / looser;
   Case pilot = target;
   pilot.time = with_tolerance(target.time, loose);
+  if (choose_verlet(target, pilot)) return;
   const auto apart = distance(*build_scene(pilot), with_tolerance(target.time, tight));
   if (!apart) {
     target.accuracy_choice += "; a pilot run told nothing";

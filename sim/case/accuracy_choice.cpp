@@ -196,6 +196,7 @@ void choose_accuracy(Case& target, const Locations& locations) {
   apply_setting(time, *best.method, best.setting);
   time.position_tolerance = std::min(time.position_tolerance, position_tolerance_limit(target));
   target.accuracy_choice = choice_text(target, offers.options(), method_given);
+  target.accuracy_chooses_method = !method_given;
 }
 
 }  // namespace weft::sim

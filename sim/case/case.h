@@ -174,6 +174,7 @@ struct Case {
   std::string resolved_text;
   // What time.accuracy has chosen and why; empty without it.
   std::string accuracy_choice;
+  bool accuracy_chooses_method = false;
 };
 
 }  // namespace weft::sim

@@ -79,7 +79,7 @@ Table describe(TimeCase& target) {
             "and step; arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
             "asks; euler: backward Euler; static: equilibria under gravity that grows from nothing "
             "and motions that proceed, one a frame; implicit_midpoint: fixed steps, to compare; "
-            "verlet: explicit fixed steps, for motion without damping."),
+            "verlet: explicit steps, for motion without damping or contact."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("accuracy", &accuracy, "m", positive,
@@ -102,7 +102,8 @@ Table describe(TimeCase& target) {
           .not_with("accuracy"),
       field("step", &step, "s", positive,
             "Fixed step; longer than minimum_step; implicit_midpoint needs one. verlet chooses a "
-            "share of the longest stable one, as the root of relative_tolerance.")
+            "share of the longest stable one, which it follows, as the root of "
+            "relative_tolerance.")
           .with_default("chosen by the tolerances")
           .only_for("method", {"euler", "implicit_midpoint", "verlet"})
           .not_with("accuracy"),
@@ -355,7 +356,7 @@ Table describe(ObstacleCase& target) {
 
 Table describe(Case& target) {
   auto& [title, time, world, contact, output, compute, material, body, obstacle, path, resolved,
-         choice] = target;
+         choice, chooses_method] = target;
   return {{
       field("title", &title, "What the case shows."),
       field("time", table(&time), "How long, how often recorded, how exactly."),
