@@ -10,6 +10,7 @@
 #include "sim/error_estimate.h"
 #include "sim/integrator/spectral_estimate.h"
 #include "sim/integrator/verlet_steps.h"
+#include "sim/integrator/work.h"
 #include "sim/process_time.h"
 
 namespace weft::sim {
@@ -50,33 +51,19 @@ TimeCase with_tolerance(const TimeCase& time, double tolerance) {
   return result;
 }
 
-// Work in iterations of the linear solver, of which an assembly takes as long as about two. An
-// evaluation of the forces is a small part of one but for bending (33^2 and 65^2 vertices).
-constexpr double assembly_work = 2, evaluation_work = 0.1, bending_work = 0.5;
-
-double evaluation_work_of(const Scene& scene) {
-  const auto bends = [](const SceneBody& body) {
-    return body.dynamic && body.material->bending_stiffness > 0;
-  };
-  return std::ranges::any_of(scene.bodies, bends) ? bending_work : evaluation_work;
-}
-
 // Whether the run of this scene takes more work than all steps of verlet.
 bool is_dearer_than_verlet(const Scene& scene) {
   Statistics statistics;
   Dynamics dynamics(scene, statistics);
-  const double evaluation = evaluation_work_of(scene);
   const std::vector<double> start = dynamics.initial_state();
   const double rate = estimate_spectrum(dynamics, 0, start).stiffest();
-  const double limit = evaluation * verlet_evaluations(rate, scene.source.time.duration);
+  const double limit =
+      evaluation_work(scene) * verlet_evaluations(rate, scene.source.time.duration);
   statistics = {};
   const auto integrator = make_integrator(scene, dynamics);
   while (integrator->time() < scene.source.time.duration) {
     if (integrator->step()) return false;
-    const Counters& counters = statistics.counters;
-    const double work = static_cast<double>(integrator->counts().linear_iterations) +
-                        assembly_work * static_cast<double>(counters.matrix_assemblies) +
-                        evaluation * static_cast<double>(counters.force_evaluations);
+    const double work = work_of(scene, statistics.counters, integrator->counts().linear_iterations);
     if (work > limit) return true;
   }
   return false;

@@ -12,6 +12,7 @@
 #include "sim/integrator/spectral_estimate.h"
 #include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
+#include "sim/integrator/work.h"
 
 namespace weft::sim {
 
@@ -28,10 +29,6 @@ constexpr double linear_tolerance_factor = 0.3;
 // its evaluations a step.
 constexpr double explicit_limit = 2.7;
 constexpr double explicit_stages = 6;
-
-// What an assembly and an iteration of the linear solver take, in evaluations of the forces.
-constexpr double assembly_cost = 3;
-constexpr double iteration_cost = 0.4;
 
 // Implicit steps whose cost is measured before explicit ones are considered, and explicit ones
 // after which implicit ones are tried again: twice as many each time.
@@ -223,12 +220,9 @@ int ArkodeIntegrator::worst_particle() const {
   return worst;
 }
 
-// What has been paid so far, in evaluations of the forces.
+// What has been paid so far.
 double ArkodeIntegrator::work() const {
-  const Counters& counters = dynamics().statistics().counters;
-  return static_cast<double>(counters.force_evaluations) +
-         iteration_cost * static_cast<double>(counts().linear_iterations) +
-         assembly_cost * static_cast<double>(counters.matrix_assemblies);
+  return work_of(scene(), dynamics().statistics().counters, counts().linear_iterations);
 }
 
 // An explicit method steps no further than its stability allows, however smooth the motion. Where
@@ -243,7 +237,8 @@ void ArkodeIntegrator::reconsider() {
     const double rate = estimate_spectrum(dynamics(), time(), state()).stiffest();
     if (implicit_) {
       const double cost = (work() - work_at_look_) / elapsed;
-      const double explicit_cost = explicit_stages * std::max(rate / explicit_limit, 1 / mean_step);
+      const double explicit_cost = evaluation_work(scene()) * explicit_stages *
+                                   std::max(rate / explicit_limit, 1 / mean_step);
       if (explicit_cost < worthwhile * cost) use(false, rate, explicit_cost / cost);
     } else if (mean_step * rate > 0.5 * explicit_limit) {
       explicit_steps_ *= 2;
