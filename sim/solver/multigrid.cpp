@@ -9,7 +9,10 @@ namespace weft::sim {
 
 namespace {
 
-constexpr int particles_to_ask_twice = 100'000;
+// Equilibria have no mass that would hold what bends.
+bool worth_asking_twice(const Scene& scene, int particles) {
+  return particles >= 100'000 || scene.source.time.method == TimeMethod::static_loads;
+}
 
 // Adds to a pattern the pairs in reach.
 std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
@@ -72,7 +75,7 @@ Multigrid::Level::Level(const std::shared_ptr<const BlockPattern>& pattern)
     : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
 Multigrid::Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern)
-    : Multigrid(scene, pattern, pattern->rows() < particles_to_ask_twice ? 0 : 2) {}
+    : Multigrid(scene, pattern, worth_asking_twice(scene, pattern->rows()) ? 2 : 0) {}
 
 Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
                      std::size_t levels_that_ask_twice)

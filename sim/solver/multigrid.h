@@ -32,7 +32,7 @@ class Multigrid : public Preconditioner {
   // As many as is fastest. Bilinear interpolation puts kinks into smooth shapes, which bending
   // resists: with every level a coarse correction is too small by more, and there are more levels
   // the finer the image. On smaller ones the iterations that a second cycle saves cost less than it
-  // does (docs/benchmarks.md).
+  // does (docs/benchmarks.md), but for equilibria.
   Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern);
 
   // Takes over A on all levels. False where a diagonal block, or the coarsest matrix, is not
