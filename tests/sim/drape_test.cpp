@@ -1,22 +1,12 @@
 // The main job in small: cloth falls on obstacles and on itself, and nothing passes through.
-#include "sim/trajectory/crossings.h"
 #include "simulated_case.h"
 
 namespace weft::sim {
 namespace {
 
-int crossings_in(const Scene& scene, const std::vector<Vec3>& position) {
-  std::vector<CrossingSurface> surfaces;
-  for (const SceneBody& body : scene.bodies) {
-    surfaces.push_back({std::span(position).subspan(body.first_particle, body.particle_count()),
-                        body.mesh.triangles, body.dynamic});
-  }
-  return static_cast<int>(find_crossings(surfaces).size());
-}
-
 // Simulates a shipped case, smaller and shorter, and holds every frame against the exact referee.
-void expect_nothing_passes_through(const std::string& name,
-                                   const std::vector<std::string>& overrides, double duration) {
+void expect_nothing_passes_through(const std::string& name, const Overrides& overrides,
+                                   double duration) {
   const auto scene =
       build_scene(read_case(std::string(WEFT_CASES_DIR) + "/" + name + ".toml", overrides));
   Statistics statistics;
@@ -33,7 +23,7 @@ void expect_nothing_passes_through(const std::string& name,
     }
     integrator->state_at(frame, y);
     dynamics.expand(frame, y, position, velocity);
-    ASSERT_EQ(crossings_in(*scene, position), 0) << "t = " << frame;
+    ASSERT_EQ(crossings(*scene, position), 0) << "t = " << frame;
     EXPECT_LT(dynamics.largest_stretch(position), 0.05);
   }
   EXPECT_GT(smallest_gap, 0);

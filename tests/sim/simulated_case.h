@@ -10,12 +10,41 @@
 #include "sim/case/case_reader.h"
 #include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
+#include "sim/trajectory/crossings.h"
 
 namespace weft::sim {
 
+using Overrides = std::vector<std::string>;
+
+// What sets a number of [time].
+inline std::string key(const std::string& name, double value) {
+  return "time." + name + "=" + std::to_string(value * 1e12) + "e-12";
+}
+inline Overrides method(const std::string& name, const Overrides& more = {}) {
+  Overrides all{"time.method=\"" + name + "\""};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+// A sheet without damping that hangs by two corners, for overrides to make something of.
+constexpr const char* hanging_sheet = R"(
+[time]
+duration = 0.1
+frames_per_second = 50
+[contact]
+enabled = false
+[material.cloth]
+bending_stiffness = 1e-5
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+
 class SimulatedCase {
  public:
-  explicit SimulatedCase(const std::string& text, const std::vector<std::string>& overrides = {})
+  explicit SimulatedCase(const std::string& text, const Overrides& overrides = {})
       : scene_(build_scene(parse_case(text, "test.toml", overrides))),
         dynamics_(*scene_, statistics_),
         integrator_(make_integrator(*scene_, dynamics_)) {}
@@ -55,6 +84,16 @@ class SimulatedCase {
   Dynamics dynamics_;
   std::unique_ptr<Integrator> integrator_;
 };
+
+// How many pairs of triangles of the scene pass through each other.
+inline int crossings(const Scene& scene, const std::vector<Vec3>& position) {
+  std::vector<CrossingSurface> surfaces;
+  for (const SceneBody& body : scene.bodies) {
+    surfaces.push_back({std::span(position).subspan(body.first_particle, body.particle_count()),
+                        body.mesh.triangles, body.dynamic});
+  }
+  return static_cast<int>(find_crossings(surfaces).size());
+}
 
 // Root mean square distance of two states' positions, m.
 inline double position_difference(const std::vector<double>& a, const std::vector<double>& b) {

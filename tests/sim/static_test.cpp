@@ -1,0 +1,150 @@
+// Equilibria: against closed forms, and where damped motion ends.
+#include <cmath>
+
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+// A strip of length L that hangs from its upper end: below each edge between rows the weight is
+// known, and St. Venant-Kirchhoff stretches it by E h (l^2 - 1) / 2 l = force per width.
+TEST(Static, StripStretchesUnderItsWeight) {
+  const std::string text = R"(
+[time]
+duration = 1
+frames_per_second = 2
+method = "static"
+position_tolerance = 1e-7
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+membrane_stiffness = 20
+poisson_ratio = 0
+[[body]]
+name = "strip"
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.5, 1.0], resolution = [11, 6] }
+[[body.pin]]
+edges = ["last_row"]
+)";
+  SimulatedCase sim(text);
+  const std::vector<Vec3> half = sim.positions_at(0.5), whole = sim.positions_at(1);
+  const auto length = [](double load) {
+    double sum = 0;
+    for (int edge = 0; edge < 10; ++edge) {
+      const double force = load * 0.2 * 9.81 * (edge + 0.5) * 0.1;
+      double stretch = 1;
+      for (int i = 0; i < 50; ++i) {
+        stretch -= (20 * stretch * (stretch * stretch - 1) / 2 - force) /
+                   (20 * (3 * stretch * stretch - 1) / 2);
+      }
+      sum += 0.1 * stretch;
+    }
+    return sum;
+  };
+  EXPECT_NEAR(0.5 - half[2].z(), length(0.5), 2e-4);
+  EXPECT_NEAR(0.5 - whole[2].z(), length(1), 2e-4);
+  EXPECT_GT(length(1), 1.04);
+}
+
+// Nearly inextensible triangles can only turn: each load took thousands of iterations, or failed.
+TEST(Static, HangsHoweverStiff) {
+  for (const char* stiffness : {"1e3", "1e6", "1e9"}) {
+    Overrides options = method("static");
+    options.push_back(std::string("material.cloth.membrane_stiffness=") + stiffness);
+    SimulatedCase sim(hanging_sheet, options);
+    const std::vector<double> y = sim.advance_to(0.1);
+    EXPECT_LE(sim.integrator().counts().newton_iterations, 600) << stiffness;
+    std::vector<double> rate(y.size());
+    ASSERT_FALSE(sim.dynamics().rate(0.1, y, rate));
+    for (const Vec3& left : StateView::of(rate).velocity) EXPECT_LT(left.norm(), 0.02) << stiffness;
+    double lowest = 0;
+    for (const Vec3& x : StateView::of(y).position) lowest = std::min(lowest, x.z());
+    EXPECT_LT(lowest, -0.9) << stiffness;
+  }
+}
+
+// One end moves towards the other: the end state is that of a long damped run.
+TEST(Static, EndsWhereADampedRunComesToRest) {
+  const std::string text = R"(
+[time]
+duration = 1
+frames_per_second = 4
+[contact]
+enabled = false
+[material.chain]
+density = 0.2
+membrane_stiffness = 500
+poisson_ratio = 0.0
+mass_damping = 4.0
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [1.25, 0.1], resolution = [2, 14] }
+[[body.pin]]
+edges = ["first_col"]
+[[body.pin]]
+edges = ["last_col"]
+[body.pin.motion]
+keyframes = [{ time = 0.0 }, { time = 1.0, translation = [-0.25, 0, 0] }]
+)";
+  SimulatedCase still(text, method("static")), swinging(text, {"time.duration=20"});
+  const std::vector<Vec3> found = still.positions_at(1), damped = swinging.positions_at(12);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_LT((found[i] - damped[i]).norm(), 1e-4) << i;
+  }
+}
+
+// A very stiff sheet, held at two corners, starts flat: within a loose tolerance of the velocity
+// the first pseudo-steps change nothing, and all of the weight is still to be carried.
+TEST(Static, IsNotDoneBeforeForcesBalance) {
+  SimulatedCase sim(hanging_sheet,
+                    method("static", {"time.duration=1", "time.frames_per_second=5",
+                                      "time.position_tolerance=1e-2", "time.relative_tolerance=0.1",
+                                      "material.cloth.membrane_stiffness=1e9",
+                                      "body.sheet.shape.resolution=[13, 13]"}));
+  const auto reason = sim.integrator().step();
+  if (reason) {
+    EXPECT_NE(reason->find("body \"sheet\", row"), std::string::npos) << *reason;
+    return;
+  }
+  std::vector<double> y(sim.integrator().state().begin(), sim.integrator().state().end());
+  std::vector<double> rate(y.size());
+  ASSERT_FALSE(sim.dynamics().rate(0.2, y, rate));
+  for (const Vec3& left : StateView::of(rate).velocity) EXPECT_LT(left.norm(), 0.1);
+}
+
+// A sheet on a ball that carries its middle; its corners hang.
+TEST(Static, KeepsSurfacesApart) {
+  const std::string text = R"(
+[time]
+duration = 1
+frames_per_second = 2
+method = "static"
+[material.cloth]
+density = 0.2
+membrane_stiffness = 200
+bending_stiffness = 1e-3
+[[body]]
+name = "sheet"
+position = [0, 0, 0.503]
+thickness = 1e-3
+self_contact = false
+shape = { type = "rectangle", size = [0.4, 0.4], resolution = [7, 7] }
+[[body.pin]]
+rows = [3, 3]
+cols = [3, 3]
+[[obstacle]]
+name = "ball"
+thickness = 1e-3
+shape = { type = "sphere", radius = 0.5, resolution = [9] }
+)";
+  SimulatedCase sim(text);
+  const std::vector<Vec3> x = sim.positions_at(1);
+  EXPECT_EQ(crossings(sim.scene(), x), 0);
+  EXPECT_GT(sim.dynamics().contact()->pairs_in_reach(), 0U);
+  EXPECT_LT(x[0].z(), 0.45);
+}
+
+}  // namespace
+}  // namespace weft::sim

@@ -1,0 +1,126 @@
+// Explicit steps: their energy, and the limit of stability that they follow.
+#include <cmath>
+#include <limits>
+
+#include "sim/integrator/spectral_estimate.h"
+#include "sim/integrator/verlet_steps.h"
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+// What verlet gains and loses again goes as the square of its steps, which go as the root of the
+// tolerance.
+TEST(Verlet, KeepsTheEnergyOfAnUndampedSheet) {
+  const auto drift = [&](const std::string& tolerance) {
+    SimulatedCase sim(hanging_sheet, method("verlet", {"time.duration=10",
+                                                       "time.relative_tolerance=" + tolerance}));
+    double largest = 0, kinetic = 0;
+    for (double t = 0; t <= 10; t += 0.25) {
+      const Energies energies = sim.dynamics().energies(t, sim.advance_to(t));
+      largest = std::max(largest, std::abs(energies.total()));  // it begins at 0
+      kinetic = std::max(kinetic, energies.kinetic);
+    }
+    return largest / kinetic;
+  };
+  const double at_default = drift("1e-4");
+  EXPECT_LT(at_default, 0.01);
+  EXPECT_LT(drift("2.5e-5"), at_default / 2);
+}
+
+TEST(Verlet, SpectralEstimateIsThatOfTheOscillator) {
+  SimulatedCase sim(R"(
+[time]
+duration = 1
+[contact]
+enabled = false
+[material.spring]
+density = 1
+membrane = "springs"
+structural_stiffness = 100
+shear_stiffness = 0
+mass_damping = 7
+[[body]]
+name = "rod"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
+[[body.pin]]
+edges = ["first_col"]
+)");
+  const SpectralEstimate estimate = estimate_spectrum(sim.dynamics(), 0, sim.integrator().state());
+  // Along y the free corners (1/3 and 1/6 kg) share a spring: k (1/m1 + 1/m2).
+  EXPECT_NEAR(estimate.frequency, std::sqrt(100 * (3.0 + 6.0)), 0.01);
+  EXPECT_NEAR(estimate.decay, 7, 1e-6);
+}
+
+// A strip that its own weight stretches by half and more: the St. Venant-Kirchhoff membrane then
+// vibrates much faster than at the start.
+const std::string stretching_strip = R"(
+[time]
+duration = 1
+[world]
+gravity = [0, 9.81, 0]
+[contact]
+enabled = false
+[material.rubber]
+density = 1
+membrane_stiffness = 20
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [0.3, 1.0], resolution = [17, 5] }
+[[body.pin]]
+edges = ["first_row"]
+)";
+
+TEST(Verlet, TrackedFrequencyIsThatOfTheMatrix) {
+  SimulatedCase sim(stretching_strip, method("cvode"));
+  const double start = estimate_spectrum(sim.dynamics(), 0, sim.integrator().state()).frequency;
+  FrequencyTracker tracker(sim.dynamics(), 0, sim.integrator().state());
+  EXPECT_NEAR(tracker.frequency(), start, 0.02 * start);
+  const std::vector<double> y = sim.advance_to(0.4);
+  const double frequency = estimate_spectrum(sim.dynamics(), 0.4, y).frequency;
+  EXPECT_GT(frequency, 1.3 * start);
+  std::vector<Vec3> acceleration(sim.dynamics().particle_count());
+  ASSERT_FALSE(sim.dynamics().acceleration(0.4, y, acceleration));
+  for (int k = 0; k < 60; ++k) tracker.follow(0.4, y, acceleration);
+  EXPECT_NEAR(tracker.frequency(), frequency, 0.1 * frequency);
+  // From a vector that has some of everything, sooner.
+  tracker.turn_to(acceleration);
+  for (int k = 0; k < 20; ++k) tracker.follow(0.4, y, acceleration);
+  EXPECT_NEAR(tracker.frequency(), frequency, 0.05 * frequency);
+}
+
+// By how much its energy strays within a second, J, of the 1.5 J that its weight would do over its
+// own length.
+double energy_strayed(const Overrides& options) {
+  SimulatedCase sim(stretching_strip, method("verlet", options));
+  const auto energy = [&] {
+    return sim.energy(0, {sim.integrator().state().begin(), sim.integrator().state().end()});
+  };
+  const double start = energy();
+  double strayed = 0;
+  while (sim.integrator().time() < 1) {
+    if (sim.integrator().step()) return std::numeric_limits<double>::infinity();
+    strayed = std::max(strayed, std::abs(energy() - start));
+  }
+  return strayed;
+}
+
+TEST(Verlet, ShortensItsLongestStepsWhereTheMotionStiffens) {
+  SimulatedCase sim(stretching_strip, method("cvode"));
+  const double limit = 2 / estimate_spectrum(sim.dynamics(), 0, sim.integrator().state()).frequency;
+  EXPECT_GT(energy_strayed({key("step", longest_verlet_share * limit)}), 15);
+  EXPECT_LT(energy_strayed({"time.relative_tolerance=1e-2"}), 0.05);
+  EXPECT_LT(energy_strayed({"time.relative_tolerance=1e-4"}), 0.005);
+}
+
+TEST(Verlet, RefusesAStepBeyondItsStability) {
+  SimulatedCase sim(stretching_strip, method("verlet", {"time.step=0.1"}));
+  const auto reason = sim.integrator().step();
+  ASSERT_TRUE(reason);
+  EXPECT_NE(reason->find("limit of stability"), std::string::npos) << *reason;
+  EXPECT_NE(reason->find("body \"strip\", row"), std::string::npos) << *reason;
+  EXPECT_EQ(sim.integrator().time(), 0);
+}
+
+}  // namespace
+}  // namespace weft::sim
