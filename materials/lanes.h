@@ -145,6 +145,14 @@ inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   rows[2] += __builtin_shufflevector(c, z, 0, 13, 2, 3, 14, 5, 6, 15);
 }
 
+// Eight numbers, each three times in a row: as vectors that follow each other in memory need them.
+inline std::array<Lanes, 3> threefold(Lanes a) {
+  const Lanes::Vector v = a.values;
+  return {Lanes(__builtin_shufflevector(v, v, 0, 0, 0, 1, 1, 1, 2, 2)),
+          Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3, 4, 4, 4, 5)),
+          Lanes(__builtin_shufflevector(v, v, 5, 5, 6, 6, 6, 7, 7, 7))};
+}
+
 // Each number one lane further, a zero in the first; and one lane back, `last` in the last.
 inline Lanes moved_up(Lanes a) {
   return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 7, 8, 9, 10, 11, 12, 13, 14));

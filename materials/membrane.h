@@ -100,12 +100,32 @@ NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
   return pulls_of(edge_tensions(membrane, edges, v), edges);
 }
 
-// Without damping, of which it has none, or at rest.
+// Without damping, of the two triangles of a quad, on its corners: those of the nodes 0, 1, 2 and
+// 1, 3, 2. What they share is computed once.
 template <class Real>
-NodesOf<Real, 3> undamped_membrane_forces(const TriangleMembraneOf<Real>& membrane,
-                                          const NodesOf<Real, 3>& x) {
-  const NodesOf<Real, 3> edges = opposite_edges(x);
-  return pulls_of(membrane.times_modulus(squared_length_changes(membrane, edges)), edges);
+NodesOf<Real, 4> undamped_membrane_forces(const TriangleMembraneOf<Real>& one,
+                                          const TriangleMembraneOf<Real>& other,
+                                          const NodesOf<Real, 4>& x) {
+  const Vec3Of<Real> diagonal = x.col(2) - x.col(1);
+  const Vec3Of<Real> to0 = x.col(0) - x.col(2), from0 = x.col(1) - x.col(0);
+  const Vec3Of<Real> from3 = x.col(2) - x.col(3), to3 = x.col(3) - x.col(1);
+  const Real length = squared_norm(diagonal);
+  const auto &rest = one.rest_squared_length, &other_rest = other.rest_squared_length;
+  const Vec3Of<Real> tensions = one.times_modulus(
+      {length - rest[0], squared_norm(to0) - rest[1], squared_norm(from0) - rest[2]});
+  const Vec3Of<Real> other_tensions =
+      other.times_modulus({squared_norm(from3) - other_rest[0], length - other_rest[1],
+                           squared_norm(to3) - other_rest[2]});
+  const Vec3Of<Real> across = 2.0 * (tensions[0] + other_tensions[1]) * diagonal;
+  const Vec3Of<Real> pull_to0 = 2.0 * tensions[1] * to0, pull_from0 = 2.0 * tensions[2] * from0;
+  const Vec3Of<Real> pull_from3 = 2.0 * other_tensions[0] * from3;
+  const Vec3Of<Real> pull_to3 = 2.0 * other_tensions[2] * to3;
+  NodesOf<Real, 4> forces;
+  forces.col(0) = pull_from0 - pull_to0;
+  forces.col(1) = across - pull_from0 + pull_to3;
+  forces.col(2) = pull_to0 - across - pull_from3;
+  forces.col(3) = pull_from3 - pull_to3;
+  return forces;
 }
 
 // G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness but for the

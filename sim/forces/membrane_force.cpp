@@ -132,12 +132,17 @@ class MembraneForce final : public Force {
   }
   [[gnu::flatten]] void add_undamped_batch(int first, std::span<const Vec3> position,
                                            std::span<Vec3> force) const {
-    const Corners x = quads_.gather(first, position);
     const auto& [one, other] = membranes_[first / lane_count];
-    quads_.scatter(first,
-                   sum_of(materials::undamped_membrane_forces(one, triangle_nodes(x, 0)),
-                          materials::undamped_membrane_forces(other, triangle_nodes(x, 1))),
-                   force);
+    if (quads_.is_run(first)) {
+      quads_.scatter_run(
+          first,
+          materials::undamped_membrane_forces(one, other, quads_.gather_run(first, position)),
+          force);
+    } else {
+      quads_.scatter(
+          first, materials::undamped_membrane_forces(one, other, quads_.gather(first, position)),
+          force);
+    }
   }
 
   static Corners sum_of(const NodesOf<Lanes, 3>& one, const NodesOf<Lanes, 3>& other) {

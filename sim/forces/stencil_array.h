@@ -76,11 +76,14 @@ class StencilArray {
 
   // The values at the nodes of a batch; beyond the last stencil, those of the last once more.
   NodeValues gather(int first, std::span<const Vec3> values) const {
+    if (is_run(first)) return gather_run(first, values);
     NodeValues result;
-    if (runs_[first / lane_count] == 0) {
-      gather_one_by_one(first, values, result);
-      return result;
-    }
+    gather_one_by_one(first, values, result);
+    return result;
+  }
+  bool is_run(int first) const { return runs_[first / lane_count] != 0; }
+  NodeValues gather_run(int first, std::span<const Vec3> values) const {
+    NodeValues result;
 #pragma GCC unroll 6
     for (int node = 0; node < Nodes; node += Pairs::nodes_in_a_row) {
       const double* start = values[nodes_[first / lane_count][node].values[0]].data();
@@ -95,7 +98,10 @@ class StencilArray {
   }
   // Adds what a batch computed to its nodes, node after node.
   void scatter(int first, const NodeValues& values, std::span<Vec3> sums) const {
-    if (runs_[first / lane_count] == 0) return scatter_one_by_one(first, values, sums);
+    if (is_run(first)) return scatter_run(first, values, sums);
+    scatter_one_by_one(first, values, sums);
+  }
+  void scatter_run(int first, const NodeValues& values, std::span<Vec3> sums) const {
 #pragma GCC unroll 6
     for (int node = 0; node < Nodes; node += Pairs::nodes_in_a_row) {
       double* sum = sums[nodes_[first / lane_count][node].values[0]].data();

@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "sim/parallel.h"
+#include "sim/integrator/particle_masses.h"
 
 namespace weft::sim {
 
@@ -142,10 +142,7 @@ void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
 
 void Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) const {
   const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
-  for (std::size_t i = 0; i < force.size(); ++i) {
-    const double inverse = 1 / scene_.mass[i];
-    for (int axis = 0; axis < 3; ++axis) force[i][axis] = gravity[axis] + inverse * force[i][axis];
-  }
+  accelerate(scene_.mass, gravity, force);
   for (std::size_t i = 0; i < mass_damping_.size(); ++i)
     force[i] -= mass_damping_[i] * state.velocity[i];
   for (const int i : held_) force[i].setZero();
@@ -203,13 +200,9 @@ std::vector<std::string> Dynamics::force_names() const {
 Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y) {
   const Kinematics state = kinematics(time, y);
   Energies energies;
-  const auto columns = [](std::span<const Vec3> vectors) {
-    return Eigen::Map<const Eigen::Matrix3Xd>(vectors[0].data(), 3,
-                                              static_cast<Eigen::Index>(vectors.size()));
-  };
-  const Eigen::Map<const Eigen::VectorXd> mass(scene_.mass.data(), scene_.dynamic_particles);
-  energies.kinetic = 0.5 * columns(state.velocity).colwise().squaredNorm() * mass;
-  energies.gravitational = -scene_.source.world.gravity.dot(columns(state.position) * mass);
+  energies.kinetic = 0.5 * mass_product(scene_.mass, state.velocity, state.velocity);
+  energies.gravitational =
+      -scene_.source.world.gravity.dot(mass_moment(scene_.mass, state.position));
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
   }

@@ -1,16 +1,21 @@
 #include "sim/integrator/spectral_estimate.h"
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "sim/integrator/particle_masses.h"
+
 namespace weft::sim {
 
 namespace {
 
 constexpr int iterations = 60;
+// Of a tracker, which goes on with them: within 2 percent.
+constexpr int first_iterations = 30;
 
 struct Spectrum {
   double radius = 0;
@@ -67,6 +72,13 @@ double usual_length(const Scene& scene) {
 }
 constexpr double part_of_length = 1e-6;
 
+Eigen::Map<const Eigen::ArrayXd> components(std::span<const Vec3> vectors) {
+  return {vectors[0].data(), 3 * static_cast<Eigen::Index>(vectors.size())};
+}
+Eigen::Map<Eigen::ArrayXd> components(std::vector<Vec3>& vectors) {
+  return {vectors[0].data(), 3 * static_cast<Eigen::Index>(vectors.size())};
+}
+
 }  // namespace
 
 SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y) {
@@ -88,36 +100,31 @@ FrequencyTracker::FrequencyTracker(Dynamics& dynamics, double t, std::span<const
       vibration_(random_vectors(dynamics.particle_count())),
       moved_(dynamics.state_size()),
       change_(dynamics.particle_count()) {
+  for (std::size_t i = 0; i < vibration_.size(); ++i) {
+    if (dynamics.scene().pinned[i] != 0) vibration_[i].setZero();
+  }
   std::vector<Vec3> acceleration(vibration_.size());
   if (dynamics.acceleration(t, y, acceleration)) return;
-  for (int k = 0; k < iterations; ++k) follow(t, y, acceleration);
+  for (int k = 0; k < first_iterations; ++k) follow(t, y, acceleration);
 }
 
 void FrequencyTracker::follow(double t, std::span<const double> y,
                               std::span<const Vec3> acceleration) {
-  const Scene& scene = dynamics_.scene();
+  const std::vector<double>& mass = dynamics_.scene().mass;
   std::copy(y.begin(), y.end(), moved_.begin());
-  auto* position = reinterpret_cast<Vec3*>(moved_.data());
-  for (std::size_t i = 0; i < vibration_.size(); ++i) {
-    if (scene.pinned[i] == 0) position[i] += amplitude_ * vibration_[i];
-  }
+  Eigen::Map<Eigen::ArrayXd>(moved_.data(), components(vibration_).size()) +=
+      amplitude_ * components(vibration_);
   if (dynamics_.acceleration(t, moved_, change_)) return;
-  double before = 0, after = 0;
-  for (std::size_t i = 0; i < vibration_.size(); ++i) {
-    change_[i] = (acceleration[i] - change_[i]) / amplitude_;  // M^-1 K u
-    before += scene.mass[i] * vibration_[i].squaredNorm();
-    after += scene.mass[i] * change_[i].squaredNorm();
-  }
+  components(change_) = (components(acceleration) - components(change_)) / amplitude_;  // M^-1 K u
+  const double before = mass_product(mass, vibration_, vibration_);
+  const double after = mass_product(mass, change_, change_);
   frequency_ = before > 0 ? std::pow(after / before, 0.25) : 0;
   turn_to(change_);
 }
 
 void FrequencyTracker::turn_to(std::span<const Vec3> acceleration) {
-  double largest = 0;
-  for (const Vec3& a : acceleration) largest = std::max(largest, a.squaredNorm());
-  if (!(largest > 0)) return;
-  const double scale = 1 / std::sqrt(largest);
-  for (std::size_t i = 0; i < vibration_.size(); ++i) vibration_[i] = scale * acceleration[i];
+  const double largest = components(acceleration).abs().maxCoeff();
+  if (largest > 0) components(vibration_) = components(acceleration) / largest;
 }
 
 }  // namespace weft::sim

@@ -26,7 +26,7 @@ SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const
 // contact.
 class FrequencyTracker {
  public:
-  // At the state y, by as many iterations as above.
+  // At the state y, by half as many iterations as above.
   FrequencyTracker(Dynamics& dynamics, double t, std::span<const double> y);
 
   // At the state y, whose accelerations these are. Cost: an evaluation of the forces.

@@ -1,4 +1,3 @@
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -7,6 +6,7 @@
 #include "sim/case/case_text.h"
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/one_step_integrator.h"
+#include "sim/integrator/particle_masses.h"
 #include "sim/integrator/spectral_estimate.h"
 #include "sim/integrator/verlet_steps.h"
 
@@ -24,6 +24,7 @@ class VerletIntegrator final : public OneStepIntegrator {
  public:
   VerletIntegrator(const Scene& scene, Dynamics& dynamics)
       : OneStepIntegrator(scene, dynamics),
+        needs_velocities_(dynamics.has_damping() || dynamics.contact() != nullptr),
         before_acceleration_(dynamics.particle_count()),
         start_acceleration_(dynamics.particle_count()),
         end_acceleration_(dynamics.particle_count()) {}
@@ -43,7 +44,6 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
     if (dynamics().contact() == nullptr) {
       tracker_.emplace(dynamics(), 0, state());
-      for (const double mass : scene().mass) mass_.insert(mass_.end(), 3, mass);
       rate = std::max(tracker_->frequency(), decay_);
     }
     share_ = verlet_share(options.relative_tolerance);
@@ -69,13 +69,13 @@ class VerletIntegrator final : public OneStepIntegrator {
     const double *x = state().data(), *v = x + half;
     double *x1 = y.data(), *v1 = x1 + half;
     const double* a = start_acceleration_[0].data();
-    for (std::size_t i = 0; i < half; ++i) {
-      x1[i] = x[i] + h * (v[i] + h / 2 * a[i]);
-      v1[i] = v[i] + h * a[i];
+    for (std::size_t i = 0; i < half; ++i) x1[i] = x[i] + h * (v[i] + h / 2 * a[i]);
+    if (needs_velocities_) {
+      for (std::size_t i = 0; i < half; ++i) v1[i] = v[i] + h * a[i];
     }
     if (auto fault = dynamics().acceleration(end, y, end_acceleration_)) return trouble_of(*fault);
     const double* a1 = end_acceleration_[0].data();
-    for (std::size_t i = 0; i < half; ++i) v1[i] += h / 2 * (a1[i] - a[i]);
+    for (std::size_t i = 0; i < half; ++i) v1[i] = v[i] + h / 2 * (a[i] + a1[i]);
     end_ = end;
     if (!is_fixed()) {
       follow_limit(h, y);
@@ -132,16 +132,9 @@ class VerletIntegrator final : public OneStepIntegrator {
   // The Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 = -h^2 M^-1 K a. No more than the
   // highest frequency, and that where a vibration grows until it outweighs all else.
   double shown_frequency(double h) const {
-    const auto components = [](const std::vector<Vec3>& vectors) {
-      return Eigen::Map<const Eigen::ArrayXd>(vectors[0].data(),
-                                              3 * static_cast<Eigen::Index>(vectors.size()));
-    };
-    const auto before = components(before_acceleration_), a = components(start_acceleration_),
-               after = components(end_acceleration_);
-    const Eigen::Map<const Eigen::ArrayXd> mass(mass_.data(), a.size());
-    const double bent = (mass * a * (2 * a - before - after)).sum();
-    const double all = (mass * a.square()).sum();
-    return bent > 0 ? std::sqrt(bent / all) / h : 0;
+    const VibrationProducts seen = vibration_products(scene().mass, before_acceleration_,
+                                                      start_acceleration_, end_acceleration_);
+    return seen.bent > 0 ? std::sqrt(seen.bent / seen.all) / h : 0;
   }
 
   Trouble trouble_of(const ContactFault& fault) {
@@ -149,12 +142,13 @@ class VerletIntegrator final : public OneStepIntegrator {
     return fault.kind == ContactFault::Kind::not_finite ? Trouble::not_finite : Trouble::surfaces;
   }
 
+  bool needs_velocities_;  // forces change with them
+
   // Without a given step.
   double share_ = 0;        // of the longest stable step
   double chosen_step_ = 0;  // s
   double decay_ = 0;        // 1/s, at the start
   std::optional<FrequencyTracker> tracker_;
-  std::vector<double> mass_;  // kg, of every component
   std::int64_t steps_ = 0, next_look_ = 1;
   int steps_a_look_ = 1;
 

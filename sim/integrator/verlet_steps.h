@@ -24,7 +24,7 @@ inline double verlet_tolerance(double share) {
 
 // The most steps between two looks at how long they may be, each of which takes an evaluation of
 // the forces.
-inline constexpr int verlet_steps_a_look = 16;
+inline constexpr int verlet_steps_a_look = 32;
 
 // Evaluations that its longest steps take for `duration` (s), where the fastest vibration or decay
 // has this rate (1/s): it is stable where h rate < 2.

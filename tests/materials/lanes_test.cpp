@@ -112,6 +112,14 @@ TEST(Lanes, VectorsInMemoryAreReadAndAddedLaneByLane) {
   }
 }
 
+TEST(Lanes, Threefold) {
+  Lanes numbers;
+  for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = 10 + lane;
+  const auto each = threefold(numbers);
+  for (int i = 0; i < 3 * lane_count; ++i)
+    EXPECT_EQ(each[i / lane_count].values[i % lane_count], 10 + i / 3);
+}
+
 TEST(Lanes, MoveByOne) {
   Lanes numbers;
   for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = 10 + lane;

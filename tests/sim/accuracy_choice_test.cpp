@@ -10,8 +10,6 @@
 namespace weft::sim {
 namespace {
 
-using Overrides = std::vector<std::string>;
-
 const std::string hanging_sheet = R"(
 [time]
 duration = 0.2

@@ -11,8 +11,6 @@
 namespace weft::sim {
 namespace {
 
-using Overrides = std::vector<std::string>;
-
 const std::string swinging_sheet = R"(
 [time]
 duration = 0.2

@@ -6,7 +6,6 @@
 #include <random>
 #include <string>
 
-#include "materials/membrane.h"
 #include "sim/case/case_reader.h"
 #include "sim/integrator/dynamics.h"
 
@@ -117,60 +116,6 @@ double smallest_eigenvalue(const Eigen::MatrixXd& matrix) {
 const std::vector<std::string> materials{"membrane_stiffness = 100",
                                          "membrane_stiffness = 100\nmembrane = \"springs\"",
                                          "membrane_stiffness = 100\nbending_stiffness = 0.5"};
-
-// Images whose rows hold whole batches of quads, parts of them, and both; seams; two bodies.
-const std::vector<std::string> images{
-    R"({ type = "rectangle", size = [1.0, 1.2], resolution = [2, 2] })",
-    R"({ type = "rectangle", size = [1.0, 1.2], resolution = [4, 9] })",
-    R"({ type = "rectangle", size = [1.0, 1.2], resolution = [7, 13] })",
-    R"({ type = "rectangle", size = [1.0, 1.2], resolution = [40, 33] })",
-    R"({ type = "cylinder", radius = 0.3, length = 1.0, resolution = [11, 17] })",
-    R"({ type = "torus", major_radius = 0.5, minor_radius = 0.2, resolution = [12, 24] })",
-    R"({ type = "sphere", radius = 0.5, resolution = [9] })"};
-
-// Against the formula for one triangle.
-TEST(Forces, MembranesAreTheSumOfTheirTriangles) {
-  for (const std::string& image : images) {
-    for (const double damping : {0.0, 0.01}) {
-      SCOPED_TRACE(image);
-      const auto scene = build_scene(parse_case(
-          "[contact]\nenabled = false\n[world]\ngravity = [0, 0, 0]\n[material.cloth]\n"
-          "membrane_stiffness = 100\nstiffness_damping = " +
-              std::to_string(damping) + "\n[[body]]\nname = \"first\"\nshape = " + images[0] +
-              "\n[[body]]\nname = \"second\"\nshape = " + image,
-          "test.toml", {}));
-      Statistics statistics;
-      Dynamics dynamics(*scene, statistics);
-      std::vector<double> state = dynamics.initial_state(), rate(state.size());
-      std::mt19937 random(3);
-      std::uniform_real_distribution<double> change(-0.01, 0.01);
-      for (double& value : state) value += change(random);
-      ASSERT_FALSE(dynamics.rate(0, state, rate));
-      const StateView now = StateView::of(state), found = StateView::of(rate);
-      std::vector<Vec3> expected(now.position.size(), Vec3::Zero());
-      double largest = 0;
-      for (const SceneBody& body : scene->bodies) {
-        for (const auto& triangle : body.mesh.triangles) {
-          materials::Nodes3 rest, x, v;
-          for (int i = 0; i < 3; ++i) {
-            rest.col(i) = body.rest[triangle[i]];
-            x.col(i) = now.position[body.first_particle + triangle[i]];
-            v.col(i) = now.velocity[body.first_particle + triangle[i]];
-          }
-          const materials::Nodes3 forces = materials::membrane_forces(
-              materials::make_triangle_membrane(rest, 100, body.material->poisson_ratio, damping),
-              x, v);
-          for (int i = 0; i < 3; ++i) expected[body.first_particle + triangle[i]] += forces.col(i);
-          largest = std::max(largest, forces.norm());
-        }
-      }
-      for (std::size_t i = 0; i < expected.size(); ++i) {
-        EXPECT_LT((scene->mass[i] * found.velocity[i] - expected[i]).norm(), 1e-13 * largest)
-            << "particle " << i;
-      }
-    }
-  }
-}
 
 TEST(Stiffness, ExactOneIsTheDerivativeOfTheForces) {
   for (const std::string& material : materials) {
