@@ -91,46 +91,60 @@ inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vect
 // - s_a s_b/l^2 N m^T. The last term alone is not symmetric, but its sum over both triangles is, so
 // each gives its symmetric part. All terms hold N: block (a, b) is N c_ab^T + c_ba N^T.
 template <class Real>
-StencilMatrix<Real, 3> hinge_hessians(const NodesOf<Real, 3>& x, const Vec3Of<Real>& moments) {
-  const NodesOf<Real, 3> edges = opposite_edges(x);
-  const Vec3Of<Real> first = edges.col(0), second = edges.col(1);
-  const Vec3Of<Real> normal = first.cross(second);
-  const Real squared_normal = squared_norm(normal);
-  const auto flat = is_flat<Real>(squared_normal, squared_norm(first), squared_norm(second));
-  const Real inverse_area = 1.0 / choose(flat, 1.0, square_root(squared_normal));  // twice the area
-  const Vec3Of<Real> unit_normal = choose(flat, 0.0, inverse_area) * normal;
-  Vec3Of<Real> c[3][3];
-  for (int i = 0; i < 3; ++i) {
+class HingeStress {
+ public:
+  // Of the hinge opposite node i; `add` the others.
+  HingeStress(const NodesOf<Real, 3>& x, int i, const Real& moment) : edges_(opposite_edges(x)) {
+    const Vec3Of<Real> first = edges_.col(0), second = edges_.col(1);
+    const Vec3Of<Real> normal = first.cross(second);
+    const Real squared_normal = squared_norm(normal);
+    flat_ = is_flat<Real>(squared_normal, squared_norm(first), squared_norm(second));
+    inverse_area_ = 1.0 / choose(flat_, 1.0, square_root(squared_normal));
+    normal_ = choose(flat_, 0.0, inverse_area_) * normal;
+    take<true>(i, moment);
+  }
+  void add(int i, const Real& moment) { take<false>(i, moment); }
+
+  // Of nodes a and b.
+  Mat3Of<Real> block(int a, int b) const {
+    return outer<Real>(normal_, c_[a][b]) + outer<Real>(c_[b][a], normal_);
+  }
+
+ private:
+  template <bool is_first>
+  void take(int i, const Real& moment) {
     const int p = (i + 1) % 3, q = (i + 2) % 3;
-    const Vec3Of<Real> edge = edges.col(i);
-    const Real inverse_length = 1.0 / choose(flat, 1.0, square_root(squared_norm(edge)));
+    const Vec3Of<Real> edge = edges_.col(i);
+    const Real inverse_length = 1.0 / choose(flat_, 1.0, square_root(squared_norm(edge)));
     const Vec3Of<Real> unit_edge = inverse_length * edge;
-    const Vec3Of<Real> inward = unit_normal.cross(unit_edge);
-    const Real inverse_height = inverse_area / inverse_length;
-    const Real foot = -dot(edge, edges.col(q)) * inverse_length * inverse_length;
-    const Vec3Of<Real> pull = moments[i] * inverse_height * inverse_height * inward;
-    const Vec3Of<Real> turn = 0.5 * moments[i] * inverse_length * inverse_length * inward;
-    const Vec3Of<Real> slide = moments[i] * inverse_height * inverse_length * unit_edge;
-    Real w[3], s[3];
+    const Vec3Of<Real> inward = normal_.cross(unit_edge);
+    const Real inverse_height = inverse_area_ / inverse_length;
+    const Real foot = -dot(edge, edges_.col(q)) * inverse_length * inverse_length;
+    const Vec3Of<Real> pull = -moment * inverse_height * inverse_height * inward;
+    const Vec3Of<Real> turn = -0.5 * moment * inverse_length * inverse_length * inward;
+    const Vec3Of<Real> slide = -moment * inverse_height * inverse_length * unit_edge;
+    Real w[3];
     w[p] = foot - 1.0, w[q] = -foot, w[i] = 1.0;
-    s[p] = -1.0, s[q] = 1.0, s[i] = 0.0;
     for (int a = 0; a < 3; ++a) {
       for (int b = 0; b < 3; ++b) {
-        const Vec3Of<Real> term = w[a] * w[b] * pull + s[a] * s[b] * turn + s[a] * w[b] * slide;
-        if (i == 0) {
-          c[a][b] = -term;
+        Vec3Of<Real> term = w[a] * w[b] * pull;
+        if (a == p) term -= w[b] * slide;
+        if (a == q) term += w[b] * slide;
+        if (a != i && b != i && a == b) term += turn;
+        if (a != i && b != i && a != b) term -= turn;
+        if constexpr (is_first) {
+          c_[a][b] = term;
         } else {
-          c[a][b] -= term;
+          c_[a][b] += term;
         }
       }
     }
   }
-  StencilMatrix<Real, 3> result;
-  for (int a = 0; a < 3; ++a) {
-    for (int b = a; b < 3; ++b)
-      result(a, b) = outer<Real>(unit_normal, c[a][b]) + outer<Real>(c[b][a], unit_normal);
-  }
-  return result;
-}
+
+  NodesOf<Real, 3> edges_;
+  Vec3Of<Real> normal_, c_[3][3];
+  Real inverse_area_;  // of twice the area, 1/m^2
+  decltype(Real() < Real()) flat_;
+};
 
 }  // namespace weft::materials

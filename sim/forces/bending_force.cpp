@@ -1,7 +1,8 @@
 #include "materials/bending.h"
 
-#include "materials/hinge.h"
 #include "sim/forces/force_arrays.h"
+#include "sim/forces/quad_hinges.h"
+#include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/forces/stencil_numbers.h"
 #include "sim/parallel.h"
@@ -18,323 +19,377 @@ using materials::Nodes3;
 using materials::NodesOf;
 using materials::Vec3Of;
 
-// A triangle with the hinge of each edge, the one opposite its node, and its quadratic form in
-// their angles.
-struct BendingTriangle {
-  std::array<int, 3> nodes{};
-  std::array<int, 3> hinge{-1, -1, -1};  // -1 on the border
-  std::array<bool, 3> is_second{};       // of the hinge's triangles
-  Mat3 modulus = Mat3::Zero();
+using Surroundings = std::array<int, QuadSurroundings::count>;
+
+struct BendingQuads {
+  std::vector<Surroundings> nodes;
+  std::vector<std::array<Mat3, 2>> moduli;  // of each triangle, over its hinges
+  StencilNumbers damping_times;             // s
 };
 
-struct BendingData {
-  std::vector<std::array<int, 4>> hinge_nodes;  // of interior edges, as in materials/hinge.h
-  std::vector<BendingTriangle> triangles;
-  StencilNumbers hinge_damping_times, triangle_damping_times;  // s
+// C, symmetric, row by row from its diagonal.
+struct Modulus {
+  std::array<Lanes, 6> entries;
+
+  static constexpr int index(int i, int j) {
+    return i <= j ? materials::StencilMatrix<Lanes, 3>::index(i, j) : index(j, i);
+  }
+  const Lanes& operator()(int i, int j) const { return entries[index(i, j)]; }
+  Modulus scaled(const Lanes& factor) const {
+    Modulus result = *this;
+    for (Lanes& entry : result.entries) entry *= factor;
+    return result;
+  }
+  Vec3Of<Lanes> operator*(const Vec3Of<Lanes>& a) const {
+    const auto& c = entries;
+    return {c[0] * a[0] + c[1] * a[1] + c[2] * a[2], c[1] * a[0] + c[3] * a[1] + c[4] * a[2],
+            c[2] * a[0] + c[4] * a[1] + c[5] * a[2]};
+  }
+};
+
+using Slopes = QuadSlopes<Lanes>;
+using Nodes = Slopes::Nodes;
+using Hinges = Slopes::Hinges;  // a number of each hinge
+using HingeVectors = std::array<materials::HingeVectorsOf<Lanes>, hinge_count>;
+
+// Eight quads.
+struct BendingBatch {
+  std::array<Modulus, 2> moduli;
+  Hinges rest_angles;
+
+  Hinges strains(const HingeVectors& hinges) const {
+    Hinges strains;
+    for (int h = 0; h < hinge_count; ++h)
+      strains[h] = materials::hinge_angle(hinges[h]) - rest_angles[h];
+    return strains;
+  }
+  // dW/d theta, N m. W is the sum of both triangles; the neighbours' share of the sides' moments is
+  // theirs.
+  Hinges moments(const Hinges& strains) const {
+    Hinges sum;
+    sum.fill(0);
+    for (int t = 0; t < 2; ++t) {
+      const Vec3Of<Lanes> own = moduli[t] * of_triangle(strains, t);
+      for (int i = 0; i < 3; ++i) sum[hinged_triangles[t].hinges[i]] += own[i];
+    }
+    return sum;
+  }
+  Lanes energy(const Hinges& strains) const {
+    Lanes sum = 0;
+    for (int t = 0; t < 2; ++t) {
+      const Vec3Of<Lanes> own = of_triangle(strains, t);
+      sum += 0.5 * materials::dot(own, moduli[t] * own);
+    }
+    return sum;
+  }
+
+ private:
+  static Vec3Of<Lanes> of_triangle(const Hinges& numbers, int t) {
+    const auto& hinges = hinged_triangles[t].hinges;
+    return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
+  }
+};
+
+HingeVectors hinge_vectors(const Nodes& x) {
+  HingeVectors vectors;
+  for (int h = 0; h < hinge_count; ++h) {
+    NodesOf<Lanes, 4> nodes;
+    for (int k = 0; k < 4; ++k) nodes.col(k) = x.col(hinge_nodes[h][k]);
+    vectors[h] = materials::hinge_vectors(nodes);
+  }
+  return vectors;
+}
+
+// The blocks of B^T C B times a number, B = d theta / d x.
+class ElasticBlocks {
+ public:
+  ElasticBlocks(const BendingBatch& batch, const Slopes& slopes, const Lanes& factor)
+      : moduli_{batch.moduli[0].scaled(factor), batch.moduli[1].scaled(factor)}, slopes_(slopes) {
+    multiply<0>();
+    multiply<1>();
+  }
+
+  template <int a, int b>
+  Mat3Of<Lanes> block() const {
+    Mat3Of<Lanes> sum = Mat3Of<Lanes>::Zero();
+    add<0, a, b>(sum);
+    add<1, a, b>(sum);
+    return sum;
+  }
+
+ private:
+  template <int t>
+  void multiply() {
+    const auto of_node = [&]<int a>(std::integral_constant<int, a>) {
+      constexpr int node = hinged_triangles[t].nodes[a];
+      const Vec3Of<Lanes> g0 = slopes_.of<t, 0, node>(), g1 = slopes_.of<t, 1, node>(),
+                          g2 = slopes_.of<t, 2, node>();
+      for (int i = 0; i < 3; ++i) {
+        const Modulus& modulus = moduli_[t];
+        products_[t][i][a] = modulus(i, 0) * g0 + modulus(i, 1) * g1 + modulus(i, 2) * g2;
+      }
+    };
+    of_node(std::integral_constant<int, 0>());
+    of_node(std::integral_constant<int, 1>());
+    of_node(std::integral_constant<int, 2>());
+  }
+
+  // The angle of a triangle's edge depends on the triangle's own nodes and on that across the edge.
+  template <int t, int a, int b>
+  void add(Mat3Of<Lanes>& sum) const {
+    constexpr HingedTriangle triangle = hinged_triangles[t];
+    constexpr int own_a = triangle.own(a), own_b = triangle.own(b);
+    constexpr int across_a = triangle.across(a), across_b = triangle.across(b);
+    const auto& products = products_[t];
+    if constexpr (own_a >= 0 && own_b >= 0) {
+      sum += materials::outer(slopes_.of<t, 0, a>(), products[0][own_b]);
+      sum += materials::outer(slopes_.of<t, 1, a>(), products[1][own_b]);
+      sum += materials::outer(slopes_.of<t, 2, a>(), products[2][own_b]);
+    } else if constexpr (own_a >= 0 && across_b >= 0) {
+      sum += materials::outer(products[across_b][own_a], slopes_.of<t, across_b, b>());
+    } else if constexpr (across_a >= 0 && own_b >= 0) {
+      sum += materials::outer(slopes_.of<t, across_a, a>(), products[across_a][own_b]);
+    } else if constexpr (across_a >= 0 && across_b >= 0) {
+      const Vec3Of<Lanes> product = moduli_[t](across_a, across_b) * slopes_.of<t, across_a, a>();
+      sum += materials::outer(product, slopes_.of<t, across_b, b>());
+    }
+  }
+
+  std::array<Modulus, 2> moduli_;
+  const Slopes& slopes_;
+  Vec3Of<Lanes> products_[2][3][3];  // C d theta / d x: [triangle][hinge][own node]
+};
+
+// The blocks of sum_h moment_h d^2 theta_h / dx dx: of the quad's triangles, and of those beyond
+// its sides.
+class StressBlocks {
+ public:
+  StressBlocks(const Nodes& x, const Hinges& moments)
+      : parts_{of_own(x, moments, 0),    of_own(x, moments, 1),    of_beyond(x, moments, 1),
+               of_beyond(x, moments, 2), of_beyond(x, moments, 3), of_beyond(x, moments, 4)} {}
+
+  template <int a, int b>
+  void add(Mat3Of<Lanes>& sum) const {
+    add_part<0, a, b>(sum);
+    add_part<1, a, b>(sum);
+    add_part<2, a, b>(sum);
+    add_part<3, a, b>(sum);
+    add_part<4, a, b>(sum);
+    add_part<5, a, b>(sum);
+  }
+
+ private:
+  using Stress = materials::HingeStress<Lanes>;
+
+  static constexpr std::array<int, 3> nodes_of(int part) {
+    if (part < 2) return hinged_triangles[part].nodes;
+    const auto& nodes = hinge_nodes[part - 1];
+    return {nodes[1], nodes[0], nodes[3]};
+  }
+  template <int part, int a, int b>
+  void add_part(Mat3Of<Lanes>& sum) const {
+    constexpr HingedTriangle triangle{nodes_of(part), {}};
+    constexpr int row = triangle.own(a), column = triangle.own(b);
+    if constexpr (row >= 0 && column >= 0) sum += parts_[part].block(row, column);
+  }
+
+  static NodesOf<Lanes, 3> nodes(const Nodes& x, const std::array<int, 3>& places) {
+    NodesOf<Lanes, 3> nodes;
+    for (int i = 0; i < 3; ++i) nodes.col(i) = x.col(places[i]);
+    return nodes;
+  }
+  static Stress of_own(const Nodes& x, const Hinges& moments, int t) {
+    const HingedTriangle& triangle = hinged_triangles[t];
+    Stress stress(nodes(x, triangle.nodes), 0, moments[triangle.hinges[0]]);
+    stress.add(1, moments[triangle.hinges[1]]);
+    stress.add(2, moments[triangle.hinges[2]]);
+    return stress;
+  }
+  static Stress of_beyond(const Nodes& x, const Hinges& moments, int hinge) {
+    return Stress(nodes(x, nodes_of(hinge + 1)), 2, moments[hinge]);
+  }
+
+  std::array<Stress, 6> parts_;
 };
 
 class BendingForce final : public Force {
  public:
-  BendingForce(const BendingData& data, const std::vector<Vec3>& rest)
-      : hinge_stencils_(data.hinge_nodes, static_cast<int>(rest.size())),
-        triangle_stencils_(stencils_of(data), static_cast<int>(rest.size())),
-        hinge_damping_times_(data.hinge_damping_times),
-        triangle_damping_times_(data.triangle_damping_times),
-        is_damped_(triangle_damping_times_.has_positive()) {
-    pack_hinges(rest);
-    pack_triangles(data);
+  BendingForce(const BendingQuads& quads, const std::vector<Vec3>& rest)
+      : quads_(quads.nodes, static_cast<int>(rest.size())),
+        damping_times_(quads.damping_times),
+        is_damped_(damping_times_.has_positive()) {
+    batches_.resize((quads.nodes.size() + lane_count - 1) / lane_count);
+    for (std::size_t q = 0; q < lane_count * batches_.size(); ++q) {
+      for (int t = 0; t < 2; ++t) {
+        const Mat3 modulus = q < quads.moduli.size() ? quads.moduli[q][t] : Mat3(Mat3::Zero());
+        auto& entries = batches_[q / lane_count].moduli[t].entries;
+        for (int i = 0; i < 3; ++i) {
+          for (int j = i; j < 3; ++j)
+            entries[Modulus::index(i, j)].values[q % lane_count] = modulus(i, j);
+        }
+      }
+    }
+    // By the operations that find the angles later, so that a body at rest feels no force at all.
+    quads_.for_each_batch(1, [&](int first) {
+      BendingBatch& batch = batches_[first / lane_count];
+      batch.rest_angles.fill(0);
+      batch.rest_angles = batch.strains(hinge_vectors(quads_.gather(first, rest)));
+    });
   }
 
   std::string_view name() const override { return "bending"; }
 
   double energy(const Kinematics& state, int threads) override {
-    hinge_stencils_.for_each_batch(threads, [&](int first) {
-      HingeBatch& hinges = hinges_[first / lane_count];
-      hinges.strain = materials::hinge_angle(
-                          materials::hinge_vectors(hinge_stencils_.gather(first, state.position))) -
-                      hinges.rest_angle;
-    });
-    return parallel_sum(static_cast<int>(triangles_.size()), threads, [&](int first, int last) {
+    return parallel_sum(static_cast<int>(batches_.size()), threads, [&](int first, int last) {
       Lanes sum = 0;
-      for (int batch = first; batch < last; ++batch) {
-        const Vec3Of<Lanes> strains = of_edges(triangles_[batch], &HingeBatch::strain);
-        sum += 0.5 * materials::dot(strains, triangles_[batch].times_modulus(strains));
-      }
+      for (int batch = first; batch < last; ++batch)
+        sum += batch_energy(lane_count * batch, state.position);
       return materials::sum_of_lanes(sum);
     });
   }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
-    measure(state, threads);
-    hinge_stencils_.for_each_batch(threads, [&](int first) {
-      const NodesOf<Lanes, 4> gradient = materials::hinge_gradient(
-          materials::hinge_vectors(hinge_stencils_.gather(first, state.position)));
-      hinge_stencils_.scatter(
-          first, NodesOf<Lanes, 4>(-hinges_[first / lane_count].moment * gradient), force);
-    });
+    quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const override {
-    triangle_stencils_.add_couplings(neighbours);
+    quads_.add_couplings(neighbours);
   }
-  void attach(const BlockPattern& pattern) override { triangle_stencils_.attach(pattern); }
+  void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
 
   // K = B^T C B + sum_h moment_h d^2 theta_h, D = B^T C B diag(beta): Gauss-Newton plus the stress
   // part.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
-    if (definiteness == Definiteness::exact) measure(state, threads);
-    triangle_stencils_.for_each_batch(threads, [&](int first) {
-      const TriangleBatch& triangles = triangles_[first / lane_count];
-      const NodesOf<Lanes, 6> x = triangle_stencils_.gather(first, state.position);
-      const auto hinges = hinges_around(x);
-      StencilBlocks blocks = elastic_blocks(triangles, hinges);
-      if (is_damped_) scatter_damping(first, into, blocks);
-      if (definiteness == Definiteness::exact) {
-        Vec3Of<Lanes> moments = of_edges(triangles, &HingeBatch::moment);
-        for (int i = 0; i < 3; ++i)
-          moments[i] = materials::choose(hinges[i].flat_triangle, 0.0, moments[i]);
-        add_stress(x, moments, blocks);
-      }
-      triangle_stencils_.scatter(first, blocks, into.stiffness);
-    });
+    quads_.for_each_batch(
+        threads, [&](int first) { add_batch_derivatives(first, state, into, definiteness); });
   }
 
  private:
-  // Of a triangle: its own nodes, then the node across each edge.
-  using StencilBlocks = materials::StencilMatrix<Lanes, 6>;
-  using HingeVectors = materials::HingeVectorsOf<Lanes>;
-
-  struct HingeBatch {
-    Lanes rest_angle;
-    Lanes strain = 0;  // theta - theta_rest + beta theta', rad
-    Lanes moment = 0;  // dW/d theta, N m
-  };
-  struct TriangleBatch {
-    std::array<Lanes, 6> modulus;  // a symmetric matrix, row by row from its diagonal
-    // The hinge of each edge; of the border, one beyond the last whose strain and moment stay zero.
-    std::array<std::array<int, lane_count>, 3> hinge;
-
-    static int index(int i, int j) {
-      return i <= j ? materials::StencilMatrix<Lanes, 3>::index(i, j) : index(j, i);
-    }
-    Vec3Of<Lanes> times_modulus(const Vec3Of<Lanes>& a) const {
-      const auto& c = modulus;
-      return {c[0] * a[0] + c[1] * a[1] + c[2] * a[2], c[1] * a[0] + c[3] * a[1] + c[4] * a[2],
-              c[2] * a[0] + c[4] * a[1] + c[5] * a[2]};
-    }
-  };
-
-  // The hinges' strains, and their moments from both triangles. Gradients are cheaper computed
-  // where they are used than kept: twelve numbers a hinge.
-  void measure(const Kinematics& state, int threads) {
-    hinge_stencils_.for_each_batch(threads, [&](int first) {
-      const auto vectors = materials::hinge_vectors(hinge_stencils_.gather(first, state.position));
-      HingeBatch& hinges = hinges_[first / lane_count];
-      hinges.strain = materials::hinge_angle(vectors) - hinges.rest_angle;
-      hinges.moment = 0;
-      if (!is_damped_) return;
-      const NodesOf<Lanes, 4> v = hinge_stencils_.gather(first, state.velocity);
-      const NodesOf<Lanes, 4> gradient = materials::hinge_gradient(vectors);
-      Lanes angle_rate = 0;
-      for (int node = 0; node < 4; ++node)
-        angle_rate += materials::dot(gradient.col(node), v.col(node));
-      hinges.strain += hinge_damping_times_.batch(first) * angle_rate;
-    });
-    triangle_stencils_.for_each_batch(threads, [&](int first) {
-      const TriangleBatch& triangles = triangles_[first / lane_count];
-      add_moments(triangles, triangles.times_modulus(of_edges(triangles, &HingeBatch::strain)));
-    });
+  // theta - theta_rest + beta theta', rad.
+  Hinges strains(int first, const HingeVectors& hinges, const Slopes& slopes,
+                 const Kinematics& state) const {
+    Hinges strains = batches_[first / lane_count].strains(hinges);
+    if (!is_damped_) return strains;
+    const Lanes damping_times = damping_times_.batch(first);
+    const Hinges rates = slopes.along(quads_.gather(first, state.velocity));
+    for (int h = 0; h < hinge_count; ++h) strains[h] += damping_times * rates[h];
+    return strains;
   }
 
-  // A number of the hinges of each edge.
-  Vec3Of<Lanes> of_edges(const TriangleBatch& triangles, Lanes HingeBatch::*number) const {
-    Vec3Of<Lanes> result;
-    for (int i = 0; i < 3; ++i) {
-      for (int lane = 0; lane < lane_count; ++lane) {
-        const int h = triangles.hinge[i][lane];
-        result[i].values[lane] = (hinges_[h / lane_count].*number).values[h % lane_count];
-      }
-    }
-    return result;
+  [[gnu::flatten]] Lanes batch_energy(int first, std::span<const Vec3> position) const {
+    const BendingBatch& batch = batches_[first / lane_count];
+    return batch.energy(batch.strains(hinge_vectors(quads_.gather(first, position))));
+  }
+  [[gnu::flatten]] void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+    const HingeVectors hinges = hinge_vectors(quads_.gather(first, state.position));
+    const Slopes slopes(hinges);
+    Hinges pulls = batches_[first / lane_count].moments(strains(first, hinges, slopes, state));
+    for (Lanes& pull : pulls) pull = -pull;
+    quads_.scatter(first, slopes.times(pulls), force);
   }
 
-  // Two triangles of a hinge share particles, and are not at work side by side.
-  void add_moments(const TriangleBatch& triangles, const Vec3Of<Lanes>& moments) {
-    for (int i = 0; i < 3; ++i) {
-      for (int lane = 0; lane < lane_count; ++lane) {
-        const int h = triangles.hinge[i][lane];
-        if (h < hinge_stencils_.count())
-          hinges_[h / lane_count].moment.values[h % lane_count] += moments[i].values[lane];
-      }
-    }
+  [[gnu::flatten]] void add_batch_derivatives(int first, const Kinematics& state,
+                                              const Derivatives& into,
+                                              Definiteness definiteness) const {
+    const BendingBatch& batch = batches_[first / lane_count];
+    const Nodes x = quads_.gather(first, state.position);
+    const HingeVectors hinges = hinge_vectors(x);
+    const Slopes slopes(hinges);
+    const ElasticBlocks elastic(batch, slopes, is_damped_ ? add_damping(first, into, slopes) : 1);
+    if (definiteness == Definiteness::semi_definite)
+      return add_elastic(first, elastic, into.stiffness);
+    Hinges moments = batch.moments(strains(first, hinges, slopes, state));
+    for (int h = 0; h < hinge_count; ++h)
+      moments[h] = materials::choose(hinges[h].flat_triangle, 0.0, moments[h]);
+    const StressBlocks stress(x, moments);
+    quads_.scatter_blocks(
+        first,
+        [&](auto a, auto b) {
+          Mat3Of<Lanes> block = elastic.block<a, b>();
+          stress.add<a, b>(block);
+          return block;
+        },
+        into.stiffness);
   }
 
-  // Of edge i: its ends as it runs round the triangle, the triangle's own node across it, and that
-  // of the other triangle.
-  static std::array<HingeVectors, 3> hinges_around(const NodesOf<Lanes, 6>& x) {
-    std::array<HingeVectors, 3> hinges;
-    for (int i = 0; i < 3; ++i) {
-      NodesOf<Lanes, 4> nodes;
-      nodes << x.col((i + 1) % 3), x.col((i + 2) % 3), x.col(i), x.col(3 + i);
-      hinges[i] = materials::hinge_vectors(nodes);
-    }
-    return hinges;
-  }
-
-  // B^T C B. The angle of edge i depends on the triangle's own nodes and on node 3 + i. On the
-  // border, where C is zero, what is across does not matter.
-  static StencilBlocks elastic_blocks(const TriangleBatch& triangles,
-                                      const std::array<HingeVectors, 3>& hinges) {
-    const auto modulus = [&](int i, int j) {
-      return triangles.modulus[TriangleBatch::index(i, j)];
-    };
-    Vec3Of<Lanes> inner[3][3], across[3], stress[3][3];  // d theta / d x, [edge][own node]
-    for (int i = 0; i < 3; ++i) {
-      const NodesOf<Lanes, 4> gradient = materials::hinge_gradient(hinges[i]);
-      inner[i][(i + 1) % 3] = gradient.col(0);
-      inner[i][(i + 2) % 3] = gradient.col(1);
-      inner[i][i] = gradient.col(2);
-      across[i] = gradient.col(3);
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int a = 0; a < 3; ++a) {
-        stress[i][a] =
-            modulus(i, 0) * inner[0][a] + modulus(i, 1) * inner[1][a] + modulus(i, 2) * inner[2][a];
-      }
-    }
-    StencilBlocks blocks;
-    for (int a = 0; a < 3; ++a) {
-      for (int b = a; b < 3; ++b) {
-        blocks(a, b) = materials::outer(inner[0][a], stress[0][b]) +
-                       materials::outer(inner[1][a], stress[1][b]) +
-                       materials::outer(inner[2][a], stress[2][b]);
-      }
-      for (int j = 0; j < 3; ++j) blocks(a, 3 + j) = materials::outer(stress[j][a], across[j]);
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int j = i; j < 3; ++j)
-        blocks(3 + i, 3 + j) = materials::outer<Lanes>(modulus(i, j) * across[i], across[j]);
-    }
-    return blocks;
-  }
-
-  // Adds D, the elastic blocks times beta; where it is joined to K, to those blocks themselves.
-  void scatter_damping(int first, const Derivatives& into, StencilBlocks& blocks) const {
-    const Lanes damping_times = triangle_damping_times_.batch(first);
+  // Adds D, the elastic blocks times beta, where it is not joined to K; returns how many times
+  // these blocks are in the stiffness.
+  Lanes add_damping(int first, const Derivatives& into, const Slopes& slopes) const {
+    const Lanes damping_times = damping_times_.batch(first);
+    const BendingBatch& batch = batches_[first / lane_count];
     if (!into.is_joined()) {
-      triangle_stencils_.scatter(first, blocks.scaled(damping_times), *into.damping);
-      return;
+      add_elastic(first, ElasticBlocks(batch, slopes, damping_times), *into.damping);
+      return 1;
     }
-    const NodesOf<Lanes, 6> product = blocks.times(triangle_stencils_.gather(first, into.along));
-    triangle_stencils_.scatter(first, NodesOf<Lanes, 6>(damping_times * product), into.product);
-    blocks.scale(1.0 + into.inverse_gamma * damping_times);
+    Hinges pulls = batch.moments(slopes.along(quads_.gather(first, into.along)));
+    for (Lanes& pull : pulls) pull *= damping_times;
+    quads_.scatter(first, slopes.times(pulls), into.product);
+    return 1.0 + into.inverse_gamma * damping_times;
+  }
+  void add_elastic(int first, const ElasticBlocks& elastic, BlockMatrix& matrix) const {
+    quads_.scatter_blocks(
+        first, [&](auto a, auto b) { return elastic.block<a, b>(); }, matrix);
   }
 
-  // Each triangle's part of moment_h d^2 theta_h, over its own nodes.
-  static void add_stress(const NodesOf<Lanes, 6>& x, const Vec3Of<Lanes>& moments,
-                         StencilBlocks& blocks) {
-    const auto stress = materials::hinge_hessians<Lanes>(x.leftCols<3>(), moments);
-    for (int a = 0; a < 3; ++a) {
-      for (int b = a; b < 3; ++b) blocks(a, b) += stress(a, b);
-    }
-  }
-
-  // A border edge has no node across: its place repeats a node of the triangle, with no gradient.
-  static std::vector<std::array<int, 6>> stencils_of(const BendingData& data) {
-    std::vector<std::array<int, 6>> stencils;
-    stencils.reserve(data.triangles.size());
-    for (const BendingTriangle& triangle : data.triangles) {
-      const auto& own = triangle.nodes;
-      std::array<int, 6> stencil{own[0], own[1], own[2], own[0], own[0], own[0]};
-      for (int i = 0; i < 3; ++i) {
-        if (triangle.hinge[i] >= 0)
-          stencil[3 + i] = data.hinge_nodes[triangle.hinge[i]][triangle.is_second[i] ? 2 : 3];
-      }
-      stencils.push_back(stencil);
-    }
-    return stencils;
-  }
-
-  static int batches_of(int count) { return (count + lane_count - 1) / lane_count; }
-
-  void pack_hinges(const std::vector<Vec3>& rest) {
-    const int count = hinge_stencils_.count();
-    hinges_.resize(batches_of(count) + 1);  // the last: that of border edges
-    // By the operations that find the angles later, so that a body at rest feels no force at all.
-    hinge_stencils_.for_each_batch(1, [&](int first) {
-      hinges_[first / lane_count].rest_angle =
-          materials::hinge_angle(materials::hinge_vectors(hinge_stencils_.gather(first, rest)));
-    });
-  }
-
-  void pack_triangles(const BendingData& data) {
-    const int count = triangle_stencils_.count();
-    triangles_.resize(batches_of(count));
-    const int border = lane_count * batches_of(hinge_stencils_.count());
-    for (int t = 0; t < static_cast<int>(triangles_.size()) * lane_count; ++t) {
-      TriangleBatch& batch = triangles_[t / lane_count];
-      const int lane = t % lane_count;
-      const BendingTriangle triangle = t < count ? data.triangles[t] : BendingTriangle{};
-      for (int i = 0; i < 3; ++i) {
-        for (int j = i; j < 3; ++j)
-          batch.modulus[TriangleBatch::index(i, j)].values[lane] = triangle.modulus(i, j);
-        batch.hinge[i][lane] = triangle.hinge[i] >= 0 ? triangle.hinge[i] : border;
-      }
-    }
-  }
-
-  StencilArray<4> hinge_stencils_;
-  StencilArray<6> triangle_stencils_;
-  std::vector<HingeBatch> hinges_;        // eight a batch
-  std::vector<TriangleBatch> triangles_;  // eight a batch
-  StencilNumbers hinge_damping_times_, triangle_damping_times_;
+  StencilArray<QuadSurroundings::count, QuadSurroundings> quads_;
+  std::vector<BendingBatch> batches_;
+  StencilNumbers damping_times_;
   bool is_damped_ = false;
 };
 
-void add_body(const SceneBody& body, BendingData& data) {
+// A triangle of a body: which of its edges are hinges, and the nodes across them.
+struct TriangleHinges {
+  std::array<bool, 3> has_angle{};
+  std::array<int, 3> across{no_node, no_node, no_node};
+};
+TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
+  TriangleHinges hinges;
+  for (int i = 0; i < 3; ++i) {
+    const bsi::Edge& edge = mesh.edges[mesh.triangle_edges[triangle][i]];
+    hinges.has_angle[i] = edge.triangle[1] >= 0;
+    if (hinges.has_angle[i]) hinges.across[i] = edge.opposite[edge.triangle[0] == triangle ? 1 : 0];
+  }
+  return hinges;
+}
+
+void add_body(const SceneBody& body, BendingQuads& quads) {
   const MaterialCase& material = *body.material;
   const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // that of the body may have no edges
-  std::vector<int> hinge_of_edge(mesh.edges.size(), -1);
-  for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-    const bsi::Edge& edge = mesh.edges[e];
-    if (edge.triangle[1] < 0) continue;
-    // The first triangle holds the edge in this direction: (x0, x1, x2); the second, (x1, x0, x3).
-    std::array<int, 4> nodes{edge.vertex[0], edge.vertex[1], edge.opposite[0], edge.opposite[1]};
-    for (int& node : nodes) node += body.first_particle;
-    hinge_of_edge[e] = static_cast<int>(data.hinge_nodes.size());
-    data.hinge_nodes.push_back(nodes);
-    data.hinge_damping_times.push_back(material.bending_damping);
-  }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    BendingTriangle triangle;
-    std::array<bool, 3> has_angle{};
-    Nodes3 rest;
-    for (int i = 0; i < 3; ++i) {
-      const int edge = mesh.triangle_edges[t][i];
-      triangle.nodes[i] = mesh.triangles[t][i] + body.first_particle;
-      triangle.hinge[i] = hinge_of_edge[edge];
-      triangle.is_second[i] = mesh.edges[edge].triangle[0] != static_cast<int>(t);
-      has_angle[i] = triangle.hinge[i] >= 0;
-      rest.col(i) = body.rest[mesh.triangles[t][i]];
+  for (int q = 0; q < quad_count(body); ++q) {
+    Surroundings nodes;
+    nodes.fill(no_node);
+    const Quad corners = quad_corners(body, q);
+    for (int i = 0; i < 4; ++i) nodes[quad_corner_nodes[i]] = corners[i];
+    auto& moduli = quads.moduli.emplace_back();
+    for (int t = 0; t < 2; ++t) {
+      const TriangleHinges hinges = hinges_of(mesh, 2 * q + t);
+      Nodes3 rest;
+      for (int i = 0; i < 3; ++i) {
+        const auto& of_hinge = hinge_nodes[hinged_triangles[t].hinges[i]];
+        rest.col(i) = body.rest[corners[corners_of[t][i]]];
+        if (hinged_triangles[t].hinges[i] != 0) nodes[of_hinge[3]] = hinges.across[i];
+      }
+      moduli[t] = materials::triangle_bending_modulus(
+          rest, hinges.has_angle, material.bending_stiffness, material.poisson_ratio);
     }
-    if (!has_angle[0] && !has_angle[1] && !has_angle[2]) continue;
-    triangle.modulus = materials::triangle_bending_modulus(
-        rest, has_angle, material.bending_stiffness, material.poisson_ratio);
-    data.triangles.push_back(triangle);
-    data.triangle_damping_times.push_back(material.bending_damping);
+    for (int& node : nodes) {
+      if (node != no_node) node += body.first_particle;
+    }
+    quads.nodes.push_back(nodes);
+    quads.damping_times.push_back(material.bending_damping);
   }
 }
 
 }  // namespace
 
 std::unique_ptr<Force> make_bending_force(const Scene& scene) {
-  BendingData data;
+  BendingQuads quads;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    if (scene.bodies[b].material->bending_stiffness > 0) add_body(scene.bodies[b], data);
+    if (scene.bodies[b].material->bending_stiffness > 0) add_body(scene.bodies[b], quads);
   }
-  if (data.triangles.empty()) return nullptr;
-  return std::make_unique<BendingForce>(data, rest_positions(scene));
+  if (quads.nodes.empty()) return nullptr;
+  return std::make_unique<BendingForce>(quads, rest_positions(scene));
 }
 
 }  // namespace weft::sim

@@ -1,6 +1,7 @@
 #include "materials/drag.h"
 
 #include "sim/forces/force_arrays.h"
+#include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/forces/stencil_numbers.h"
 #include "sim/scene/scene.h"
@@ -15,61 +16,88 @@ using materials::Mat3Of;
 using materials::NodesOf;
 using materials::Vec3Of;
 
-// kg/m^3, of each triangle.
+// kg/m^3, of each quad.
 struct DragNumbers {
   StencilNumbers normal, tangential;
 };
 
 class DragForce final : public Force {
  public:
-  DragForce(const std::vector<std::array<int, 3>>& triangles, DragNumbers drags, const Vec3& wind,
-            int particle_count)
-      : triangles_(triangles, particle_count),
-        drags_(std::move(drags)),
-        wind_(wind.cast<Lanes>()) {}
+  DragForce(const std::vector<Quad>& quads, DragNumbers drags, const Vec3& wind, int particle_count)
+      : quads_(quads, particle_count), drags_(std::move(drags)), wind_(wind.cast<Lanes>()) {}
 
   std::string_view name() const override { return "drag"; }
   // Drag stores nothing.
   double energy(const Kinematics&, int) override { return 0; }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
-    triangles_.for_each_batch(threads, [&](int first) {
-      const Vec3Of<Lanes> third =
-          (1.0 / 3) * materials::drag_force(batch(first), triangles_.gather(first, state.position),
-                                            triangles_.gather(first, state.velocity), wind_);
-      triangles_.scatter(first, NodesOf<Lanes, 3>(third.replicate<1, 3>()), force);
-    });
+    quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const override {
-    triangles_.add_couplings(neighbours);
+    quads_.add_couplings(neighbours);
   }
-  void attach(const BlockPattern& pattern) override { triangles_.attach(pattern); }
+  void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
 
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness,
                        int threads) override {
-    triangles_.for_each_batch(threads, [&](int first) {
-      const Mat3Of<Lanes> block =
-          (1.0 / 9) * materials::drag_damping(batch(first),
-                                              triangles_.gather(first, state.position),
-                                              triangles_.gather(first, state.velocity), wind_);
-      if (!into.is_joined()) {
-        triangles_.scatter_to_all(first, block, *into.damping);
-        return;
-      }
-      const NodesOf<Lanes, 3> along = triangles_.gather(first, into.along);
-      const Vec3Of<Lanes> product = block * (along.col(0) + along.col(1) + along.col(2));
-      triangles_.scatter(first, NodesOf<Lanes, 3>(product.replicate<1, 3>()), into.product);
-      triangles_.scatter_to_all(first, into.inverse_gamma * block, into.stiffness);
-    });
+    quads_.for_each_batch(threads, [&](int first) { add_batch_derivatives(first, state, into); });
   }
 
  private:
+  using Corners = NodesOf<Lanes, 4>;
+
+  [[gnu::flatten]] void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+    const Corners x = quads_.gather(first, state.position);
+    const Corners v = quads_.gather(first, state.velocity);
+    const DragOf<Lanes> drag = batch(first);
+    const auto third = [&](int t) -> Vec3Of<Lanes> {
+      return (1.0 / 3) *
+             materials::drag_force(drag, triangle_nodes(x, t), triangle_nodes(v, t), wind_);
+    };
+    quads_.scatter(first, shared(third(0), third(1)), force);
+  }
+
+  [[gnu::flatten]] void add_batch_derivatives(int first, const Kinematics& state,
+                                              const Derivatives& into) const {
+    const Corners x = quads_.gather(first, state.position);
+    const Corners v = quads_.gather(first, state.velocity);
+    const Mat3Of<Lanes> one = damping_of(first, x, v, 0), other = damping_of(first, x, v, 1);
+    const Mat3Of<Lanes> both = one + other;
+    const double scale = into.is_joined() ? into.inverse_gamma : 1;
+    quads_.scatter_blocks(
+        first,
+        [&](auto a, auto b) -> Mat3Of<Lanes> {
+          if constexpr (a == 0) return scale * one;
+          if constexpr (b == 3) return scale * other;
+          return scale * both;
+        },
+        into.is_joined() ? into.stiffness : *into.damping);
+    if (!into.is_joined()) return;
+    const Corners along = quads_.gather(first, into.along);
+    const Vec3Of<Lanes> middle = along.col(1) + along.col(2);
+    quads_.scatter(first, shared(one * (along.col(0) + middle), other * (along.col(3) + middle)),
+                   into.product);
+  }
+
+  // Of a pair of its nodes.
+  Mat3Of<Lanes> damping_of(int first, const Corners& x, const Corners& v, int triangle) const {
+    return (1.0 / 9) * materials::drag_damping(batch(first), triangle_nodes(x, triangle),
+                                               triangle_nodes(v, triangle), wind_);
+  }
+
+  // What each triangle's nodes get.
+  static Corners shared(const Vec3Of<Lanes>& one, const Vec3Of<Lanes>& other) {
+    Corners corners;
+    corners << one, one + other, one + other, other;
+    return corners;
+  }
+
   DragOf<Lanes> batch(int first) const {
     return {drags_.normal.batch(first), drags_.tangential.batch(first)};
   }
 
-  StencilArray<3> triangles_;
+  StencilArray<4, QuadCorners> quads_;
   DragNumbers drags_;
   Vec3Of<Lanes> wind_;
 };
@@ -77,7 +105,7 @@ class DragForce final : public Force {
 }  // namespace
 
 std::unique_ptr<Force> make_drag_force(const Scene& scene) {
-  std::vector<std::array<int, 3>> triangles;
+  std::vector<Quad> quads;
   DragNumbers drags;
   const double density = scene.source.world.air_density;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
@@ -85,15 +113,14 @@ std::unique_ptr<Force> make_drag_force(const Scene& scene) {
     const double normal = density * body.material->normal_drag;
     const double tangential = density * body.material->tangential_drag;
     if (normal == 0 && tangential == 0) continue;
-    for (const std::array<int, 3>& t : body.mesh.triangles) {
-      triangles.push_back(
-          {t[0] + body.first_particle, t[1] + body.first_particle, t[2] + body.first_particle});
+    for (int q = 0; q < quad_count(body); ++q) {
+      for (int& corner : quads.emplace_back(quad_corners(body, q))) corner += body.first_particle;
       drags.normal.push_back(normal);
       drags.tangential.push_back(tangential);
     }
   }
-  if (triangles.empty()) return nullptr;
-  return std::make_unique<DragForce>(triangles, std::move(drags), scene.source.world.wind,
+  if (quads.empty()) return nullptr;
+  return std::make_unique<DragForce>(quads, std::move(drags), scene.source.world.wind,
                                      scene.dynamic_particles);
 }
 

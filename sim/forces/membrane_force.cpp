@@ -1,6 +1,7 @@
 #include "materials/membrane.h"
 
 #include "sim/forces/force_arrays.h"
+#include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/parallel.h"
 #include "sim/scene/scene.h"
@@ -18,17 +19,7 @@ using materials::TriangleMembrane;
 using materials::TriangleMembraneOf;
 using materials::Vec3Of;
 
-// A quad of an image with its two triangles: corners 0, 1, 2 and 1, 3, 2.
-constexpr std::array<std::array<int, 3>, 2> corners_of = {{{0, 1, 2}, {1, 3, 2}}};
-using Quad = std::array<int, 4>;
 using Corners = NodesOf<Lanes, 4>;
-
-template <class Real>
-NodesOf<Real, 3> triangle_nodes(const NodesOf<Real, 4>& corners, int triangle) {
-  NodesOf<Real, 3> nodes;
-  for (int i = 0; i < 3; ++i) nodes.col(i) = corners.col(corners_of[triangle][i]);
-  return nodes;
-}
 
 struct MembraneQuads {
   std::vector<Quad> corners;
@@ -90,23 +81,8 @@ class MembraneForce final : public Force {
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     const bool pull_only = definiteness == Definiteness::semi_definite;
-    quads_.for_each_batch(threads, [&](int first) {
-      const Corners x = quads_.gather(first, state.position);
-      const Corners v = quads_.gather(first, state.velocity);
-      QuadBlocks blocks = material_blocks(first, x);
-      if (is_damped_) scatter_damping(first, x, into, blocks);
-      for (int t = 0; t < 2; ++t) {
-        const NodesOf<Lanes, 3> nodes = triangle_nodes(x, t);
-        TriangleBlocks stress;
-        stress.blocks.fill(Mat3Of<Lanes>::Zero());
-        materials::add_membrane_stress(
-            materials::edge_tensions(membranes_[first / lane_count][t],
-                                     materials::opposite_edges(nodes), triangle_nodes(v, t)),
-            pull_only, stress);
-        add_triangle(stress, t, blocks);
-      }
-      quads_.scatter(first, blocks, into.stiffness);
-    });
+    quads_.for_each_batch(threads,
+                          [&](int first) { add_batch_derivatives(first, state, into, pull_only); });
   }
 
  private:
@@ -143,6 +119,25 @@ class MembraneForce final : public Force {
           first, materials::undamped_membrane_forces(one, other, quads_.gather(first, position)),
           force);
     }
+  }
+
+  [[gnu::flatten]] void add_batch_derivatives(int first, const Kinematics& state,
+                                              const Derivatives& into, bool pull_only) const {
+    const Corners x = quads_.gather(first, state.position);
+    const Corners v = quads_.gather(first, state.velocity);
+    QuadBlocks blocks = material_blocks(first, x);
+    if (is_damped_) scatter_damping(first, x, into, blocks);
+    for (int t = 0; t < 2; ++t) {
+      const NodesOf<Lanes, 3> nodes = triangle_nodes(x, t);
+      TriangleBlocks stress;
+      stress.blocks.fill(Mat3Of<Lanes>::Zero());
+      materials::add_membrane_stress(
+          materials::edge_tensions(membranes_[first / lane_count][t],
+                                   materials::opposite_edges(nodes), triangle_nodes(v, t)),
+          pull_only, stress);
+      add_triangle(stress, t, blocks);
+    }
+    quads_.scatter(first, blocks, into.stiffness);
   }
 
   static Corners sum_of(const NodesOf<Lanes, 3>& one, const NodesOf<Lanes, 3>& other) {
@@ -196,7 +191,7 @@ class MembraneForce final : public Force {
     blocks.scale(1.0 + into.inverse_gamma * one.damping_time);
   }
 
-  StencilArray<4, QuadEdges> quads_;
+  StencilArray<4, QuadCorners> quads_;
   // Of eight quads; what is left of the last batch has no stiffness.
   std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
   bool is_damped_ = false;
@@ -208,9 +203,8 @@ MembraneQuads quads_of(const Scene& scene) {
     const SceneBody& body = scene.bodies[b];
     const MaterialCase& material = *body.material;
     if (material.membrane != MembraneModel::triangles || material.membrane_stiffness == 0) continue;
-    for (std::size_t t = 0; t < body.mesh.triangles.size(); t += 2) {
-      const std::array<int, 3>&one = body.mesh.triangles[t], &other = body.mesh.triangles[t + 1];
-      const Quad corners{one[0], one[1], one[2], other[1]};
+    for (int q = 0; q < quad_count(body); ++q) {
+      const Quad corners = quad_corners(body, q);
       Nodes4 rest;
       for (int i = 0; i < 4; ++i) rest.col(i) = body.rest[corners[i]];
       auto& membranes = quads.membranes.emplace_back();

@@ -13,15 +13,16 @@
 
 namespace weft::sim {
 
-// The pairs of nodes that a stencil couples.
-struct EveryPair {
-  static constexpr int nodes_in_a_row = 1;
-  static constexpr bool has(int, int) { return true; }
+// How a stencil lies in an image: which pairs of nodes it couples, and which nodes follow the one
+// before them in memory, in the rows of an image.
+struct AnyStencil {
+  static constexpr bool follows(int) { return false; }
+  static constexpr bool couples(int, int) { return true; }
 };
-// Of the corners of a quad, as bsi::quad_triangles has them: those of its triangles' edges.
-struct QuadEdges {
-  static constexpr int nodes_in_a_row = 2;  // corner 1 follows 0 in memory, and 3 follows 2
-  static constexpr bool has(int a, int b) { return a + b != 3 || a * b != 0; }
+// The corners of a quad, as bsi::quad_triangles has them: its triangles' edges.
+struct QuadCorners {
+  static constexpr bool follows(int node) { return node == 1 || node == 3; }
+  static constexpr bool couples(int a, int b) { return a + b != 3 || a * b != 0; }
 };
 
 // Stencils of `Nodes` particles each, cut into chunks of consecutive stencils; chunks of one colour
@@ -31,7 +32,12 @@ struct QuadEdges {
 //
 // Stencils along a row of an image have nodes that are neighbours in memory: batches of these are
 // read and added to eight particles at a time.
-template <int Nodes, class Pairs = EveryPair>
+//
+// A node may be absent, no_node: what is read there is of some particle, what is added to it must
+// be zero.
+inline constexpr int no_node = -1;
+
+template <int Nodes, class Layout = AnyStencil>
 class StencilArray {
  public:
   using Stencil = std::array<int, Nodes>;
@@ -47,6 +53,9 @@ class StencilArray {
         nodes_[i / lane_count][node].values[i % lane_count] =
             stencils[std::min(i, count_ - 1)][node];
     }
+    note_absent();
+    for (int batch = 0; batch < static_cast<int>(nodes_.size()); ++batch)
+      stand_in(batch, particle_count);
     find_runs();
     colour_chunks(particle_count);
   }
@@ -55,7 +64,8 @@ class StencilArray {
   Stencil operator[](int i) const {
     Stencil stencil;
     for (int node = 0; node < Nodes; ++node)
-      stencil[node] = nodes_[i / lane_count][node].values[i % lane_count];
+      stencil[node] =
+          is_absent(i, node) ? no_node : nodes_[i / lane_count][node].values[i % lane_count];
     return stencil;
   }
 
@@ -84,14 +94,18 @@ class StencilArray {
   bool is_run(int first) const { return runs_[first / lane_count] != 0; }
   NodeValues gather_run(int first, std::span<const Vec3> values) const {
     NodeValues result;
-#pragma GCC unroll 6
-    for (int node = 0; node < Nodes; node += Pairs::nodes_in_a_row) {
-      const double* start = values[nodes_[first / lane_count][node].values[0]].data();
-      const auto here = materials::load_vectors(start);
-      for (int axis = 0; axis < 3; ++axis) {
-        result(axis, node) = here[axis];
-        if constexpr (Pairs::nodes_in_a_row == 2)
-          result(axis, node + 1) = materials::moved_down(here[axis], start[3 * lane_count + axis]);
+    const double* start = nullptr;
+#pragma GCC unroll 8
+    for (int node = 0; node < Nodes; ++node) {
+      if (Layout::follows(node)) {
+        for (int axis = 0; axis < 3; ++axis)
+          result(axis, node) = materials::moved_down(result(axis, node - 1), start[axis]);
+        start += 3;
+      } else {
+        start = values[nodes_[first / lane_count][node].values[0]].data();
+        const auto here = materials::load_vectors(start);
+        for (int axis = 0; axis < 3; ++axis) result(axis, node) = here[axis];
+        start += std::ptrdiff_t{3} * lane_count;
       }
     }
     return result;
@@ -101,51 +115,48 @@ class StencilArray {
     if (is_run(first)) return scatter_run(first, values, sums);
     scatter_one_by_one(first, values, sums);
   }
+  // Of nodes that follow each other only the first is added to memory eight at a time: added one
+  // after the other, each would wait for the one before.
   void scatter_run(int first, const NodeValues& values, std::span<Vec3> sums) const {
-#pragma GCC unroll 6
-    for (int node = 0; node < Nodes; node += Pairs::nodes_in_a_row) {
-      double* sum = sums[nodes_[first / lane_count][node].values[0]].data();
-      std::array<Lanes, 3> here{values(0, node), values(1, node), values(2, node)};
-      if constexpr (Pairs::nodes_in_a_row == 2) {
-        // Added to memory one after the other, the second would wait for the first.
-        for (int axis = 0; axis < 3; ++axis) {
-          here[axis] += materials::moved_up(values(axis, node + 1));
-          sum[3 * lane_count + axis] += values(axis, node + 1).values[lane_count - 1];
-        }
+    std::array<Lanes, 3> later{};  // what the nodes behind this one add to its particles
+#pragma GCC unroll 8
+    for (int node = Nodes - 1; node >= 0; --node) {
+      std::array<Lanes, 3> here;
+      for (int axis = 0; axis < 3; ++axis) here[axis] = values(axis, node);
+      if (node + 1 < Nodes && Layout::follows(node + 1)) {
+        for (int axis = 0; axis < 3; ++axis) here[axis] += later[axis];
       }
-      materials::add_vectors(here, sum);
+      double* sum = sums[nodes_[first / lane_count][node].values[0]].data();
+      if (!Layout::follows(node)) {
+        materials::add_vectors(here, sum);
+        continue;
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        sum[3 * (lane_count - 1) + axis] += here[axis].values[lane_count - 1];
+        later[axis] = materials::moved_up(here[axis]);
+      }
     }
   }
-  // Adds the blocks of a batch to a matrix.
-  void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
-               BlockMatrix& matrix) const {
+  // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
+  // given as integral constants.
+  template <class BlockOf>
+  void scatter_blocks(int first, const BlockOf& block_of, BlockMatrix& matrix) const {
     const int lanes = lanes_of(first);
     const auto& nodes = nodes_[first / lane_count];
     int pair = 0;
-    for (int a = 0; a < Nodes; ++a) {
-      add_blocks(lanes, values(a, a), diagonal_places(nodes[a], matrix.pattern()), matrix);
-      for (int b = a + 1; b < Nodes; ++b) {
-        if (!Pairs::has(a, b)) continue;
-        add_blocks(lanes, as_stored(values(a, b), nodes[a], nodes[b]),
-                   places_[first / lane_count][pair++], matrix);
+    for_each_pair([&](auto a, auto b) {
+      if constexpr (a == b) {
+        add_block(lanes, block_of(a, b), diagonal_places(nodes[a], matrix.pattern()), matrix);
+      } else {
+        add_pair_block(lanes, block_of(a, b), nodes[a], nodes[b],
+                       places_[first / lane_count][pair++], matrix);
       }
-    }
+    });
   }
-
-  // Adds one block to all coupled pairs of a stencil's nodes. Precondition: it is symmetric, and no
-  // two nodes of a stencil are one particle.
-  void scatter_to_all(int first, const materials::Mat3Of<Lanes>& value, BlockMatrix& matrix) const {
-    const int lanes = lanes_of(first);
-    const auto rows = rows_of(value);
-    int pair = 0;
-    for (int a = 0; a < Nodes; ++a) {
-      const Integers& nodes = nodes_[first / lane_count][a];
-      add_blocks(lanes, value, rows, diagonal_places(nodes, matrix.pattern()), matrix);
-      for (int b = a + 1; b < Nodes; ++b) {
-        if (Pairs::has(a, b))
-          add_blocks(lanes, value, rows, places_[first / lane_count][pair++], matrix);
-      }
-    }
+  void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
+               BlockMatrix& matrix) const {
+    scatter_blocks(
+        first, [&](auto a, auto b) { return values(a, b); }, matrix);
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const {
@@ -153,7 +164,8 @@ class StencilArray {
       const Stencil stencil = (*this)[i];
       for (int a = 0; a < Nodes; ++a) {
         for (int b = 0; b < Nodes; ++b) {
-          if (Pairs::has(a, b)) neighbours[stencil[a]].push_back(stencil[b]);
+          if (Layout::couples(a, b) && stencil[a] != no_node && stencil[b] != no_node)
+            neighbours[stencil[a]].push_back(stencil[b]);
         }
       }
     }
@@ -167,11 +179,9 @@ class StencilArray {
       int pair = 0;
       for (int a = 0; a < Nodes; ++a) {
         for (int b = a + 1; b < Nodes; ++b) {
-          if (!Pairs::has(a, b)) continue;
-          const int row = std::min(stencil[a], stencil[b]);
-          const int column = std::max(stencil[a], stencil[b]);
+          if (!Layout::couples(a, b)) continue;
           places_[i / lane_count][pair++].values[i % lane_count] =
-              pattern.upper(row, pattern.slot(row, column));
+              place_of(stencil[a], stencil[b], i, pattern);
         }
       }
     }
@@ -195,6 +205,65 @@ class StencilArray {
   };
 
   static int batches_of(int count) { return (count + lane_count - 1) / lane_count; }
+
+  // Calls body(a, b), integral constants, for all coupled pairs of nodes a <= b.
+  template <class Body>
+  static void for_each_pair(const Body& body) {
+    const auto with = [&]<int a, int... b>(std::integral_constant<int, a> row,
+                                           std::integer_sequence<int, b...>) {
+      const auto one = [&]<int column>(std::integral_constant<int, column> other) {
+        if constexpr (a <= column && Layout::couples(a, column)) body(row, other);
+      };
+      (one(std::integral_constant<int, b>()), ...);
+    };
+    [&]<int... a>(std::integer_sequence<int, a...> all) {
+      (with(std::integral_constant<int, a>(), all), ...);
+    }
+    (std::make_integer_sequence<int, Nodes>());
+  }
+
+  bool is_absent(int i, int node) const {
+    return !absent_.empty() && ((absent_[i / lane_count][node] >> (i % lane_count)) & 1) != 0;
+  }
+  void note_absent() {
+    std::vector<std::array<unsigned char, Nodes>> absent(nodes_.size());
+    bool any = false;
+    for (std::size_t batch = 0; batch < nodes_.size(); ++batch) {
+      for (int node = 0; node < Nodes; ++node) {
+        for (int lane = 0; lane < lane_count; ++lane) {
+          if (nodes_[batch][node].values[lane] != no_node) continue;
+          absent[batch][node] |= static_cast<unsigned char>(1 << lane);
+          any = true;
+        }
+      }
+    }
+    if (any) absent_ = std::move(absent);
+  }
+  // Particles for absent nodes: those with which the others of the batch make a run, or another
+  // node of the stencil.
+  void stand_in(int batch, int particle_count) {
+    for (int node = 0; node < Nodes; ++node) {
+      auto& particles = nodes_[batch][node].values;
+      int start = nodes_[batch][0].values[0];  // of the run
+      for (int lane = 0; lane < lane_count; ++lane) {
+        if (particles[lane] != no_node) start = particles[lane] - lane;
+      }
+      if (Layout::follows(node)) start = nodes_[batch][node - 1].values[0] + 1;
+      for (int lane = 0; lane < lane_count; ++lane) {
+        if (particles[lane] != no_node) continue;
+        const int other = start + lane;
+        particles[lane] =
+            other >= 0 && other < particle_count ? other : nodes_[batch][0].values[lane];
+      }
+    }
+  }
+
+  // Absent nodes are in no pair: nothing is added to a block that is there.
+  int place_of(int a, int b, int i, const BlockPattern& pattern) const {
+    if (a == no_node || b == no_node) return pattern.upper_diagonal((*this)[i][0]);
+    const int row = std::min(a, b);
+    return pattern.upper(row, pattern.slot(row, std::max(a, b)));
+  }
 
   // Calls body(first, last) for each chunk of stencils.
   template <class Body>
@@ -242,11 +311,11 @@ class StencilArray {
     runs_.assign(nodes_.size(), 1);
     for (std::size_t batch = 0; batch < nodes_.size(); ++batch) {
       for (int node = 0; node < Nodes; ++node) {
-        const int start = nodes_[batch][node - node % Pairs::nodes_in_a_row].values[0];
-        for (int lane = 0; lane < lane_count; ++lane) {
-          runs_[batch] &= static_cast<char>(nodes_[batch][node].values[lane] ==
-                                            start + node % Pairs::nodes_in_a_row + lane);
-        }
+        const auto& particles = nodes_[batch][node].values;
+        const int start =
+            Layout::follows(node) ? nodes_[batch][node - 1].values[0] + 1 : particles[0];
+        for (int lane = 0; lane < lane_count; ++lane)
+          runs_[batch] &= static_cast<char>(particles[lane] == start + lane);
       }
     }
   }
@@ -260,25 +329,37 @@ class StencilArray {
     return places;
   }
 
-  // Of the blocks between nodes a and b, those above the diagonal: the transpose where a is behind
-  // b, and both where they are one particle.
-  static materials::Mat3Of<Lanes> as_stored(const materials::Mat3Of<Lanes>& value,
-                                            const Integers& a, const Integers& b) {
+  // Adds the blocks between nodes a and b, to those above the diagonal: the transpose where a is
+  // behind b, and both where they are one particle.
+  static void add_pair_block(int lanes, const materials::Mat3Of<Lanes>& value, const Integers& a,
+                             const Integers& b, const Integers& places, BlockMatrix& matrix) {
+    unsigned behind = 0, one = 0;
+    for (int lane = 0; lane < lane_count; ++lane) {
+      behind |= static_cast<unsigned>(a.values[lane] > b.values[lane]) << lane;
+      one |= static_cast<unsigned>(a.values[lane] == b.values[lane]) << lane;
+    }
+    constexpr unsigned all = (1U << lane_count) - 1;
+    if (one == 0 && behind == 0) return add_block(lanes, value, places, matrix);
+    materials::Mat3Of<Lanes> transposed;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) transposed(i, j) = value(j, i);
+    }
+    if (behind == all) return add_block(lanes, transposed, places, matrix);
+    add_block(lanes, mixed(value, transposed, a, b), places, matrix);
+  }
+  static materials::Mat3Of<Lanes> mixed(const materials::Mat3Of<Lanes>& value,
+                                        const materials::Mat3Of<Lanes>& transposed,
+                                        const Integers& a, const Integers& b) {
     const auto as_mask = [](const auto& mask) {
       return __builtin_convertvector(mask, Lanes::Mask);
     };
-    const Lanes::Mask is_transposed = as_mask(a.values > b.values);
+    const Lanes::Mask is_behind = as_mask(a.values > b.values);
     const Lanes::Mask is_one = as_mask(a.values == b.values);
-    bool any_is_one = false;
-    for (int lane = 0; lane < lane_count; ++lane) any_is_one |= a.values[lane] == b.values[lane];
     materials::Mat3Of<Lanes> result;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j)
-        result(i, j) = materials::choose(is_transposed, value(j, i), value(i, j));
-    }
-    if (!any_is_one) return result;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) result(i, j) += materials::choose(is_one, value(j, i), 0.0);
+    for (int i = 0; i < 9; ++i) {
+      const Lanes here = value.data()[i], there = transposed.data()[i];
+      result.data()[i] =
+          materials::choose(is_behind, there, here) + materials::choose(is_one, there, 0.0);
     }
     return result;
   }
@@ -292,15 +373,13 @@ class StencilArray {
     return rows;
   }
 
-  // Adds the block of each stencil to the upper block at its place.
-  static void add_blocks(int lanes, const materials::Mat3Of<Lanes>& value, const Integers& places,
-                         BlockMatrix& matrix) {
-    add_blocks(lanes, value, rows_of(value), places, matrix);
-  }
-  static void add_blocks(int lanes, const materials::Mat3Of<Lanes>& value, const Rows& rows,
-                         const Integers& places, BlockMatrix& matrix) {
+  // Adds the block of each stencil to the upper block at its place. One piece of code for all
+  // pairs: it is long.
+  [[gnu::noinline]] static void add_block(int lanes, const materials::Mat3Of<Lanes>& value,
+                                          const Integers& places, BlockMatrix& matrix) {
     typedef double UnalignedVector
         __attribute__((vector_size(sizeof(Lanes::Vector)), aligned(8), may_alias));
+    const auto rows = rows_of(value);
 #pragma GCC unroll 8
     for (int lane = 0; lane < lane_count; ++lane) {
       if (lane == lanes) break;
@@ -347,18 +426,20 @@ class StencilArray {
     const int first = chunk * stencils_a_chunk;
     const int last = std::min(count(), first + stencils_a_chunk);
     for (int i = first; i < last; ++i) {
-      for (int particle : (*this)[i]) body(particle);
+      for (const Integers& nodes : nodes_[i / lane_count]) body(nodes.values[i % lane_count]);
     }
   }
 
   // By batch; beyond the last stencil, the nodes of the last once more.
   std::vector<std::array<Integers, Nodes>> nodes_;
+  // By batch and node: the lanes without it. Empty where all have all.
+  std::vector<std::array<unsigned char, Nodes>> absent_;
   // By batch: whether the nodes of each place are eight neighbours in memory, in order.
   std::vector<char> runs_;
   static constexpr int pair_count = [] {
     int count = 0;
     for (int a = 0; a < Nodes; ++a) {
-      for (int b = a + 1; b < Nodes; ++b) count += Pairs::has(a, b) ? 1 : 0;
+      for (int b = a + 1; b < Nodes; ++b) count += Layout::couples(a, b) ? 1 : 0;
     }
     return count;
   }();

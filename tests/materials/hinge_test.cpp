@@ -122,14 +122,14 @@ TEST(Hinge, LanesAreHingesOneByOne) {
   }
   const auto vectors = hinge_vectors(together);
   const auto gradient = hinge_gradient(vectors);
-  const auto hessian = hinge_hessians<Lanes>(triangles, {1.0, -2.0, 3.0}).dense();
+  const auto hessian = hinge_stress<Lanes>(triangles, {1.0, -2.0, 3.0});
   for (int lane = 0; lane < lane_count; ++lane) {
     const Nodes4& x = alone[lane];
     const double scale = std::max(1.0, hinge_gradient(x).norm());
     EXPECT_NEAR(hinge_angle(vectors).values[lane], hinge_angle(x), 1e-14);
     for (int i = 0; i < 12; ++i)
       EXPECT_NEAR(gradient.data()[i].values[lane], hinge_gradient(x).data()[i], 1e-14 * scale);
-    const auto one = hinge_hessians<double>(x.leftCols<3>(), Vec3(1, -2, 3)).dense();
+    const auto one = hinge_stress<double>(x.leftCols<3>(), Vec3(1, -2, 3));
     for (int i = 0; i < 81; ++i)
       EXPECT_NEAR(hessian.data()[i].values[lane], one.data()[i], 1e-13 * (1 + one.norm()));
   }
@@ -167,7 +167,7 @@ TEST(Hinge, TrianglesWithoutAreaGiveNothing) {
   }
   const Nodes3 line = sliver.leftCols<3>(), corner = point.leftCols<3>();
   for (const Nodes3& x : {line, corner})
-    EXPECT_EQ(hinge_hessians<double>(x, Vec3(1, 1, 1)).dense().norm(), 0);
+    EXPECT_EQ(hinge_stress<double>(x, Vec3(1, 1, 1)).norm(), 0);
 }
 
 // A failure upstream must stay visible.

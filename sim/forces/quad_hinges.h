@@ -1,0 +1,112 @@
+// The hinges that bend a quad: its diagonal and its four sides, with the nodes across these.
+#pragma once
+
+#include <array>
+
+#include "materials/hinge.h"
+
+namespace weft::sim {
+
+// The nodes of a quad and of those around it, as they follow each other in the rows of an image
+// (corners as in sim/forces/quads.h; an image's last row is at the top):
+//
+//         7
+//     3 - 4 - 5
+//         0 - 1 - 2
+//             6
+struct QuadSurroundings {
+  static constexpr int count = 8;
+  static constexpr bool follows(int node) {
+    return node == 1 || node == 2 || node == 4 || node == 5;
+  }
+  // Nodes across sides of different triangles are in no triangle's angles together.
+  static constexpr bool couples(int a, int b) {
+    const auto around_one = [](int node) { return node == 3 || node == 6; };
+    const auto around_other = [](int node) { return node == 2 || node == 7; };
+    return !(around_one(a) && around_other(b)) && !(around_other(a) && around_one(b));
+  }
+};
+inline constexpr std::array<int, 4> quad_corner_nodes = {0, 1, 4, 5};
+
+// Of each hinge, the diagonal first: as in materials/hinge.h, the node of the quad before that
+// across.
+inline constexpr int hinge_count = 5;
+inline constexpr std::array<std::array<int, 4>, hinge_count> hinge_nodes = {
+    {{1, 4, 0, 5}, {4, 0, 1, 3}, {0, 1, 4, 6}, {5, 4, 1, 7}, {1, 5, 4, 2}}};
+
+// A triangle of the quad, and its hinges: entry i is opposite its node i.
+struct HingedTriangle {
+  std::array<int, 3> nodes;
+  std::array<int, 3> hinges;
+
+  // Where a node is among its own: -1 where it is not.
+  constexpr int own(int node) const {
+    for (int i = 0; i < 3; ++i) {
+      if (nodes[i] == node) return i;
+    }
+    return -1;
+  }
+  // Which of its edges a node is across.
+  constexpr int across(int node) const {
+    if (own(node) >= 0) return -1;
+    for (int i = 0; i < 3; ++i) {
+      for (const int other : hinge_nodes[hinges[i]]) {
+        if (other == node) return i;
+      }
+    }
+    return -1;
+  }
+};
+inline constexpr std::array<HingedTriangle, 2> hinged_triangles = {
+    {{{0, 1, 4}, {0, 1, 2}}, {{1, 5, 4}, {3, 0, 4}}}};
+
+// d angle / d x of the hinges, and what a modulus makes of them.
+template <class Real>
+class QuadSlopes {
+ public:
+  using Nodes = materials::NodesOf<Real, QuadSurroundings::count>;
+  using Vec3 = materials::Vec3Of<Real>;
+  using Hinges = std::array<Real, hinge_count>;
+
+  explicit QuadSlopes(const std::array<materials::HingeVectorsOf<Real>, hinge_count>& hinges) {
+    for (int h = 0; h < hinge_count; ++h) gradient_[h] = materials::hinge_gradient(hinges[h]);
+  }
+
+  // sum over nodes of d angle / d x . u: how angles change as nodes move by u.
+  Hinges along(const Nodes& u) const {
+    Hinges change;
+    for (int h = 0; h < hinge_count; ++h) {
+      change[h] = 0;
+      for (int k = 0; k < 4; ++k)
+        change[h] += materials::dot(gradient_[h].col(k), u.col(hinge_nodes[h][k]));
+    }
+    return change;
+  }
+  // sum over hinges of moment d angle / d x.
+  Nodes times(const Hinges& moments) const {
+    Nodes sum = Nodes::Zero();
+    for (int h = 0; h < hinge_count; ++h) {
+      for (int k = 0; k < 4; ++k) sum.col(hinge_nodes[h][k]) += moments[h] * gradient_[h].col(k);
+    }
+    return sum;
+  }
+
+  // The gradient of a triangle's hinge i, at one of its nodes.
+  template <int triangle, int i, int node>
+  Vec3 of() const {
+    constexpr int hinge = hinged_triangles[triangle].hinges[i];
+    constexpr int place = [] {
+      for (int k = 0; k < 4; ++k) {
+        if (hinge_nodes[hinge][k] == node) return k;
+      }
+      return -1;
+    }();
+    static_assert(place >= 0);
+    return gradient_[hinge].col(place);
+  }
+
+ private:
+  std::array<materials::NodesOf<Real, 4>, hinge_count> gradient_;
+};
+
+}  // namespace weft::sim
