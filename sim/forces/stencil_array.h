@@ -33,8 +33,8 @@ struct QuadCorners {
 // Stencils along a row of an image have nodes that are neighbours in memory: batches of these are
 // read and added to eight particles at a time.
 //
-// A node may be absent, no_node: what is read there is of some particle, what is added to it must
-// be zero.
+// A node but the first may be absent, no_node: what is read there is of some particle, what is
+// added to it must be zero.
 inline constexpr int no_node = -1;
 
 template <int Nodes, class Layout = AnyStencil>
@@ -156,7 +156,7 @@ class StencilArray {
   void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
                BlockMatrix& matrix) const {
     scatter_blocks(
-        first, [&](auto a, auto b) { return values(a, b); }, matrix);
+        first, [&](auto a, auto b) -> const auto& { return values(a, b); }, matrix);
   }
 
   void add_couplings(std::vector<std::vector<int>>& neighbours) const {

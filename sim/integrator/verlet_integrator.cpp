@@ -19,6 +19,9 @@ namespace {
 constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
 // Changes of the frequency in one look after which the next comes sooner, or later.
 constexpr double much = 0.02, little = 0.005;
+// Steps between two glances at a motion that hardly shows any fast vibration.
+constexpr int steps_a_glance = 4;
+constexpr double hardly_any = 0.1;
 
 class VerletIntegrator final : public OneStepIntegrator {
  public:
@@ -103,12 +106,20 @@ class VerletIntegrator final : public OneStepIntegrator {
     if (!tracker_) return;
     ++steps_;
     const bool is_even = std::abs(h - last_step()) < 1e-6 * h;
-    if (is_even && shown_frequency(h) * chosen_step_ > 2 * no_longer_safe) {
+    if (is_even && steps_ >= next_glance_ && glance(h) > no_longer_safe) {
       tracker_->turn_to(end_acceleration_);
       look(y);
     } else if (steps_ >= next_look_) {
       look(y);
     }
+  }
+
+  // The frequency that the motion itself shows, as a share of the highest stable one. What is too
+  // fast shows more of itself by a few times a step: far below, that takes several.
+  double glance(double h) {
+    const double share = shown_frequency(h) * chosen_step_ / 2;
+    next_glance_ = steps_ + (share < hardly_any ? steps_a_glance : 1);
+    return share;
   }
 
   // The less the frequency changes, the less often.
@@ -149,7 +160,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   double chosen_step_ = 0;  // s
   double decay_ = 0;        // 1/s, at the start
   std::optional<FrequencyTracker> tracker_;
-  std::int64_t steps_ = 0, next_look_ = 1;
+  std::int64_t steps_ = 0, next_look_ = 1, next_glance_ = 0;
   int steps_a_look_ = 1;
 
   double start_ = -1, end_ = -1;  // s: when the accelerations are of

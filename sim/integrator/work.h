@@ -17,8 +17,9 @@ inline double evaluation_work(const Scene& scene) {
     if (!body.dynamic) continue;
     const MaterialCase& material = *body.material;
     const bool drags = material.normal_drag > 0 || material.tangential_drag > 0;
-    if (drags || material.membrane == MembraneModel::springs) work = std::max(work, 1.0);
-    if (material.bending_stiffness > 0) work = std::max(work, 1.5);
+    if (drags) work = std::max(work, 0.6);
+    if (material.membrane == MembraneModel::springs) work = std::max(work, 1.0);
+    if (material.bending_stiffness > 0) work = std::max(work, 1.2);
   }
   return work;
 }
