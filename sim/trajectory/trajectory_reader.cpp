@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <filesystem>
+#include <string_view>
+#include <thread>
 
 #include "sim/trajectory/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
@@ -31,6 +34,24 @@ Handle open_for_reading(const Access& access) {
     if (std::filesystem::file_size(access.path(), error) == size) {
       access.fail("open as an HDF5 file");
     }
+  }
+}
+
+// A piece of metadata that a running writer replaces just as it is read has a wrong checksum, and
+// is whole a moment later. One that stays wrong is broken.
+constexpr std::chrono::milliseconds patience(250), pause(1);
+
+template <class Read>
+auto read_whole(const Read& read) {
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    try {
+      return read();
+    } catch (const TrajectoryError& error) {
+      const bool is_torn = std::string_view(error.what()).find("checksum") != std::string::npos;
+      if (!is_torn || std::chrono::steady_clock::now() > deadline) throw;
+    }
+    std::this_thread::sleep_for(pause);
   }
 }
 
@@ -240,10 +261,12 @@ std::vector<Vec3> TrajectoryReader::Implementation::read_image(int body_index, i
 }
 
 TrajectoryReader::TrajectoryReader(const std::string& path)
-    : implementation_(std::make_unique<Implementation>(path)) {
-  const hdf5::QuietErrors quiet;
-  implementation_->read_header();
-}
+    : implementation_(read_whole([&] {
+        const hdf5::QuietErrors quiet;
+        auto implementation = std::make_unique<Implementation>(path);
+        implementation->read_header();
+        return implementation;
+      })) {}
 
 TrajectoryReader::~TrajectoryReader() = default;
 
@@ -266,14 +289,14 @@ const std::vector<TrajectoryBody>& TrajectoryReader::bodies() const {
 
 std::vector<Vec3> TrajectoryReader::positions(int body, int frame) const {
   const hdf5::QuietErrors quiet;
-  return implementation_->read_image(body, frame, "position");
+  return read_whole([&] { return implementation_->read_image(body, frame, "position"); });
 }
 
 std::vector<Vec3> TrajectoryReader::velocities(int body, int frame) const {
   const hdf5::QuietErrors quiet;
   const std::string name = "body/" + implementation_->bodies.at(body).name + "/velocity";
   if (H5Lexists(implementation_->file.get(), name.c_str(), H5P_DEFAULT) <= 0) return {};
-  return implementation_->read_image(body, frame, "velocity");
+  return read_whole([&] { return implementation_->read_image(body, frame, "velocity"); });
 }
 
 std::vector<TrajectoryWriter::Series> TrajectoryReader::series() const {
@@ -286,7 +309,8 @@ std::vector<double> TrajectoryReader::series_values(const std::string& name) con
   if (std::ranges::none_of(implementation_->series, is_named)) {
     implementation_->access.reject("has no series " + name);
   }
-  return implementation_->read_list("series/" + name, implementation_->times.size());
+  return read_whole(
+      [&] { return implementation_->read_list("series/" + name, implementation_->times.size()); });
 }
 
 TexelFile read_texels(const std::string& path, const std::string& dataset) {

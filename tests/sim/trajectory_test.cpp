@@ -4,11 +4,13 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <functional>
 #include <set>
 #include <sstream>
+#include <thread>
 
 #include "tests/sim/trajectory_fixture.h"
 
@@ -227,6 +229,32 @@ TEST_F(Trajectory, RefusesTruncatedFiles) {
     const std::string message = message_of([&] { const TrajectoryReader reader(path("cut.h5")); });
     EXPECT_EQ(message.find(path("cut.h5") + ": "), 0) << message;
   }
+}
+
+// A piece that its writer was just replacing when it was looked at is whole the next time.
+TEST_F(Trajectory, LooksAgainAtAPieceThatIsBeingReplaced) {
+  write(path("run.h5"), 3, {});
+  const std::string whole = contents(path("run.h5"));
+  // In the header of the first object in the file.
+  const std::size_t inside = whole.find("OHDR") + 24;
+  ASSERT_LT(inside, whole.size());
+  const auto put = [&](char byte) {
+    std::fstream file(path("run.h5"), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(inside));
+    file.put(byte);
+  };
+  put(static_cast<char>(~whole[inside]));
+  const auto start = std::chrono::steady_clock::now();
+  const std::string message = message_of([&] { const TrajectoryReader reader(path("run.h5")); });
+  EXPECT_NE(message.find("checksum"), std::string::npos) << message;
+  EXPECT_GT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(100));
+  std::thread writer([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    put(whole[inside]);
+  });
+  const TrajectoryReader reader(path("run.h5"));
+  writer.join();
+  EXPECT_EQ(reader.frames(), 3);
 }
 
 TEST_F(Trajectory, SidecarListsEveryFrameAndBody) {
