@@ -31,6 +31,8 @@ constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
 constexpr double softest = 100, hardening = 10;
 constexpr double linear_fraction = 1e-2;    // of the residual, left by a linear solve
 constexpr double shortest_fraction = 1e-6;  // of a step
+// Where the exact matrix was indefinite, it is looked at again after so many pseudo-steps.
+constexpr int exact_interval = 4;
 
 class StaticIntegrator final : public OneStepIntegrator {
  public:
@@ -68,7 +70,7 @@ class StaticIntegrator final : public OneStepIntegrator {
     std::copy(state().begin(), state().begin() + half, y.begin());
     std::fill(y.begin() + half, y.end(), 0.0);
     from_ = positions();
-    pseudo_steps_ = 0;
+    pseudo_steps_ = indefinite_steps_ = 0;
     pseudo_step_ = first_pseudo_step;
     const double least = least_hardness();
     Progress progress = relax(end, y, 1, least < 1 ? patience : most_pseudo_steps);
@@ -118,25 +120,32 @@ class StaticIntegrator final : public OneStepIntegrator {
     return Progress::slow;
   }
 
-  // (M + h^2 K) dv = h F, dx = h dv; K semi-definite where the exact one leads nowhere.
+  // (M + h^2 K) dv = h F, dx = h dv; K semi-definite where the exact one leads nowhere. That is
+  // found out by iterations in vain, and stays so for a while.
   bool find_direction(double end, std::span<const double> y) {
     ++newton_iterations_;
     const double h = pseudo_step_;
     const std::size_t half = y.size() / 2;
     std::fill_n(right_.begin(), half, 0.0);
     for (std::size_t i = half; i < y.size(); ++i) right_[i] = h * rate_[i];
-    for (const auto definiteness : {Definiteness::exact, Definiteness::semi_definite}) {
-      dynamics().assemble(end, y, definiteness);
-      PhaseTimer timer(dynamics().statistics().phases.linear_solve);
-      system_.set_up(h);
-      const VelocitySystem::Outcome outcome =
-          system_.solve(h, right_, weight_, std::numeric_limits<double>::infinity(), correction_,
-                        linear_fraction);
-      linear_iterations_ += outcome.iterations;
-      if (outcome.converged) return true;
-      if (!outcome.indefinite) return false;
+    if (indefinite_steps_ % exact_interval == 0) {
+      const VelocitySystem::Outcome outcome = solve(end, y, Definiteness::exact);
+      indefinite_steps_ = outcome.indefinite ? 1 : 0;
+      if (!outcome.indefinite) return outcome.converged;
+    } else {
+      ++indefinite_steps_;
     }
-    return false;
+    return solve(end, y, Definiteness::semi_definite).converged;
+  }
+  VelocitySystem::Outcome solve(double end, std::span<const double> y, Definiteness definiteness) {
+    dynamics().assemble(end, y, definiteness);
+    PhaseTimer timer(dynamics().statistics().phases.linear_solve);
+    system_.set_up(pseudo_step_);
+    const VelocitySystem::Outcome outcome =
+        system_.solve(pseudo_step_, right_, weight_, std::numeric_limits<double>::infinity(),
+                      correction_, linear_fraction);
+    linear_iterations_ += outcome.iterations;
+    return outcome;
   }
 
   // How much of the correction is taken: shortened until the forces at its end do not push back
@@ -219,6 +228,7 @@ class StaticIntegrator final : public OneStepIntegrator {
   VelocitySystem system_;
   double pseudo_step_ = first_pseudo_step;  // s
   int pseudo_steps_ = 0;                    // of the load in hand
+  int indefinite_steps_ = 0;                // from that whose exact matrix was
   std::int64_t newton_iterations_ = 0, linear_iterations_ = 0;
   std::vector<double> rate_, right_, correction_, reached_;
   std::vector<double> weight_;  // all 1
