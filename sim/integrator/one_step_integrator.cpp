@@ -144,13 +144,17 @@ std::string OneStepIntegrator::failure(Trouble trouble) const {
   if (fault_) {
     where = ": " + fault_->describe(scene_);
   } else if (place_ >= 0) {
-    where = ": the error is largest at " + scene_.describe_particle(place_);
+    where =
+        trouble == Trouble::unstable ? ": the motion is fastest at " : ": the error is largest at ";
+    where += scene_.describe_particle(place_);
   }
   switch (trouble) {
     case Trouble::surfaces:
       return "no step down to " + shortest + " keeps the surfaces apart" + at + where;
     case Trouble::error_too_large:
       return "no step down to " + shortest + " meets the error tolerance" + at + where;
+    case Trouble::unstable:
+      return "no step down to " + shortest + " is stable" + at + where;
     case Trouble::not_finite:
       return "the forces cannot be evaluated with any step down to " + shortest + at + where;
     default:

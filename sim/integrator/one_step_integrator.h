@@ -27,7 +27,7 @@ class OneStepIntegrator : public Integrator {
   IntegratorCounts counts() const override { return counts_; }
 
  protected:
-  enum class Trouble { none, not_converged, surfaces, not_finite, error_too_large };
+  enum class Trouble { none, not_converged, surfaces, not_finite, error_too_large, unstable };
   // Tries a step from time() and state() to `end` and leaves it in `y`. A method that has no fixed
   // step may end elsewhere, and says where. On trouble, may name what stands in the way by
   // set_fault() or set_place().

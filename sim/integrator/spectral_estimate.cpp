@@ -31,6 +31,13 @@ std::vector<Vec3> random_vectors(int count) {
   return vectors;
 }
 
+int place_of_largest(const std::vector<Vec3>& vectors) {
+  const auto largest = std::max_element(
+      vectors.begin(), vectors.end(),
+      [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
+  return static_cast<int>(largest - vectors.begin());
+}
+
 // Of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues as M^-1 A.
 Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   const Scene& scene = dynamics.scene();
@@ -58,10 +65,7 @@ Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
     }
     radius = std::sqrt(square);
   }
-  const auto largest = std::max_element(
-      vector.begin(), vector.end(),
-      [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
-  return {radius, static_cast<int>(largest - vector.begin())};
+  return {radius, place_of_largest(vector)};
 }
 
 // m, of a quad: differences are taken over a part of it so small that forces are linear.
@@ -121,6 +125,8 @@ void FrequencyTracker::follow(double t, std::span<const double> y,
   frequency_ = before > 0 ? std::pow(after / before, 0.25) : 0;
   turn_to(change_);
 }
+
+int FrequencyTracker::place() const { return place_of_largest(vibration_); }
 
 void FrequencyTracker::turn_to(std::span<const Vec3> acceleration) {
   const double largest = components(acceleration).abs().maxCoeff();

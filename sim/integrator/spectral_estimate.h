@@ -34,6 +34,7 @@ class FrequencyTracker {
   // From now on follows what these accelerations have most of.
   void turn_to(std::span<const Vec3> acceleration);
   double frequency() const { return frequency_; }  // rad/s, from below
+  int place() const;                               // the particle that vibrates most
 
  private:
   Dynamics& dynamics_;

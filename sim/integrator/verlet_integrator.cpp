@@ -43,6 +43,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     if (dynamics().has_damping() || dynamics().contact() != nullptr) {
       const SpectralEstimate fastest = estimate_spectrum(dynamics(), 0, state());
       decay_ = fastest.decay;
+      stiff_place_ = fastest.place;
       rate = fastest.stiffest();
     }
     if (dynamics().contact() == nullptr) {
@@ -66,6 +67,10 @@ class VerletIntegrator final : public OneStepIntegrator {
   // x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1): forces that depend on the
   // velocity take the one that is expected at the end.
   Trouble attempt(double& end, std::span<double> y) override {
+    if (!is_fixed() && chosen_step_ < scene().source.time.minimum_step) {
+      set_place(tracker_ ? tracker_->place() : stiff_place_);
+      return Trouble::unstable;
+    }
     if (auto trouble = find_start_acceleration(); trouble != Trouble::none) return trouble;
     const double h = end - time();
     const std::size_t half = y.size() / 2;
@@ -159,6 +164,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   double share_ = 0;        // of the longest stable step
   double chosen_step_ = 0;  // s
   double decay_ = 0;        // 1/s, at the start
+  int stiff_place_ = -1;    // the fastest particle then
   std::optional<FrequencyTracker> tracker_;
   std::int64_t steps_ = 0, next_look_ = 1, next_glance_ = 0;
   int steps_a_look_ = 1;

@@ -85,6 +85,29 @@ class SimulatedCase {
   std::unique_ptr<Integrator> integrator_;
 };
 
+// A spring between a pinned and a free row that moves along it.
+constexpr const char* oscillator = R"(
+[time]
+duration = 10
+position_tolerance = 1e-10
+velocity_tolerance = 1e-8
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.spring]
+density = 1
+membrane = "springs"
+structural_stiffness = 100
+shear_stiffness = 0
+[[body]]
+name = "rod"
+velocity = [0.1, 0, 0]
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
+[[body.pin]]
+edges = ["first_col"]
+)";
+
 // How many pairs of triangles of the scene pass through each other.
 inline int crossings(const Scene& scene, const std::vector<Vec3>& position) {
   std::vector<CrossingSurface> surfaces;

@@ -29,23 +29,7 @@ TEST(Verlet, KeepsTheEnergyOfAnUndampedSheet) {
 }
 
 TEST(Verlet, SpectralEstimateIsThatOfTheOscillator) {
-  SimulatedCase sim(R"(
-[time]
-duration = 1
-[contact]
-enabled = false
-[material.spring]
-density = 1
-membrane = "springs"
-structural_stiffness = 100
-shear_stiffness = 0
-mass_damping = 7
-[[body]]
-name = "rod"
-shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
-[[body.pin]]
-edges = ["first_col"]
-)");
+  SimulatedCase sim(oscillator, {"material.spring.mass_damping=7"});
   const SpectralEstimate estimate = estimate_spectrum(sim.dynamics(), 0, sim.integrator().state());
   // Along y the free corners (1/3 and 1/6 kg) share a spring: k (1/m1 + 1/m2).
   EXPECT_NEAR(estimate.frequency, std::sqrt(100 * (3.0 + 6.0)), 0.01);
@@ -121,6 +105,18 @@ TEST(Verlet, RefusesAStepBeyondItsStability) {
   ASSERT_TRUE(reason);
   EXPECT_NE(reason->find("limit of stability"), std::string::npos) << *reason;
   EXPECT_NE(reason->find("body \"strip\", row"), std::string::npos) << *reason;
+  EXPECT_EQ(sim.integrator().time(), 0);
+}
+
+// Motion that bursts asks for ever shorter steps: they end.
+TEST(Verlet, EndsWhereItsStepsWouldBeTooShort) {
+  SimulatedCase sim(stretching_strip,
+                    method("verlet", {"time.minimum_step=0.1", "time.frames_per_second=5"}));
+  const auto reason = sim.integrator().step();
+  ASSERT_TRUE(reason);
+  EXPECT_NE(reason->find("0.1 s (time.minimum_step) is stable at t = 0 s"), std::string::npos)
+      << *reason;
+  EXPECT_NE(reason->find("fastest at body \"strip\", row"), std::string::npos) << *reason;
   EXPECT_EQ(sim.integrator().time(), 0);
 }
 
