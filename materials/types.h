@@ -60,17 +60,6 @@ struct StencilMatrix {
     return result;
   }
 
-  NodesOf<Real, nodes> times(const NodesOf<Real, nodes>& x) const {
-    NodesOf<Real, nodes> product;
-    for (int a = 0; a < nodes; ++a) {
-      Vec3Of<Real> sum = (*this)(a, a) * x.col(a);
-      for (int b = 0; b < a; ++b) sum += (*this)(b, a).transpose() * x.col(b);
-      for (int b = a + 1; b < nodes; ++b) sum += (*this)(a, b) * x.col(b);
-      product.col(a) = sum;
-    }
-    return product;
-  }
-
   // All of it, in node-major order: component 3 * node + axis.
   Eigen::Matrix<Real, 3 * nodes, 3 * nodes> dense() const {
     Eigen::Matrix<Real, 3 * nodes, 3 * nodes> all;

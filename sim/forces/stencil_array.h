@@ -91,6 +91,9 @@ class StencilArray {
     gather_one_by_one(first, values, result);
     return result;
   }
+  // Whether the nodes of a batch are neighbours in memory; below, how to go on where they are.
+  // Where a caller asks first, what it computes stays in registers: read or added one by one,
+  // numbers pass through memory.
   bool is_run(int first) const { return runs_[first / lane_count] != 0; }
   NodeValues gather_run(int first, std::span<const Vec3> values) const {
     NodeValues result;
