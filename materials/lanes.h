@@ -1,5 +1,5 @@
-// Eight numbers side by side: the formulas of the materials are templates over their number type,
-// `double` for one stencil, `Lanes` for eight at once.
+// Several numbers side by side: the formulas of the materials are templates over their number type,
+// `double` for one stencil, `Lanes` for a batch of them at once.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,20 +8,32 @@
 #include <numbers>
 #include <utility>
 
-#if defined(__AVX512F__)
+#if defined(__AVX__)
 #include <immintrin.h>
 #endif
 
 namespace weft::materials {
 
+// As many as fill a register. The namespace keeps a program that is compiled for another processor
+// than Weft's libraries from being linked with functions of theirs that take other sizes.
+#if defined(__AVX512F__)
+inline namespace eight_lanes {
 inline constexpr int lane_count = 8;
+#else
+inline namespace four_lanes {
+inline constexpr int lane_count = 4;  // two registers before AVX
+#endif
 
-// A vector of GCC's extension in a class, so that it can be the scalar of Eigen's matrices. On
-// narrower processors the compiler makes several instructions of each.
+// A vector of GCC's extension in a class, so that it can be the scalar of Eigen's matrices.
 struct Lanes {
   typedef double Vector __attribute__((vector_size(8 * lane_count)));
   // Of a comparison: all bits set where true.
-  typedef decltype(Vector{} < Vector{}) Mask;
+  struct Mask {
+    typedef decltype(Vector{} < Vector{}) Bits;
+    Bits bits;
+    friend Mask operator^(Mask a, Mask b) { return {a.bits ^ b.bits}; }
+    friend Mask operator|(Mask a, Mask b) { return {a.bits | b.bits}; }
+  };
 
   Vector values;
 
@@ -38,9 +50,9 @@ struct Lanes {
   friend Lanes operator*(Lanes a, Lanes b) { return Lanes(a.values * b.values); }
   friend Lanes operator/(Lanes a, Lanes b) { return Lanes(a.values / b.values); }
   friend Lanes operator-(Lanes a) { return Lanes(-a.values); }
-  friend Mask operator<(Lanes a, Lanes b) { return a.values < b.values; }
-  friend Mask operator<=(Lanes a, Lanes b) { return a.values <= b.values; }
-  friend Mask operator==(Lanes a, Lanes b) { return a.values == b.values; }
+  friend Mask operator<(Lanes a, Lanes b) { return {a.values < b.values}; }
+  friend Mask operator<=(Lanes a, Lanes b) { return {a.values <= b.values}; }
+  friend Mask operator==(Lanes a, Lanes b) { return {a.values == b.values}; }
 };
 
 // What formulas ask of either number type, lane by lane.
@@ -52,6 +64,8 @@ inline double arc_tangent(double y, double x) { return std::atan2(y, x); }
 inline Lanes square_root(Lanes a) {
 #if defined(__AVX512F__)
   return Lanes(Lanes::Vector(_mm512_sqrt_pd(a.values)));
+#elif defined(__AVX__)
+  return Lanes(Lanes::Vector(_mm256_sqrt_pd(a.values)));
 #else
   Lanes root;
   for (int i = 0; i < lane_count; ++i) root.values[i] = std::sqrt(a.values[i]);
@@ -60,7 +74,7 @@ inline Lanes square_root(Lanes a) {
 }
 inline Lanes larger(Lanes a, Lanes b) { return Lanes(a.values > b.values ? a.values : b.values); }
 inline Lanes choose(Lanes::Mask condition, Lanes yes, Lanes no) {
-  return Lanes(condition ? yes.values : no.values);
+  return Lanes(condition.bits ? yes.values : no.values);
 }
 // Numbers as they are, or their negatives where the condition holds.
 inline Lanes negate_where(Lanes::Mask condition, Lanes a) { return choose(condition, -a, a); }
@@ -112,17 +126,20 @@ void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence
         a, b, ((lane & distance) == 0 ? lane + distance : lane_count + lane)...);
   }
 }
-// Row i of eight numbers becomes column i.
+// Row i becomes column i.
 inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   constexpr std::make_integer_sequence<int, lane_count> lanes;
   exchange<1>(rows, lanes);
   exchange<2>(rows, lanes);
-  exchange<4>(rows, lanes);
+  if constexpr (lane_count == 8) exchange<4>(rows, lanes);
 }
 
-// Eight vectors that follow each other in memory, lane by lane; and back, added to those there.
-// (Pointers to unaligned vectors are named: what `auto` deduces is aligned.)
+// Below: vectors that follow each other in memory, one a lane. (Pointers to unaligned numbers are
+// named: what `auto` deduces is aligned.)
 typedef double UnalignedLanes __attribute__((vector_size(8 * lane_count), aligned(8), may_alias));
+
+#if defined(__AVX512F__)
+// The vectors at an address, lane by lane.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const UnalignedLanes* rows =
       reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
@@ -134,6 +151,7 @@ inline std::array<Lanes, 3> load_vectors(const double* at) {
           Lanes(__builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14)),
           Lanes(__builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15))};
 }
+// The same back, added to those there.
 inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
   const Lanes::Vector x = v[0].values, y = v[1].values, z = v[2].values;
@@ -144,15 +162,13 @@ inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   rows[1] += __builtin_shufflevector(b, z, 10, 1, 2, 11, 4, 5, 12, 7);
   rows[2] += __builtin_shufflevector(c, z, 0, 13, 2, 3, 14, 5, 6, 15);
 }
-
-// Eight numbers, each three times in a row: as vectors that follow each other in memory need them.
+// Numbers, each three times in a row: as vectors that follow each other in memory need them.
 inline std::array<Lanes, 3> threefold(Lanes a) {
   const Lanes::Vector v = a.values;
   return {Lanes(__builtin_shufflevector(v, v, 0, 0, 0, 1, 1, 1, 2, 2)),
           Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3, 4, 4, 4, 5)),
           Lanes(__builtin_shufflevector(v, v, 5, 5, 6, 6, 6, 7, 7, 7))};
 }
-
 // Each number one lane further, a zero in the first; and one lane back, `last` in the last.
 inline Lanes moved_up(Lanes a) {
   return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
@@ -160,6 +176,47 @@ inline Lanes moved_up(Lanes a) {
 inline Lanes moved_down(Lanes a, double last) {
   return Lanes(__builtin_shufflevector(a.values, Lanes(last).values, 1, 2, 3, 4, 5, 6, 7, 8));
 }
+#else
+inline std::array<Lanes, 3> load_vectors(const double* at) {
+  const UnalignedLanes* rows =
+      reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
+  const Lanes::Vector a = rows[0], b = rows[1], c = rows[2];
+  // Numbers first come into one vector where they stand, then to their places.
+  const Lanes::Vector ab_x = __builtin_shufflevector(a, b, 0, 1, 6, 3);
+  const Lanes::Vector ab_y = __builtin_shufflevector(a, b, 4, 1, 2, 7);
+  const Lanes::Vector ab_z = __builtin_shufflevector(a, b, 0, 5, 2, 3);
+  const Lanes::Vector x = __builtin_shufflevector(ab_x, c, 0, 5, 2, 3);
+  const Lanes::Vector y = __builtin_shufflevector(ab_y, c, 0, 1, 6, 3);
+  const Lanes::Vector z = __builtin_shufflevector(ab_z, c, 4, 1, 2, 7);
+  return {Lanes(__builtin_shufflevector(x, x, 0, 3, 2, 1)),
+          Lanes(__builtin_shufflevector(y, y, 1, 0, 3, 2)),
+          Lanes(__builtin_shufflevector(z, z, 2, 1, 0, 3))};
+}
+inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
+  UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
+  const Lanes::Vector x = __builtin_shufflevector(v[0].values, v[0].values, 0, 3, 2, 1);
+  const Lanes::Vector y = __builtin_shufflevector(v[1].values, v[1].values, 1, 0, 3, 2);
+  const Lanes::Vector z = __builtin_shufflevector(v[2].values, v[2].values, 2, 1, 0, 3);
+  const Lanes::Vector a = __builtin_shufflevector(x, y, 0, 5, 2, 3);
+  const Lanes::Vector b = __builtin_shufflevector(x, y, 4, 1, 2, 7);
+  const Lanes::Vector c = __builtin_shufflevector(x, y, 0, 1, 6, 3);
+  rows[0] += __builtin_shufflevector(a, z, 0, 1, 6, 3);
+  rows[1] += __builtin_shufflevector(b, z, 0, 5, 2, 3);
+  rows[2] += __builtin_shufflevector(c, z, 4, 1, 2, 7);
+}
+inline std::array<Lanes, 3> threefold(Lanes a) {
+  const Lanes::Vector v = a.values;
+  return {Lanes(__builtin_shufflevector(v, v, 0, 0, 0, 1)),
+          Lanes(__builtin_shufflevector(v, v, 1, 1, 2, 2)),
+          Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3))};
+}
+inline Lanes moved_up(Lanes a) {
+  return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 3, 4, 5, 6));
+}
+inline Lanes moved_down(Lanes a, double last) {
+  return Lanes(__builtin_shufflevector(a.values, Lanes(last).values, 1, 2, 3, 4));
+}
+#endif
 
 inline double sum_of_lanes(Lanes a) {
   double sum = 0;
@@ -167,6 +224,7 @@ inline double sum_of_lanes(Lanes a) {
   return sum;
 }
 
+}  // namespace eight_lanes or four_lanes
 }  // namespace weft::materials
 
 template <>

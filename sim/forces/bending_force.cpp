@@ -52,7 +52,7 @@ using Nodes = Slopes::Nodes;
 using Hinges = Slopes::Hinges;  // a number of each hinge
 using HingeVectors = std::array<materials::HingeVectorsOf<Lanes>, hinge_count>;
 
-// Eight quads.
+// A batch of quads.
 struct BendingBatch {
   std::array<Modulus, 2> moduli;
   Hinges rest_angles;

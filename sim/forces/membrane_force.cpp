@@ -192,7 +192,7 @@ class MembraneForce final : public Force {
   }
 
   StencilArray<4, QuadCorners> quads_;
-  // Of eight quads; what is left of the last batch has no stiffness.
+  // Of a batch of quads; what is left of the last batch has no stiffness.
   std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
   bool is_damped_ = false;
 };

@@ -28,10 +28,10 @@ struct QuadCorners {
 // Stencils of `Nodes` particles each, cut into chunks of consecutive stencils; chunks of one colour
 // share no particle, so they run side by side, colour after colour. Chunks and colours depend on
 // the stencils alone, so a particle collects its contributions in the same order whatever the
-// number of threads. Formulas take them one by one or in batches of eight (materials/lanes.h).
+// number of threads. Formulas take them one by one or in batches (materials/lanes.h).
 //
 // Stencils along a row of an image have nodes that are neighbours in memory: batches of these are
-// read and added to eight particles at a time.
+// read and added to a batch of particles at a time.
 //
 // A node but the first may be absent, no_node: what is read there is of some particle, what is
 // added to it must be zero.
@@ -76,7 +76,7 @@ class StencilArray {
       for (int i = first; i < last; ++i) body(i);
     });
   }
-  // Calls body(first stencil index) for each batch of eight consecutive stencils.
+  // Calls body(first stencil index) for each batch of consecutive stencils.
   template <class Body>
   void for_each_batch(int threads, const Body& body) const {
     for_each_chunk(threads, [&](int first, int last) {
@@ -118,7 +118,7 @@ class StencilArray {
     if (is_run(first)) return scatter_run(first, values, sums);
     scatter_one_by_one(first, values, sums);
   }
-  // Of nodes that follow each other only the first is added to memory eight at a time: added one
+  // Of nodes that follow each other only the first is added to memory as vectors: added one
   // after the other, each would wait for the one before.
   void scatter_run(int first, const NodeValues& values, std::span<Vec3> sums) const {
     std::array<Lanes, 3> later{};  // what the nodes behind this one add to its particles
@@ -292,11 +292,11 @@ class StencilArray {
       std::array<const double*, lane_count> at;
       for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
       // Numbers put into a vector one by one would wait in memory for the last of them.
-      for (int axis = 0; axis < 3; ++axis) {
-        result(axis, node) =
-            Lanes(Lanes::Vector{at[0][axis], at[1][axis], at[2][axis], at[3][axis], at[4][axis],
-                                at[5][axis], at[6][axis], at[7][axis]});
-      }
+      const auto together = [&]<int... lane>(int axis, std::integer_sequence<int, lane...>) {
+        return Lanes(Lanes::Vector{at[lane][axis]...});
+      };
+      for (int axis = 0; axis < 3; ++axis)
+        result(axis, node) = together(axis, std::make_integer_sequence<int, lane_count>());
     }
   }
   [[gnu::noinline]] void scatter_one_by_one(int first, const NodeValues& values,
@@ -354,7 +354,7 @@ class StencilArray {
                                         const materials::Mat3Of<Lanes>& transposed,
                                         const Integers& a, const Integers& b) {
     const auto as_mask = [](const auto& mask) {
-      return __builtin_convertvector(mask, Lanes::Mask);
+      return Lanes::Mask{__builtin_convertvector(mask, Lanes::Mask::Bits)};
     };
     const Lanes::Mask is_behind = as_mask(a.values > b.values);
     const Lanes::Mask is_one = as_mask(a.values == b.values);
@@ -367,11 +367,11 @@ class StencilArray {
     return result;
   }
 
-  // The first eight numbers of the block of each stencil.
+  // So many numbers of the block of each stencil, from `start` on.
   using Rows = std::array<Lanes::Vector, lane_count>;
-  static Rows rows_of(const materials::Mat3Of<Lanes>& value) {
+  static Rows rows_of(const materials::Mat3Of<Lanes>& value, int start) {
     Rows rows;
-    for (int i = 0; i < 8; ++i) rows[i] = value.data()[i].values;
+    for (int i = 0; i < lane_count; ++i) rows[i] = value.data()[start + i].values;
     materials::transpose(rows);
     return rows;
   }
@@ -380,14 +380,15 @@ class StencilArray {
   // pairs: it is long.
   [[gnu::noinline]] static void add_block(int lanes, const materials::Mat3Of<Lanes>& value,
                                           const Integers& places, BlockMatrix& matrix) {
-    typedef double UnalignedVector
-        __attribute__((vector_size(sizeof(Lanes::Vector)), aligned(8), may_alias));
-    const auto rows = rows_of(value);
+    std::array<Rows, 8 / lane_count> rows;
+    for (int part = 0; part < 8 / lane_count; ++part)
+      rows[part] = rows_of(value, part * lane_count);
 #pragma GCC unroll 8
     for (int lane = 0; lane < lane_count; ++lane) {
       if (lane == lanes) break;
       double* block = matrix.upper_block(places.values[lane]).data();
-      *reinterpret_cast<UnalignedVector*>(block) += rows[lane];
+      for (int part = 0; part < 8 / lane_count; ++part)
+        reinterpret_cast<materials::UnalignedLanes*>(block)[part] += rows[part][lane];
       block[8] += value.data()[8].values[lane];
     }
   }
@@ -437,7 +438,7 @@ class StencilArray {
   std::vector<std::array<Integers, Nodes>> nodes_;
   // By batch and node: the lanes without it. Empty where all have all.
   std::vector<std::array<unsigned char, Nodes>> absent_;
-  // By batch: whether the nodes of each place are eight neighbours in memory, in order.
+  // By batch: whether the nodes of each place are neighbours in memory, in order.
   std::vector<char> runs_;
   static constexpr int pair_count = [] {
     int count = 0;

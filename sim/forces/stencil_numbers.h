@@ -18,7 +18,7 @@ class StencilNumbers {
     runs_.back().end = count_;
   }
 
-  // Those of eight stencils from `first` on; beyond the last, zero. O(log runs).
+  // Those of a batch of stencils from `first` on; beyond the last, zero. O(log runs).
   materials::Lanes batch(int first) const {
     auto run = std::upper_bound(runs_.begin(), runs_.end(), first,
                                 [](int stencil, const Run& r) { return stencil < r.end; });

@@ -13,7 +13,7 @@ using materials::lane_count;
 using materials::Lanes;
 using materials::UnalignedLanes;
 
-// Eight particles' three vectors in memory.
+// Of a batch of particles, in memory.
 constexpr int rows = 3;
 
 Lanes load(const double* at) { return Lanes(*reinterpret_cast<const UnalignedLanes*>(at)); }

@@ -1,5 +1,5 @@
-// What particles' masses weigh and slow down, eight particles at a time: of every step, where steps
-// are many and short.
+// What particles' masses weigh and slow down, a batch of particles at a time: of every step, where
+// steps are many and short.
 #pragma once
 
 #include <span>

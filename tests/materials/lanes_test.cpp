@@ -1,4 +1,4 @@
-// Formulas of eight numbers side by side against those of one.
+// Formulas of several numbers side by side against those of one.
 #include "materials/lanes.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ double ulp(double value) {
 
 // All lanes are the same here; lanes that differ are compared in OfDifferentLanes.
 double arc_tangent_of_lanes(double y, double x) {
-  return arc_tangent(Lanes(y), Lanes(x)).values[5];
+  return arc_tangent(Lanes(y), Lanes(x)).values[lane_count - 1];
 }
 
 // Units in the last place between the two, of the exact angle in long double.
@@ -78,18 +78,21 @@ TEST(ArcTangent, HandsOnWhatIsNoNumber) {
 }
 
 TEST(ArcTangent, OfDifferentLanes) {
-  Lanes y, x;
-  for (int lane = 0; lane < lane_count; ++lane) {
-    const double angle = 0.8 * lane - 3;  // one in each octant
-    y.values[lane] = std::sin(angle), x.values[lane] = std::cos(angle);
+  const auto angle = [](int octant) { return 0.8 * octant - 3; };  // one in each
+  for (int first = 0; first < 8; first += lane_count) {
+    Lanes y, x;
+    for (int lane = 0; lane < lane_count; ++lane) {
+      y.values[lane] = std::sin(angle(first + lane));
+      x.values[lane] = std::cos(angle(first + lane));
+    }
+    const Lanes angles = arc_tangent(y, x);
+    for (int lane = 0; lane < lane_count; ++lane)
+      EXPECT_NEAR(angles.values[lane], angle(first + lane), 1e-15);
   }
-  const Lanes angles = arc_tangent(y, x);
-  for (int lane = 0; lane < lane_count; ++lane)
-    EXPECT_NEAR(angles.values[lane], 0.8 * lane - 3, 1e-15);
 }
 
 TEST(Lanes, VectorsInMemoryAreReadAndAddedLaneByLane) {
-  std::array<double, 26> numbers{};  // not aligned, and something behind
+  std::array<double, 3 * lane_count + 2> numbers{};  // not aligned, and something behind
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<double>(100 + i);
   const auto loaded = load_vectors(numbers.data() + 1);
   for (int lane = 0; lane < lane_count; ++lane) {
@@ -103,7 +106,7 @@ TEST(Lanes, VectorsInMemoryAreReadAndAddedLaneByLane) {
   }
   add_vectors(added, numbers.data() + 1);
   EXPECT_EQ(numbers.front(), 100);
-  EXPECT_EQ(numbers.back(), 125);
+  EXPECT_EQ(numbers.back(), 101 + 3 * lane_count);
   for (int lane = 0; lane < lane_count; ++lane) {
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_EQ(numbers[1 + 3 * lane + axis],
@@ -125,7 +128,7 @@ TEST(Lanes, MoveByOne) {
   for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = 10 + lane;
   for (int lane = 0; lane < lane_count; ++lane) {
     EXPECT_EQ(moved_up(numbers).values[lane], lane == 0 ? 0 : 9 + lane);
-    EXPECT_EQ(moved_down(numbers, 99).values[lane], lane == 7 ? 99 : 11 + lane);
+    EXPECT_EQ(moved_down(numbers, 99).values[lane], lane == lane_count - 1 ? 99 : 11 + lane);
   }
 }
 

@@ -1,4 +1,4 @@
-// Forces, which work on eight quads at a time, against the sums of their formulas for one element;
+// Forces, which work on batches of quads, against the sums of their formulas for one element;
 // and their matrices against differences of them.
 #include <optional>
 #include <random>
