@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 
@@ -180,13 +180,17 @@ Hessian12 hessian_from_implicit_function(const Closest& found, const FourPoints&
           found.weight[i] * found.weight[j] * Eigen::Matrix3d::Identity();
   const int count = found.free_directions;
   if (count > 0) {
-    Eigen::MatrixXd f_xa(12, count), e(3, count);
+    // Of two columns, the second zero where there is one direction.
+    Eigen::Matrix<double, 12, 2> f_xa = Eigen::Matrix<double, 12, 2>::Zero();
+    Eigen::Matrix<double, 3, 2> e = Eigen::Matrix<double, 3, 2>::Zero();
     for (int k = 0; k < count; ++k) {
       const auto& f = found.free_weights[k];
       e.col(k) = f[0] * x[0] + f[1] * x[1] + f[2] * x[2] + f[3] * x[3];
       f_xa.col(k) = stack(found.weight, e.col(k)) + stack(f, found.separation);
     }
-    f_xx -= f_xa * (e.transpose() * e).inverse() * f_xa.transpose();
+    Eigen::Matrix2d f_aa = e.transpose() * e;
+    if (count == 1) f_aa(1, 1) = 1;
+    f_xx -= f_xa * f_aa.inverse() * f_xa.transpose();
   }
   const Vector12 g = gradient(found);
   return (f_xx - g * g.transpose()) / std::sqrt(found.squared_distance);

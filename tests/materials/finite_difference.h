@@ -1,9 +1,11 @@
-// Random stencils and fourth-order central differences, the oracle of every derivative here.
+// Random stencils and central differences, the oracle of every derivative here.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <random>
+
+#include "tests/dense_algebra.h"
 
 namespace weft::materials {
 
@@ -16,32 +18,18 @@ Matrix random_matrix(std::mt19937& generator, double scale = 1) {
   return result;
 }
 
-// d function / d x for a matrix-valued function of a matrix, both flattened by columns: one column
-// of the result per component of x. The error is of the order step^4 + 1e-16 / step.
+// d function / d x for a matrix-valued function of a matrix (tests/dense_algebra.h).
 template <class Function, class Matrix>
 Eigen::MatrixXd finite_difference(const Function& function, const Matrix& x, double step = 1e-3) {
-  const auto flat = [&](Eigen::Index component, double shift) -> Eigen::VectorXd {
-    Matrix moved = x;
-    moved.data()[component] += shift;
-    const Eigen::MatrixXd value = function(moved);
-    return Eigen::Map<const Eigen::VectorXd>(value.data(), value.size());
-  };
-  Eigen::MatrixXd result(flat(0, 0).size(), x.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    result.col(i) =
-        (8 * (flat(i, step) - flat(i, -step)) - flat(i, 2 * step) + flat(i, -2 * step)) /
-        (12 * step);
-  }
-  return result;
+  return flat_finite_difference(
+      [&](const Eigen::VectorXd& moved) -> Eigen::MatrixXd {
+        return function(Matrix(Eigen::Map<const Matrix>(moved.data())));
+      },
+      Eigen::Map<const Eigen::VectorXd>(x.data(), x.size()), step);
 }
 
 // A scalar as the 1 x 1 matrix that finite_difference takes.
 inline Eigen::MatrixXd as_matrix(double value) { return Eigen::MatrixXd::Constant(1, 1, value); }
-
-// |a - b| / |b| over all components (Frobenius).
-inline double relative_error(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-  return (a - b).norm() / b.norm();
-}
 
 // Node forces (3 x nodes) as one vector in node-major order.
 template <class Nodes>

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <vector>
 
@@ -128,8 +127,7 @@ TEST(Membrane, DampingIsMinusTheDerivativeByVelocity) {
     const Mat9 damping =
         s.membrane.damping_time * membrane_material_stiffness(s.membrane, s.x).dense();
     EXPECT_LT(relative_error(finite_difference(forces, s.v), damping), 1e-9);
-    const Eigen::SelfAdjointEigenSolver<Mat9> solver(damping);
-    EXPECT_GT(solver.eigenvalues().minCoeff(), -1e-13 * damping.norm());
+    EXPECT_GT(eigenvalues(damping)[0], -1e-13 * damping.norm());
   }
 }
 

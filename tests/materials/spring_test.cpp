@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "tests/materials/finite_difference.h"
 
 namespace weft::materials {
@@ -85,8 +83,7 @@ TEST(Spring, DampingIsMinusTheDerivativeByVelocity) {
     };
     const Mat3 damping = spring_damping(s.spring, s.x0, s.x1);
     EXPECT_LT(relative_error(finite_difference(force, s.v0), damping), 1e-9);
-    const Eigen::SelfAdjointEigenSolver<Mat3> solver(damping);
-    EXPECT_GT(solver.eigenvalues().minCoeff(), -1e-12 * damping.norm());
+    EXPECT_GT(eigenvalues(damping)[0], -1e-12 * damping.norm());
   }
 }
 
