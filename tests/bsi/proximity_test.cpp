@@ -53,7 +53,7 @@ void expect_consistent(Query query, const FourPoints& x, const Closest& found) {
   for (const Vec3& point : x) size = std::max(size, point.norm());
   const Vec3 sum = w[0] * x[0] + w[1] * x[1] + w[2] * x[2] + w[3] * x[3];
   EXPECT_LE((sum - found.separation).norm(), 1e-9 * size);
-  EXPECT_NEAR(found.squared_distance, found.separation.squaredNorm(), 1e-30);
+  EXPECT_DOUBLE_EQ(found.squared_distance, found.separation.squaredNorm());
   for (int k = 0; k < found.free_directions; ++k) {
     const auto& f = found.free_weights[k];
     EXPECT_NEAR(f[0] + f[1] + f[2] + f[3], 0, 1e-15);
