@@ -36,7 +36,7 @@ constexpr Ladder ladders[] = {
        set_step(time, TimeMethod::implicit_midpoint, setting, 0);
      }},
     // From nine tenths of its longest stable step.
-    {"verlet", false, false, false, 1.3e-4, 4, 5,
+    {"verlet", false, false, false, 2.1e-4, 4, 5,
      [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::verlet, setting); }},
 };
 
