@@ -12,6 +12,7 @@
 #include "bsi/shapes.h"
 #include "gpu/gl_context.h"
 #include "gpu/triangle_batch.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::gpu {
 namespace {
@@ -245,13 +246,13 @@ TEST(PngFile, IsReadAsItWasWritten) {
   for (int i = 0; i < 37 * 23 * 3; ++i) {
     picture.rgb.push_back(static_cast<std::uint8_t>((i * 7919) >> 3));
   }
-  const std::string path = testing::TempDir() + "weft_picture.png";
+  const TemporaryFolder folder;
+  const std::string path = folder.path("picture.png");
   write_png(path, picture);
   const Picture read = read_png(path);
   EXPECT_EQ(read.width, 37);
   EXPECT_EQ(read.height, 23);
   EXPECT_EQ(read.rgb, picture.rgb);
-  std::filesystem::remove(path);
 }
 
 TEST(PngFile, NamesTheFileThatCannotBeWritten) {

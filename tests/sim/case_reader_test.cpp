@@ -5,8 +5,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +12,7 @@
 #include "sim/case/case_schema.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_writer.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::sim {
 
@@ -110,26 +109,6 @@ thickness = 0
 shape = { type = "sphere", radius = 1, resolution = [4] }
 motion = { angular_velocity_deg = [0, 0, 90], start_time = 0.25 }
 )";
-
-// A folder of its own, gone with the test.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "weft_case_XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::string file = (path_ / name).string();
-    std::ofstream(file, std::ios::binary) << text;
-    return file;
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 // Calls `visit(path, field)` for every field of a description, lists by their entries.
 void for_each_field(const Table& table, const std::string& path,

@@ -2,11 +2,11 @@
 #include "sim/error_estimate.h"
 
 #include <cmath>
-#include <filesystem>
 
 #include "sim/simulation.h"
 #include "sim/trajectory/trajectory.h"
 #include "simulated_case.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::sim {
 namespace {
@@ -159,15 +159,16 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [3, 3] }
 rows = [0, -1]
 )";
   const auto scene = build_scene(parse_case(swinging_sheet + second, "test.toml"));
-  const auto path = std::filesystem::temp_directory_path() / "weft_error_estimate_test.h5";
+  const TemporaryFolder folder;
+  const std::string path = folder.path("run.h5");
   RunOptions options;
-  options.trajectory = path.string();
+  options.trajectory = path;
   options.force = true;
   options.estimate_error = true;
   const RunReport report = run_simulation(*scene, options);
   ASSERT_TRUE(report.error_estimate);
   const ErrorEstimate& estimate = *report.error_estimate;
-  const TrajectoryReader with(path.string());
+  const TrajectoryReader with(path);
   const std::vector<double> errors = with.series_values("error_estimate_sheet");
   ASSERT_EQ(static_cast<int>(errors.size()), with.frames());
   EXPECT_EQ(errors.front(), 0);
@@ -180,9 +181,7 @@ rows = [0, -1]
 
   options.estimate_error = false;
   EXPECT_FALSE(run_simulation(*scene, options).error_estimate);
-  EXPECT_EQ(TrajectoryReader(path.string()).positions(0, with.frames() - 1), positions);
-  std::filesystem::remove(path);
-  std::filesystem::remove(std::filesystem::path(path).replace_extension(".xdmf"));
+  EXPECT_EQ(TrajectoryReader(path).positions(0, with.frames() - 1), positions);
 }
 
 }  // namespace

@@ -10,32 +10,26 @@
 
 #include "bsi/shapes.h"
 #include "sim/trajectory/trajectory.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::sim {
 namespace {
 
 namespace files = std::filesystem;
 
-// A folder of its own for each test, and a PATH for the ffmpeg that the test wants.
+// With a PATH for the ffmpeg that the test wants.
 class RenderTrajectory : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ =
-        files::path(testing::TempDir()) /
-        (std::string("weft_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    files::remove_all(folder_);
-    files::create_directories(folder_ / "programs");
+    files::create_directory(folder_.path("programs"));
     old_path_ = std::getenv("PATH");
-    setenv("PATH", (folder_ / "programs").c_str(), 1);
+    setenv("PATH", folder_.path("programs").c_str(), 1);
   }
-  void TearDown() override {
-    setenv("PATH", old_path_.c_str(), 1);
-    files::remove_all(folder_);
-  }
+  void TearDown() override { setenv("PATH", old_path_.c_str(), 1); }
 
   // Stands for ffmpeg.
   void install_ffmpeg(const std::string& script) const {
-    const files::path path = folder_ / "programs" / "ffmpeg";
+    const files::path path = folder_.path("programs/ffmpeg");
     std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
     files::permissions(path, files::perms::owner_all);
   }
@@ -47,7 +41,7 @@ class RenderTrajectory : public testing::Test {
     std::vector<TrajectoryBody> bodies(2);
     bodies[0] = {"floor", floor.atlas, false, true, 0};
     bodies[1] = {"sheet", sheet.atlas, true, false, 1e-3};
-    std::string path = (folder_ / "run.h5").string();
+    std::string path = folder_.path("run.h5");
     TrajectoryWriter writer(path, bodies, {}, {}, {floor.positions, sheet.positions});
     for (int frame = 0; frame < frames; ++frame) {
       std::vector<Vec3> positions = sheet.positions;
@@ -69,7 +63,7 @@ class RenderTrajectory : public testing::Test {
     std::vector<TrajectoryBody> bodies(2);
     bodies[0] = {"dome", lower.atlas, false, true, thickness};
     bodies[1] = {"sheet", flat.atlas, true, false, thickness};
-    std::string path = (folder_ / "domes.h5").string();
+    std::string path = folder_.path("domes.h5");
     TrajectoryWriter writer(path, bodies, {}, {}, {lower.positions, upper});
     for (int frame = 0; frame < 2; ++frame) {
       writer.write_frame(0.1 * frame, {lower.positions, upper}, {}, {});
@@ -77,7 +71,7 @@ class RenderTrajectory : public testing::Test {
     return path;
   }
 
-  std::string pictures() const { return (folder_ / "pictures").string(); }
+  std::string pictures() const { return folder_.path("pictures"); }
   int picture_count() const {
     int count = 0;
     for (const auto& entry : files::directory_iterator(pictures())) {
@@ -86,7 +80,7 @@ class RenderTrajectory : public testing::Test {
     return count;
   }
 
-  files::path folder_;
+  TemporaryFolder folder_;
   std::string old_path_;
 };
 
@@ -231,7 +225,7 @@ TEST_F(RenderTrajectory, KeepsThePicturesWhenFfmpegFails) {
 }
 
 TEST_F(RenderTrajectory, RefusesWhatCannotBeDrawn) {
-  EXPECT_THROW(render_trajectory((folder_ / "missing.h5").string(), pictures(), small_pictures()),
+  EXPECT_THROW(render_trajectory(folder_.path("missing.h5"), pictures(), small_pictures()),
                TrajectoryError);
   EXPECT_THROW(render_trajectory(write_trajectory(0), pictures(), small_pictures()),
                std::runtime_error);

@@ -5,11 +5,11 @@
 #include <hdf5.h>
 
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::sim {
 namespace {
@@ -91,22 +91,20 @@ void write_dataset(const std::string& path, std::vector<hsize_t> dimensions,
 
 class SceneFile : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::unique_ptr<const Scene> scene_from(const std::string& shape) const {
     return build_scene(parse_case(
         "[[body]]\nname = \"b\"\nshape = { type = \"file\", path = \"scan.h5\", " + shape + " }\n",
-        folder_ + "/case.toml"));
+        folder_.path("case.toml")));
   }
-  std::string folder_ = testing::TempDir() + "weft_scene_test";
+  TemporaryFolder folder_;
 };
 
 TEST_F(SceneFile, ReadsOnePatchAndSewsSeveral) {
-  write_dataset(folder_ + "/scan.h5", {2, 3, 3},
+  write_dataset(folder_.path("scan.h5"), {2, 3, 3},
                 {0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0});
   EXPECT_EQ(scene_from("dataset = \"shape\"")->particle_count, 6);
   // Two patches of 2 x 2 that share an edge.
-  write_dataset(folder_ + "/scan.h5", {2, 2, 2, 3},
+  write_dataset(folder_.path("scan.h5"), {2, 2, 2, 3},
                 {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0, 2, 1, 0});
   const auto sewn = scene_from("dataset = \"shape\"");
   EXPECT_EQ(sewn->particle_count, 6);
@@ -119,11 +117,11 @@ TEST_F(SceneFile, RefusesWhatIsNotASurface) {
       {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, std::nan(""), 0},  // not finite
   };
   for (const std::vector<double>& values : bad) {
-    write_dataset(folder_ + "/scan.h5", {2, 2, 3}, values);
+    write_dataset(folder_.path("scan.h5"), {2, 2, 3}, values);
     EXPECT_THROW(scene_from("dataset = \"shape\""), CaseError);
   }
   EXPECT_THROW(scene_from("dataset = \"nothing\""), CaseError);
-  write_dataset(folder_ + "/scan.h5", {1, 4, 3}, std::vector<double>(12, 1.0));  // a 1 x n image
+  write_dataset(folder_.path("scan.h5"), {1, 4, 3}, std::vector<double>(12, 1.0));  // a 1 x n image
   EXPECT_THROW(scene_from("dataset = \"shape\""), CaseError);
 }
 

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 #include <hdf5.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -14,27 +13,16 @@
 #include <vector>
 
 #include "sim/trajectory/trajectory.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::sim {
 
 class TrajectoryFolder : public testing::Test {
  protected:
-  TrajectoryFolder()
-      : folder_(std::filesystem::path(testing::TempDir()) /
-                (std::string("weft_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
-                 std::to_string(getpid()))) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~TrajectoryFolder() override { std::filesystem::remove_all(folder_); }
-  TrajectoryFolder(const TrajectoryFolder&) = delete;
-  TrajectoryFolder& operator=(const TrajectoryFolder&) = delete;
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_.path(name); }
   std::vector<std::string> files() const {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
       names.push_back(entry.path().filename().string());
     }
     std::sort(names.begin(), names.end());
@@ -42,7 +30,7 @@ class TrajectoryFolder : public testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 inline TrajectoryBody make_body(const std::string& name, std::vector<bsi::Patch> patches,

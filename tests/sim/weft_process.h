@@ -16,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/temporary_folder.h"
+
 namespace weft::sim {
 
 inline std::string read_bytes(const std::filesystem::path& path) {
@@ -85,29 +87,14 @@ class WeftCommand : public testing::Test {
     std::string out, err;
   };
 
-  WeftCommand()
-      : folder_(std::filesystem::path(testing::TempDir()) /
-                ("weft_command_" + std::to_string(getpid()))) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~WeftCommand() override { std::filesystem::remove_all(folder_); }
-  WeftCommand(const WeftCommand&) = delete;
-  WeftCommand& operator=(const WeftCommand&) = delete;
-
-  const std::filesystem::path& folder() const { return folder_; }
-  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  const std::filesystem::path& folder() const { return folder_.path(); }
+  std::filesystem::path path(const std::string& name) const { return folder_.path(name); }
   bool exists(const std::string& name) const { return std::filesystem::exists(path(name)); }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream file(path(name), std::ios::binary);
-    file << text;
-    ASSERT_TRUE(file.flush());
-  }
+  void write(const std::string& name, const std::string& text) const { folder_.write(name, text); }
 
   Result weft(const WeftProcess::Arguments& arguments,
               const std::function<void()>& prepare = {}) const {
-    WeftProcess process(folder_, arguments, prepare);
+    WeftProcess process(folder(), arguments, prepare);
     const int code = process.wait();
     return {code, process.out(), process.err()};
   }
@@ -122,7 +109,7 @@ class WeftCommand : public testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 }  // namespace weft::sim
