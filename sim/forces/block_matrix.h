@@ -35,12 +35,16 @@ class BlockPattern {
 
   int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
   int upper_diagonal(int row) const { return upper_start_[row]; }
+  int upper_end(int row) const {
+    return upper_start_[row] + (row_start_[row + 1] - diagonal_slot_[row]);
+  }
   // The upper block that `slot` of `row` holds or, below the diagonal, mirrors.
   int upper(int row, int slot) const {
-    const int lower_before = diagonal_slot_[row] - upper_start_[row];  // with those of this row
-    return slot >= diagonal_slot_[row] ? slot - lower_before
-                                       : mirror_[lower_before - (diagonal_slot_[row] - slot)];
+    return slot >= diagonal_slot_[row] ? upper_start_[row] + (slot - diagonal_slot_[row])
+                                       : mirror(row, slot);
   }
+  // The same for a slot below the diagonal.
+  int mirror(int row, int slot) const { return mirror_[slot - upper_start_[row]]; }
 
  private:
   void find_mirrors();
@@ -74,7 +78,7 @@ class SymmetricBlockMatrix {
     return Eigen::Map<const Block>(at(upper));
   }
   Eigen::Map<const Block> diagonal_block(int row) const {
-    return upper_block(pattern_->upper(row, pattern_->diagonal_slot(row)));
+    return upper_block(pattern_->upper_diagonal(row));
   }
   // Block at a slot of a row, on either side of the diagonal.
   Block block(int row, int slot) const {
@@ -117,10 +121,10 @@ class SymmetricBlockMatrix {
     first = std::max(first, 0);
     last = std::min(last, pattern_->rows());
     if (first >= last) return;
-    const Number* const end = at(pattern_->upper(last - 1, pattern_->row_end(last - 1) - 1) + 1);
+    const Number* const end = at(pattern_->upper_end(last - 1));
     constexpr int numbers_a_line = 64 / sizeof(Number);
-    for (const Number* line = at(pattern_->upper(first, pattern_->diagonal_slot(first)));
-         line < end; line += numbers_a_line)
+    for (const Number* line = at(pattern_->upper_diagonal(first)); line < end;
+         line += numbers_a_line)
       __builtin_prefetch(line);
   }
 
@@ -139,9 +143,9 @@ class SymmetricBlockMatrix {
   template <class BlockColumn>
   static Vec3 lower_product_of(const BlockPattern& pattern, int row, int first, int last,
                                const Vec3* in, const BlockColumn& block_column) {
-    Four sum0 = Four::Zero(), sum1 = sum0, sum2 = sum0;
+    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
     for (int slot = first; slot < last; ++slot) {
-      const int upper = pattern.upper(row, slot);
+      const int upper = pattern.mirror(row, slot);
       // Not the last particle, so that its velocity, too, can be read as four.
       const Four x = Eigen::Map<const Four>(in[pattern.column(slot)].data());
       sum0 += block_column(upper, 0) * x;
@@ -153,9 +157,8 @@ class SymmetricBlockMatrix {
   template <bool backward, class BlockColumn>
   static Vec3 upper_product_of(const BlockPattern& pattern, int row, int first, int last,
                                const Vec3* in, const BlockColumn& block_column) {
-    Four sum0 = Four::Zero(), sum1 = sum0, sum2 = sum0;
-    const int diagonal = pattern.diagonal_slot(row);
-    const int to_upper = pattern.upper(row, diagonal) - diagonal;
+    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
+    const int to_upper = pattern.upper_diagonal(row) - pattern.diagonal_slot(row);
     for (int i = first; i < last; ++i) {
       const int slot = backward ? first + last - 1 - i : i;
       const Vec3& x = in[pattern.column(slot)];
