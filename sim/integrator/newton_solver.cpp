@@ -43,8 +43,10 @@ int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype to
   const double gamma = content.hooks.gamma();
   const auto attempt = [&] {
     PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
-    return content.system.solve(gamma, values(b), values(content.weight), tolerance, values(x),
-                                content.hooks.linear_fraction);
+    const double fraction = content.hooks.error_fraction;
+    return content.system.solve(gamma, values(b), values(content.weight),
+                                fraction < 1 ? VelocitySystem::no_tolerance : tolerance, values(x),
+                                fraction);
   };
   VelocitySystem::Outcome outcome = attempt();
   content.iterations = outcome.iterations;

@@ -13,9 +13,9 @@ namespace weft::sim {
 // What the solver asks of the iteration it serves.
 struct NewtonHooks {
   std::function<double()> gamma = {};  // of the system in hand
-  // Fraction of the residual of the reduced system that may be left, beside the tolerance that
-  // SUNDIALS hands over, which knows nothing of that system. 1: the latter alone.
-  double linear_fraction = 1;
+  // Below 1: what error a linear solve may leave (VelocitySystem::solve), instead of the tolerance
+  // that SUNDIALS hands over.
+  double error_fraction = 1;
   // Conjugate gradients met a direction of negative curvature: assembles positive semi-definite
   // matrices instead. Empty, or false: nothing to be done, the solve fails.
   std::function<bool()> make_definite = {};

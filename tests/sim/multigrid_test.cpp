@@ -314,6 +314,39 @@ TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
   }
 }
 
+// Whatever the preconditioner, and however little its residuals tell.
+TEST(VelocitySystem, LeavesTheErrorAskedFor) {
+  for (const auto& [preconditioner, estimate] :
+       {std::pair<std::string, double>("multigrid", 2), {"block_jacobi", 5}}) {
+    for (const char* pins : {"corners = [\"all\"]\n", "edges = [\"first_row\"]\n"}) {
+      DeformedScene deformed({.shape = sheet(17, 17),
+                              .more = std::string("[[body.pin]]\n") + pins,
+                              .material = "bending_stiffness = 1e-5",
+                              .preconditioner = preconditioner});
+      for (double gamma : {1e-3, 1.0 / 60, 1.0}) {
+        const auto [a, right] = dense_system(deformed, gamma);
+        const Eigen::VectorXd expected = solve_definite(a, right);
+        const std::vector<double> b = deformed.right_side(gamma), weight(b.size(), 1.0);
+        for (double fraction : {1e-2, 1e-4, 1e-6}) {
+          SCOPED_TRACE(preconditioner + " " + pins + std::to_string(gamma) + " " +
+                       std::to_string(fraction));
+          VelocitySystem system(deformed.dynamics());
+          system.set_up(gamma);
+          std::vector<double> correction(b.size());
+          EXPECT_TRUE(
+              system.solve(gamma, b, weight, VelocitySystem::no_tolerance, correction, fraction)
+                  .converged);
+          const Eigen::VectorXd error =
+              Eigen::Map<const Eigen::VectorXd>(correction.data() + b.size() / 2, a.rows()) -
+              expected;
+          EXPECT_LT(std::sqrt(error.dot(a * error)),
+                    estimate * fraction * std::sqrt(expected.dot(a * expected)));
+        }
+      }
+    }
+  }
+}
+
 TEST(Multigrid, IterationsDependOnNeitherSizeNorStep) {
   for (int n : {17, 33, 48, 65, 101, 129}) {
     DeformedScene deformed({.shape = sheet(n, n),
