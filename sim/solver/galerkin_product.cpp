@@ -71,16 +71,18 @@ void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolong
       for (auto& sum : sums) sum.assign(end - begin, Columns::zero());
       for (int slot = begin; slot < end; ++slot) place[coarse_rows.column(slot)] = slot - begin;
       for (int c = prolongation.child_start[row]; c < prolongation.child_start[row + 1]; ++c) {
-        const int child = prolongation.child[c];
+        const int child = prolongation.child[c], diagonal = rows.diagonal_slot(child);
         for (int slot = rows.row_begin(child); slot < rows.row_end(child); ++slot) {
-          const bool is_mirrored = slot < rows.diagonal_slot(child);
-          const Columns block = Columns::of(fine.upper_block(rows.upper(child, slot)).data());
           const int column = rows.column(slot);
-          for (int k = prolongation.row_start[column]; k < prolongation.row_start[column + 1];
-               ++k) {
-            const int parent = prolongation.column[k];
-            if (parent < row) continue;
-            sums[is_mirrored][place[parent]].add(
+          // Of the parents, which ascend, those before the row take this from elsewhere.
+          const int parents_end = prolongation.row_start[column + 1];
+          int k = prolongation.row_start[column];
+          while (k < parents_end && prolongation.column[k] < row) ++k;
+          if (k == parents_end) continue;
+          auto& sum = sums[slot < diagonal];
+          const Columns block = Columns::of(fine.upper_block(rows.upper(child, slot)).data());
+          for (; k < parents_end; ++k) {
+            sum[place[prolongation.column[k]]].add(
                 prolongation.child_weight[c] * prolongation.weight[k], block);
           }
         }

@@ -203,7 +203,9 @@ Prolongation Coarsening::prolongation() const {
   Prolongation result;
   result.child_start.assign(coarse_count_ + 1, 0);
   result.row_start.push_back(0);
-  for (const auto& parents : hangs_on_) {
+  for (std::vector<Parent> parents : hangs_on_) {
+    std::sort(parents.begin(), parents.end(),
+              [](const Parent& a, const Parent& b) { return a.node < b.node; });
     for (const Parent& parent : parents) {
       result.column.push_back(parent.node);
       result.weight.push_back(static_cast<float>(parent.weight));

@@ -20,8 +20,9 @@ struct Prolongation {
   int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
   int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
 
-  // By fine node: the coarse nodes it hangs on, up to four, bilinear in texels. A fixed node has
-  // none. The weights sum to 1, but for nodes that hang on coarse ones without any free node.
+  // By fine node: the coarse nodes it hangs on, up to four, ascending, bilinear in texels. A fixed
+  // node has none. The weights sum to 1, but for nodes that hang on coarse ones without any free
+  // node.
   std::vector<int> row_start, column;
   std::vector<float> weight;
   // The transpose, by coarse node: its fine nodes in ascending order; at least one each.
