@@ -67,7 +67,7 @@ struct Problem {
       b[i] = gamma * rate[i];
       square += b[i] * b[i];
     }
-    return system.solve(gamma, b, weight, relative * std::sqrt(square), correction);
+    return system.solve(gamma, b, weight, {.residual = relative * std::sqrt(square)}, correction);
   }
 
   std::unique_ptr<const Scene> scene;

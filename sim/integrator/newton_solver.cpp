@@ -43,10 +43,9 @@ int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype to
   const double gamma = content.hooks.gamma();
   const auto attempt = [&] {
     PhaseTimer timer(content.dynamics.statistics().phases.linear_solve);
-    const double fraction = content.hooks.error_fraction;
-    return content.system.solve(gamma, values(b), values(content.weight),
-                                fraction < 1 ? VelocitySystem::no_tolerance : tolerance, values(x),
-                                fraction);
+    return content.system.solve(
+        gamma, values(b), values(content.weight),
+        content.hooks.goal.value_or(VelocitySystem::Goal{.residual = tolerance}), values(x));
   };
   VelocitySystem::Outcome outcome = attempt();
   content.iterations = outcome.iterations;

@@ -4,18 +4,18 @@
 #include <sundials/sundials_linearsolver.h>
 
 #include <functional>
+#include <optional>
 #include <span>
 
-#include "sim/integrator/dynamics.h"
+#include "sim/integrator/velocity_system.h"
 
 namespace weft::sim {
 
 // What the solver asks of the iteration it serves.
 struct NewtonHooks {
   std::function<double()> gamma = {};  // of the system in hand
-  // Below 1: what error a linear solve may leave (VelocitySystem::solve), instead of the tolerance
-  // that SUNDIALS hands over.
-  double error_fraction = 1;
+  // Of the linear solves. Without: the residual that SUNDIALS asks for.
+  std::optional<VelocitySystem::Goal> goal = {};
   // Conjugate gradients met a direction of negative curvature: assembles positive semi-definite
   // matrices instead. Empty, or false: nothing to be done, the solve fails.
   std::function<bool()> make_definite = {};

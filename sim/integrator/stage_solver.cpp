@@ -21,9 +21,9 @@ std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
 
-// What error of its correction a linear solve leaves. Where there is one iteration, it changes the
-// error of steps of 1/60 s by 1 to 3 % (docs/benchmarks.md).
-constexpr double error_fraction = 1e-2;
+// Where there is one iteration, what it leaves changes the error of steps of 1/60 s by 2 to 5 %
+// (docs/benchmarks.md).
+constexpr VelocitySystem::Goal linear_goal{.error = 3e-2};
 
 // Weighted size of a correction that ends the iteration.
 constexpr double largest_last_correction = 0.3;
@@ -121,7 +121,7 @@ void StageSolver::Implementation::create() {
   newton_solver =
       make_newton_solver(dynamics,
                          {.gamma = [this] { return gamma; },
-                          .error_fraction = error_fraction,
+                          .goal = linear_goal,
                           .make_definite = [this] { return make_definite(); },
                           .limit = [this](std::span<double> correction) { limit(correction); }},
                          context);
@@ -243,7 +243,7 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
     });
     system->set_up(gamma);
     const VelocitySystem::Outcome linear =
-        system->solve(gamma, right, weight, VelocitySystem::no_tolerance, solution, error_fraction);
+        system->solve(gamma, right, weight, linear_goal, solution);
     linear_iterations += linear.iterations;
     if (!linear.converged) return Outcome::not_converged;
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {

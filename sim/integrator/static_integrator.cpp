@@ -29,7 +29,9 @@ constexpr int patience = 100;
 constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
 // Of the softest body, to the force per width of its own weight; and from one stage to the next.
 constexpr double softest = 100, hardening = 10;
-constexpr double error_fraction = 1e-2;     // of a direction, left by a linear solve
+// What a linear solve may leave of a direction.
+constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
+                                           .scale = VelocitySystem::Goal::Scale::matrix};
 constexpr double shortest_fraction = 1e-6;  // of a step
 // Where the exact matrix was indefinite, it is looked at again after so many pseudo-steps.
 constexpr int exact_interval = 4;
@@ -141,8 +143,8 @@ class StaticIntegrator final : public OneStepIntegrator {
     dynamics().assemble(end, y, definiteness);
     PhaseTimer timer(dynamics().statistics().phases.linear_solve);
     system_.set_up(pseudo_step_);
-    const VelocitySystem::Outcome outcome = system_.solve(
-        pseudo_step_, right_, weight_, VelocitySystem::no_tolerance, correction_, error_fraction);
+    const VelocitySystem::Outcome outcome =
+        system_.solve(pseudo_step_, right_, weight_, linear_goal, correction_);
     linear_iterations_ += outcome.iterations;
     return outcome;
   }

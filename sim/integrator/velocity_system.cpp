@@ -37,6 +37,10 @@ constexpr int power_steps = 10;
 // Of the residual at the start: below that there is nothing to be gained.
 constexpr double rounding = 1e-13;
 
+// How many times the estimated error the true one may be with block-Jacobi: its gains swing and
+// stand still.
+constexpr double block_jacobi_doubt = 4;
+
 // Iterations that take longer than a factorisation, by the number of particles: its cost grows with
 // the power 1.5 of that on a surface. From 150 000 on, more than are ever made.
 double worth_a_factorisation(int particles) { return 40 + 5 * std::sqrt(particles); }
@@ -144,7 +148,7 @@ double VelocitySystem::precondition() {
 // particle's residual exceeds `peak_to_mean` times the mean. First dv += alpha p, r -= alpha A p.
 double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3* dv) {
   struct Part {
-    double sum = 0, largest = 0;
+    double sum = 0, largest = 0, dv = 0;
   };
   const std::vector<double>& mass = dynamics_.scene().mass;
   const int count = static_cast<int>(residual_.size());
@@ -158,6 +162,7 @@ double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3*
           residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
       part.largest = std::max(part.largest, square);
       part.sum += square;
+      part.dv += mass[i] * dv[i].squaredNorm();
     }
     parts[first / chunk_size] = part;
   });
@@ -165,7 +170,9 @@ double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3*
   for (const Part& part : parts) {
     all.sum += part.sum;
     all.largest = std::max(all.largest, part.largest);
+    all.dv += part.dv;
   }
+  dv_square_ = all.dv;
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
@@ -269,14 +276,19 @@ bool VelocitySystem::turn(bool starts_anew, double& rho, double& curvature) {
 // from zero, all gains are the square of dv. What is still to be gained is extrapolated from the
 // last third of the iterations and the third before, but for the first four: where there are many,
 // single gains swing.
-bool VelocitySystem::error_is_below(double fraction) const {
+bool VelocitySystem::is_reached(const Goal& goal, double residual) const {
+  if (!(residual <= goal.residual)) return false;
+  if (goal.error >= 1 || residual <= rounding * start_residual_) return true;
   const auto end = gains_.end();
   const auto window = std::max<std::ptrdiff_t>(1, (end - gains_.begin() - 4) / 3);
   if (end - gains_.begin() < 2 * window) return false;
   const double last = std::accumulate(end - window, end, 0.0);
   const double before = std::accumulate(end - 2 * window, end - window, 0.0);
-  const double all = std::accumulate(gains_.begin(), end, 0.0);
-  return last < before && last * last / (before - last) <= fraction * fraction * all;
+  const double all =
+      goal.scale == Goal::Scale::mass ? dv_square_ : std::accumulate(gains_.begin(), end, 0.0);
+  const double error =
+      preconditioner_ == &block_jacobi_ ? goal.error / block_jacobi_doubt : goal.error;
+  return last < before && last * last / (before - last) <= error * error * all;
 }
 
 // residual_ = right_side_ - A dv.
@@ -290,20 +302,15 @@ void VelocitySystem::form_residual(std::span<const Vec3> dv) {
 // Conjugate gradients from dv = 0. Without contact, which single precision leaves out, with
 // products in that first; once they have converged, or meet negative curvature, which a stiff body
 // may seem to have there, the residual of A itself is formed, from which they go on with products
-// in double, where it is larger than the tolerance or than it seemed.
-void VelocitySystem::iterate(std::span<const Vec3> weight, double tolerance, double error_fraction,
-                             std::span<Vec3> dv, Outcome& outcome) {
+// in double, where it is larger than it may be or than it seemed.
+void VelocitySystem::iterate(std::span<const Vec3> weight, const Goal& goal, std::span<Vec3> dv,
+                             Outcome& outcome) {
   double rho = 1, curvature = 0;
   bool starts_anew = true;
   is_exact_ = matrix_.has_contact();
   has_single_products_ = false;
   gains_.clear();
-  const auto has_converged = [&] {
-    return outcome.residual <= tolerance &&
-           (error_fraction >= 1 || outcome.residual <= rounding * start_residual_ ||
-            error_is_below(error_fraction));
-  };
-  outcome.converged = has_converged();
+  outcome.converged = is_reached(goal, outcome.residual);
   while (!outcome.converged && outcome.iterations < largest_iteration_count) {
     starts_anew = renew(outcome) || starts_anew;
     const bool is_definite = turn(starts_anew, rho, curvature);
@@ -316,7 +323,7 @@ void VelocitySystem::iterate(std::span<const Vec3> weight, double tolerance, dou
       gains_.push_back(rho / curvature * rho);
     }
     ++outcome.iterations;
-    outcome.converged = has_converged();
+    outcome.converged = is_reached(goal, outcome.residual);
     starts_anew = has_single_products_ && (!is_definite || outcome.converged);
     if (starts_anew) {
       is_exact_ = true;
@@ -324,15 +331,15 @@ void VelocitySystem::iterate(std::span<const Vec3> weight, double tolerance, dou
       const double seeming = outcome.residual;
       form_residual(dv);
       outcome.residual = advance(0, weight, dv.data());
-      outcome.converged = outcome.converged && outcome.residual <= tolerance &&
-                          (error_fraction >= 1 || outcome.residual <= 2 * seeming);
+      outcome.converged = outcome.converged && outcome.residual <= goal.residual &&
+                          (goal.error >= 1 || outcome.residual <= 2 * seeming);
     }
   }
 }
 
 VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const double> b,
-                                              std::span<const double> weight, double tolerance,
-                                              std::span<double> correction, double error_fraction) {
+                                              std::span<const double> weight, const Goal& goal,
+                                              std::span<double> correction) {
   Outcome outcome;
   if (factorise(gamma, b, correction, outcome)) return outcome;
   if (gamma != matrix_.gamma()) set_up(gamma);
@@ -350,7 +357,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   outcome.residual = advance(0, velocity_weight, dv.data());
   start_iterations_ = 0;
   start_residual_ = outcome.residual;
-  iterate(velocity_weight, tolerance, error_fraction, dv, outcome);
+  iterate(velocity_weight, goal, dv, outcome);
   outcome.multigrid = preconditioner_ != &block_jacobi_;
   note_iterations(outcome);
   if (dynamics_.scene().source.time.preconditioner == PreconditionerChoice::automatic &&

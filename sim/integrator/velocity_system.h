@@ -43,15 +43,21 @@ class VelocitySystem {
     bool multigrid = false;  // what the last iteration was preconditioned with
     int multigrid_set_ups = 0;
   };
-  // Solves for the correction (x, v) of right-hand side b, both 6 * particles doubles. Stops when
-  // the residual of the velocity rows, divided by the mass and multiplied by `weight` (6 *
-  // particles; the velocity half is used), has a 2-norm of at most `tolerance`, and
-  // no particle's exceeds ten times what would be the mean then; and the error of the velocities,
-  // in the norm sqrt(dv . A dv), is estimated to be at most `error_fraction` of them: with multigrid
-  // it is at most twice that (tests/sim/multigrid_test.cpp), with block-Jacobi five times.
-  static constexpr double no_tolerance = std::numeric_limits<double>::infinity();
+  // When a solution is good enough.
+  struct Goal {
+    // What the residual of the velocity rows, divided by the mass and multiplied by the weights,
+    // may have for its 2-norm; and no particle's exceeds ten times what would be the mean then.
+    double residual = std::numeric_limits<double>::infinity();
+    // What the error e of dv, as conjugate gradients estimate it, may be: sqrt(e . A e) as a
+    // fraction of sqrt(dv . M dv) or, of the matrix, sqrt(dv . A dv). The true one may be three
+    // times as large (tests/sim/multigrid_test.cpp). 1: the residual alone counts.
+    double error = 1;
+    enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
+  };
+  // Solves for the correction (x, v) of right-hand side b, both 6 * particles doubles, as are the
+  // weights, whose velocity half is used.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
-                double tolerance, std::span<double> correction, double error_fraction = 1);
+                const Goal& goal, std::span<double> correction);
 
   // sqrt of the largest eigenvalue of M^-1 K on the free particles (1/s), from below.
   double highest_frequency();
@@ -61,9 +67,9 @@ class VelocitySystem {
                  Outcome& outcome);
   void form_right_side(const StateView& right);
   void form_residual(std::span<const Vec3> dv);
-  void iterate(std::span<const Vec3> weight, double tolerance, double error_fraction,
-               std::span<Vec3> dv, Outcome& outcome);
-  bool error_is_below(double fraction) const;
+  void iterate(std::span<const Vec3> weight, const Goal& goal, std::span<Vec3> dv,
+               Outcome& outcome);
+  bool is_reached(const Goal& goal, double residual) const;
   bool turn(bool starts_anew, double& rho, double& curvature);
   double precondition();  // z = P r; returns r.z
   double advance(double alpha, std::span<const Vec3> weight, Vec3* dv);
@@ -86,6 +92,7 @@ class VelocitySystem {
   bool is_exact_ = false;             // products with A are in double
   bool has_single_products_ = false;  // behind the residual, since it was last formed from A itself
   std::vector<double> gains_;         // of the iterations of this solve
+  double dv_square_ = 0;              // dv . M dv
   std::vector<Vec3> right_side_, residual_, direction_, product_, preconditioned_;
 
   // Of the multigrid's coarse matrices.
