@@ -35,6 +35,7 @@ class BlockPattern {
 
   int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
   int upper_diagonal(int row) const { return upper_start_[row]; }
+  // Behind its last.
   int upper_end(int row) const {
     return upper_start_[row] + (row_start_[row + 1] - diagonal_slot_[row]);
   }
@@ -139,7 +140,9 @@ class SymmetricBlockMatrix {
   }
 
   // `block_column` gives column 0, 1 or 2 of an upper block. Below the diagonal columns are rows:
-  // products first, and one sum over the three at the end.
+  // products first, and one sum over the three at the end. (Each sum has a zero of its own: one
+  // copied from another is put together in memory from halves by g++ 12, and every row waits for
+  // it, a quarter of a product.)
   template <class BlockColumn>
   static Vec3 lower_product_of(const BlockPattern& pattern, int row, int first, int last,
                                const Vec3* in, const BlockColumn& block_column) {
