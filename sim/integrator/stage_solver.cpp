@@ -22,8 +22,8 @@ std::span<double> values(N_Vector v) {
 }
 
 // Where there is one iteration, what it leaves changes the error of steps of 1/60 s by 2 to 5 %
-// (docs/benchmarks.md).
-constexpr VelocitySystem::Goal linear_goal{.error = 3e-2};
+// (docs/benchmarks.md); of shorter ones, which add up, less, so that the error goes with the step.
+constexpr double linear_error = 3e-2, longest_gamma = 1.0 / 60;
 
 // Weighted size of a correction that ends the iteration.
 constexpr double largest_last_correction = 0.3;
@@ -121,7 +121,7 @@ void StageSolver::Implementation::create() {
   newton_solver =
       make_newton_solver(dynamics,
                          {.gamma = [this] { return gamma; },
-                          .goal = linear_goal,
+                          .goal = VelocitySystem::Goal{.error = linear_error},
                           .make_definite = [this] { return make_definite(); },
                           .limit = [this](std::span<double> correction) { limit(correction); }},
                          context);
@@ -243,7 +243,8 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
     });
     system->set_up(gamma);
     const VelocitySystem::Outcome linear =
-        system->solve(gamma, right, weight, linear_goal, solution);
+        system->solve(gamma, right, weight,
+                      {.error = linear_error * std::min(1.0, gamma / longest_gamma)}, solution);
     linear_iterations += linear.iterations;
     if (!linear.converged) return Outcome::not_converged;
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
