@@ -169,40 +169,33 @@ inline std::array<Lanes, 3> threefold(Lanes a) {
           Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3, 4, 4, 4, 5)),
           Lanes(__builtin_shufflevector(v, v, 5, 5, 6, 6, 6, 7, 7, 7))};
 }
-// Each number one lane further, a zero in the first; and one lane back, `last` in the last.
+// Each number one lane further, a zero in the first.
 inline Lanes moved_up(Lanes a) {
   return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
 }
-inline Lanes moved_down(Lanes a, double last) {
-  return Lanes(__builtin_shufflevector(a.values, Lanes(last).values, 1, 2, 3, 4, 5, 6, 7, 8));
-}
 #else
+typedef double Pair __attribute__((vector_size(16)));
+typedef double UnalignedPair __attribute__((vector_size(16), aligned(8), may_alias));
+
+// By pairs of numbers: two that are six apart in memory, one of either half, are already where
+// shuffles within the halves, which are the quickest, want them.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
-  const UnalignedLanes* rows =
-      reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
-  const Lanes::Vector a = rows[0], b = rows[1], c = rows[2];
-  // Numbers first come into one vector where they stand, then to their places.
-  const Lanes::Vector ab_x = __builtin_shufflevector(a, b, 0, 1, 6, 3);
-  const Lanes::Vector ab_y = __builtin_shufflevector(a, b, 4, 1, 2, 7);
-  const Lanes::Vector ab_z = __builtin_shufflevector(a, b, 0, 5, 2, 3);
-  const Lanes::Vector x = __builtin_shufflevector(ab_x, c, 0, 5, 2, 3);
-  const Lanes::Vector y = __builtin_shufflevector(ab_y, c, 0, 1, 6, 3);
-  const Lanes::Vector z = __builtin_shufflevector(ab_z, c, 4, 1, 2, 7);
-  return {Lanes(__builtin_shufflevector(x, x, 0, 3, 2, 1)),
-          Lanes(__builtin_shufflevector(y, y, 1, 0, 3, 2)),
-          Lanes(__builtin_shufflevector(z, z, 2, 1, 0, 3))};
+  const auto half = [at](int i) { return Pair(*reinterpret_cast<const UnalignedPair*>(at + i)); };
+  const Lanes::Vector xy = __builtin_shufflevector(half(0), half(6), 0, 1, 2, 3);
+  const Lanes::Vector zx = __builtin_shufflevector(half(2), half(8), 0, 1, 2, 3);
+  const Lanes::Vector yz = __builtin_shufflevector(half(4), half(10), 0, 1, 2, 3);
+  return {Lanes(__builtin_shufflevector(xy, zx, 0, 5, 2, 7)),
+          Lanes(__builtin_shufflevector(xy, yz, 1, 4, 3, 6)),
+          Lanes(__builtin_shufflevector(zx, yz, 0, 5, 2, 7))};
 }
 inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
-  const Lanes::Vector x = __builtin_shufflevector(v[0].values, v[0].values, 0, 3, 2, 1);
-  const Lanes::Vector y = __builtin_shufflevector(v[1].values, v[1].values, 1, 0, 3, 2);
-  const Lanes::Vector z = __builtin_shufflevector(v[2].values, v[2].values, 2, 1, 0, 3);
-  const Lanes::Vector a = __builtin_shufflevector(x, y, 0, 5, 2, 3);
-  const Lanes::Vector b = __builtin_shufflevector(x, y, 4, 1, 2, 7);
-  const Lanes::Vector c = __builtin_shufflevector(x, y, 0, 1, 6, 3);
-  rows[0] += __builtin_shufflevector(a, z, 0, 1, 6, 3);
-  rows[1] += __builtin_shufflevector(b, z, 0, 5, 2, 3);
-  rows[2] += __builtin_shufflevector(c, z, 4, 1, 2, 7);
+  const Lanes::Vector xy = __builtin_shufflevector(v[0].values, v[1].values, 0, 4, 2, 6);
+  const Lanes::Vector zx = __builtin_shufflevector(v[2].values, v[0].values, 0, 5, 2, 7);
+  const Lanes::Vector yz = __builtin_shufflevector(v[1].values, v[2].values, 1, 5, 3, 7);
+  rows[0] += __builtin_shufflevector(xy, zx, 0, 1, 4, 5);
+  rows[1] += __builtin_shufflevector(yz, xy, 0, 1, 6, 7);
+  rows[2] += __builtin_shufflevector(zx, yz, 2, 3, 6, 7);
 }
 inline std::array<Lanes, 3> threefold(Lanes a) {
   const Lanes::Vector v = a.values;
@@ -212,9 +205,6 @@ inline std::array<Lanes, 3> threefold(Lanes a) {
 }
 inline Lanes moved_up(Lanes a) {
   return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 3, 4, 5, 6));
-}
-inline Lanes moved_down(Lanes a, double last) {
-  return Lanes(__builtin_shufflevector(a.values, Lanes(last).values, 1, 2, 3, 4));
 }
 #endif
 

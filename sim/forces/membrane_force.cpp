@@ -91,7 +91,10 @@ class MembraneForce final : public Force {
 
   // Each in one piece: calls would hand all their vectors over in memory.
   [[gnu::flatten]] Lanes batch_energy(int first, std::span<const Vec3> position) const {
-    const Corners x = quads_.gather(first, position);
+    if (quads_.is_run(first)) return energy_of(first, quads_.gather_run(first, position));
+    return energy_of(first, quads_.gather(first, position));
+  }
+  Lanes energy_of(int first, const Corners& x) const {
     const auto& [one, other] = membranes_[first / lane_count];
     return materials::membrane_energy(one, triangle_nodes(x, 0)) +
            materials::membrane_energy(other, triangle_nodes(x, 1));

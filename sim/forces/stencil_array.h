@@ -97,19 +97,11 @@ class StencilArray {
   bool is_run(int first) const { return runs_[first / lane_count] != 0; }
   NodeValues gather_run(int first, std::span<const Vec3> values) const {
     NodeValues result;
-    const double* start = nullptr;
 #pragma GCC unroll 8
     for (int node = 0; node < Nodes; ++node) {
-      if (Layout::follows(node)) {
-        for (int axis = 0; axis < 3; ++axis)
-          result(axis, node) = materials::moved_down(result(axis, node - 1), start[axis]);
-        start += 3;
-      } else {
-        start = values[nodes_[first / lane_count][node].values[0]].data();
-        const auto here = materials::load_vectors(start);
-        for (int axis = 0; axis < 3; ++axis) result(axis, node) = here[axis];
-        start += std::ptrdiff_t{3} * lane_count;
-      }
+      const int start = nodes_[first / lane_count][node].values[0];
+      const auto here = materials::load_vectors(values[start].data());
+      for (int axis = 0; axis < 3; ++axis) result(axis, node) = here[axis];
     }
     return result;
   }

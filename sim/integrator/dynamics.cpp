@@ -1,6 +1,5 @@
 #include "sim/integrator/dynamics.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -118,10 +117,7 @@ std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const 
     if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
     contact_->add_forces(acceleration);
   }
-  divide_by_mass(state, acceleration);
-  const Eigen::Map<const Eigen::ArrayXd> all(acceleration[0].data(),
-                                             3 * static_cast<Eigen::Index>(acceleration.size()));
-  if (std::isfinite(all.sum())) return std::nullopt;
+  if (divide_by_mass(state, acceleration)) return std::nullopt;
   const auto bad = std::find_if(acceleration.begin(), acceleration.end(),
                                 [](const Vec3& a) { return !a.allFinite(); });
   const auto place = std::min<std::ptrdiff_t>(bad - acceleration.begin(), particle_count() - 1);
@@ -140,12 +136,16 @@ void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
   }
 }
 
-void Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) const {
+bool Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) const {
   const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
-  accelerate(scene_.mass, gravity, force);
-  for (std::size_t i = 0; i < mass_damping_.size(); ++i)
-    force[i] -= mass_damping_[i] * state.velocity[i];
+  double sum = accelerate(scene_.mass, gravity, force);
+  for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
+    const Vec3 slowing = mass_damping_[i] * state.velocity[i];
+    force[i] -= slowing;
+    sum -= slowing.sum();
+  }
   for (const int i : held_) force[i].setZero();
+  return std::isfinite(sum);
 }
 
 void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness) {

@@ -95,8 +95,8 @@ class Dynamics {
   // Of the dynamic particles, held ones where they belong; valid as long as y and until the next.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
-  // Makes forces accelerations, zero where particles are held.
-  void divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
+  // Makes forces accelerations, zero where particles are held; whether they are finite.
+  bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
   void assemble(double time, std::span<const double> y, Definiteness definiteness,
                 const Derivatives& into);
 

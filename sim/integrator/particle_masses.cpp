@@ -88,19 +88,27 @@ Vec3 mass_moment(std::span<const double> mass, std::span<const Vec3> x) {
   return sum;
 }
 
-void accelerate(std::span<const double> mass, const Vec3& gravity, std::span<Vec3> force) {
+double accelerate(std::span<const double> mass, const Vec3& gravity, std::span<Vec3> force) {
   assert(mass.size() == force.size());
   const std::array<Lanes, rows> fall{repeated(gravity, 0), repeated(gravity, 1),
                                      repeated(gravity, 2)};
+  std::array<Lanes, rows> sums{};
   const std::size_t whole = whole_batches(force.size());
   for (std::size_t i = 0; i < whole; i += lane_count) {
     const auto inverse = materials::threefold(1.0 / load(&mass[i]));
     for (int row = 0; row < rows; ++row) {
       double* at = force[i].data() + row * lane_count;
-      store(fall[row] + inverse[row] * load(at), at);
+      const Lanes acceleration = fall[row] + inverse[row] * load(at);
+      store(acceleration, at);
+      sums[row] += acceleration;
     }
   }
-  for (std::size_t i = whole; i < force.size(); ++i) force[i] = gravity + (1 / mass[i]) * force[i];
+  double sum = materials::sum_of_lanes(sums[0] + sums[1] + sums[2]);
+  for (std::size_t i = whole; i < force.size(); ++i) {
+    force[i] = gravity + (1 / mass[i]) * force[i];
+    sum += force[i].sum();
+  }
+  return sum;
 }
 
 }  // namespace weft::sim

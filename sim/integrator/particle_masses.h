@@ -22,7 +22,8 @@ VibrationProducts vibration_products(std::span<const double> mass, std::span<con
 // sum_i mass_i x_i
 Vec3 mass_moment(std::span<const double> mass, std::span<const Vec3> x);
 
-// Forces (N) become accelerations (m/s^2), with this one added.
-void accelerate(std::span<const double> mass, const Vec3& gravity, std::span<Vec3> force);
+// Forces (N) become accelerations (m/s^2), with this one added. Returns the sum of all components,
+// which is not finite where one of them is not.
+double accelerate(std::span<const double> mass, const Vec3& gravity, std::span<Vec3> force);
 
 }  // namespace weft::sim

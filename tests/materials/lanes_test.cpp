@@ -123,13 +123,11 @@ TEST(Lanes, Threefold) {
     EXPECT_EQ(each[i / lane_count].values[i % lane_count], 10 + i / 3);
 }
 
-TEST(Lanes, MoveByOne) {
+TEST(Lanes, MoveUpByOne) {
   Lanes numbers;
   for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = 10 + lane;
-  for (int lane = 0; lane < lane_count; ++lane) {
+  for (int lane = 0; lane < lane_count; ++lane)
     EXPECT_EQ(moved_up(numbers).values[lane], lane == 0 ? 0 : 9 + lane);
-    EXPECT_EQ(moved_down(numbers, 99).values[lane], lane == lane_count - 1 ? 99 : 11 + lane);
-  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -34,9 +35,11 @@ TEST(ParticleMasses, WeighAndSlowDownAnyNumberOfParticles) {
     EXPECT_NEAR(vibration.bent, bent, 1e-13);
     const Vec3 gravity(1, 2, 3);
     std::vector<Vec3> slowed = a;
-    accelerate(mass, gravity, slowed);
+    const double sum = accelerate(mass, gravity, slowed);
     for (int i = 0; i < count; ++i)
       EXPECT_LT((slowed[i] - (gravity + a[i] / mass[i])).norm(), 1e-14) << i;
+    EXPECT_NEAR(sum, std::accumulate(slowed.begin(), slowed.end(), Vec3(Vec3::Zero())).sum(),
+                1e-12);
   }
 }
 
