@@ -52,6 +52,27 @@ TEST(Methods, FixedStepsConvergeWithTheirOrder) {
   EXPECT_NEAR(ratio_of_errors("verlet", 1.0 / 128), 4, 0.4);
 }
 
+// What a linear solve leaves must go with the step: many short ones would add it up to an error
+// that shorter steps make no less. (With as much in every step, half the step doubled it once.)
+TEST(Methods, LinearStepsKeepTheirOrderHoweverShort) {
+  const auto state = [](Overrides options) {
+    for (const char* more : {"time.duration=0.25", "body.sheet.shape.resolution=[17, 17]",
+                             "material.cloth.membrane_stiffness=1000"})
+      options.emplace_back(more);
+    return SimulatedCase(hanging_sheet, options).advance_to(0.25);
+  };
+  const std::vector<double> exact = state(method("verlet", {"time.relative_tolerance=1e-4"}));
+  double longer = 0;
+  for (double h = 1.0 / 480; h > 1.0 / 4000; h /= 2) {
+    const double error =
+        position_difference(state(method("euler", {key("step", h), "time.newton=1"})), exact);
+    if (longer > 0) {
+      EXPECT_GT(longer / error, 1.7) << h;
+    }
+    longer = error;
+  }
+}
+
 // The frame is between two steps: what is interpolated has the order of the method, too.
 TEST(Methods, FramesBetweenStepsAreAsGood) {
   SimulatedCase exact(stretched_sheet,
