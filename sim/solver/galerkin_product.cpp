@@ -1,7 +1,8 @@
 #include "sim/solver/galerkin_product.h"
 
-#include <algorithm>
-#include <array>
+#include <functional>
+#include <numeric>
+#include <string_view>
 
 #include "sim/parallel.h"
 
@@ -9,34 +10,8 @@ namespace weft::sim {
 
 namespace {
 
-// A block as its columns, each a vector of four, the last of which is ignored.
-struct Columns {
-  std::array<Eigen::Array4d, 3> column;
-
-  // `block` may be read up to its tenth number.
-  static Columns of(const float* block) {
-    Columns result;
-    for (int c = 0; c < 3; ++c)
-      result.column[c] = Eigen::Map<const Eigen::Array4f>(block + 3 * c).cast<double>();
-    return result;
-  }
-  static Columns zero() {
-    return {{{Eigen::Array4d::Zero(), Eigen::Array4d::Zero(), Eigen::Array4d::Zero()}}};
-  }
-  Mat3 block() const {
-    Mat3 result;
-    for (int c = 0; c < 3; ++c) result.col(c) = column[c].head<3>().matrix();
-    return result;
-  }
-  void add(double weight, const Columns& other) {
-    for (int c = 0; c < 3; ++c) column[c] += weight * other.column[c];
-  }
-};
-
-}  // namespace
-
-std::shared_ptr<const BlockPattern> galerkin_pattern(const BlockPattern& fine,
-                                                     const Prolongation& prolongation) {
+std::shared_ptr<const BlockPattern> product_pattern(const BlockPattern& fine,
+                                                    const Prolongation& prolongation) {
   std::vector<std::vector<int>> neighbours(prolongation.coarse_count());
   std::vector<int> last_row(prolongation.coarse_count(), -1);
   for (int row = 0; row < prolongation.coarse_count(); ++row) {
@@ -56,40 +31,105 @@ std::shared_ptr<const BlockPattern> galerkin_pattern(const BlockPattern& fine,
   return std::make_shared<const BlockPattern>(neighbours);
 }
 
-void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolongation,
-                      SingleBlockMatrix& coarse, int threads) {
-  const BlockPattern& rows = fine.pattern();
-  const BlockPattern& coarse_rows = coarse.pattern();
-  parallel_chunks(coarse_rows.rows(), threads, [&](int first, int last) {
-    // The sums of a row from its diagonal on, of blocks above and of mirror images of those below,
-    // and by coarse column where they are; kept from chunk to chunk.
-    thread_local std::vector<Columns> sums[2];
-    thread_local std::vector<int> place;
-    place.resize(std::max(place.size(), static_cast<std::size_t>(coarse_rows.rows())));
-    for (int row = first; row < last; ++row) {
-      const int begin = coarse_rows.diagonal_slot(row), end = coarse_rows.row_end(row);
-      for (auto& sum : sums) sum.assign(end - begin, Columns::zero());
-      for (int slot = begin; slot < end; ++slot) place[coarse_rows.column(slot)] = slot - begin;
-      for (int c = prolongation.child_start[row]; c < prolongation.child_start[row + 1]; ++c) {
-        const int child = prolongation.child[c], diagonal = rows.diagonal_slot(child);
-        for (int slot = rows.row_begin(child); slot < rows.row_end(child); ++slot) {
-          const int column = rows.column(slot);
-          // Of the parents, which ascend, those before the row take this from elsewhere.
-          const int parents_end = prolongation.row_start[column + 1];
-          int k = prolongation.row_start[column];
-          while (k < parents_end && prolongation.column[k] < row) ++k;
-          if (k == parents_end) continue;
-          auto& sum = sums[slot < diagonal];
-          const Columns block = Columns::of(fine.upper_block(rows.upper(child, slot)).data());
-          for (; k < parents_end; ++k) {
-            sum[place[prolongation.column[k]]].add(
-                prolongation.child_weight[c] * prolongation.weight[k], block);
-          }
-        }
+}  // namespace
+
+GalerkinProduct::GalerkinProduct(std::shared_ptr<const BlockPattern> fine,
+                                 const Prolongation& prolongation)
+    : fine_(std::move(fine)),
+      coarse_(product_pattern(*fine_, prolongation)),
+      prolongation_(prolongation),
+      recipe_of_row_(coarse_->rows()) {
+  Scratch scratch;
+  scratch.place.resize(coarse_->rows());
+  Recipe recipe;
+  for (int row = 0; row < coarse_->rows(); ++row) {
+    write_recipe(row, scratch, recipe);
+    recipe_of_row_[row] = &*recipes_.insert(recipe).first;
+  }
+}
+
+std::size_t GalerkinProduct::Hash::operator()(const Recipe& recipe) const {
+  static_assert(sizeof(Term) == sizeof(int) + sizeof(float));
+  return std::hash<std::string_view>()(
+      {reinterpret_cast<const char*>(recipe.terms.data()), recipe.terms.size() * sizeof(Term)});
+}
+
+void GalerkinProduct::write_recipe(int row, Scratch& scratch, Recipe& recipe) const {
+  const int begin = coarse_->diagonal_slot(row), end = coarse_->row_end(row);
+  for (int slot = begin; slot < end; ++slot)
+    scratch.place[coarse_->column(slot)] = 2 * (slot - begin);
+  scratch.terms.clear();
+  recipe.starts.assign(2 * (end - begin) + 1, 0);
+  int block = 0;
+  for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {
+    const int child = prolongation_.child[c], diagonal = fine_->diagonal_slot(child);
+    for (int slot = fine_->row_begin(child); slot < fine_->row_end(child); ++slot, ++block) {
+      // Of the parents, which ascend, those before the row take this from elsewhere.
+      const int column = fine_->column(slot);
+      for (int k = prolongation_.row_start[column]; k < prolongation_.row_start[column + 1]; ++k) {
+        const int parent = prolongation_.column[k];
+        if (parent < row) continue;
+        const int sum = scratch.place[parent] + (slot < diagonal ? 1 : 0);
+        ++recipe.starts[sum + 1];
+        scratch.terms.push_back(
+            {sum, {block, prolongation_.child_weight[c] * prolongation_.weight[k]}});
       }
-      for (int i = 0; i < end - begin; ++i) {
-        coarse.upper_block(coarse_rows.upper(row, begin + i)) =
-            (sums[0][i].block() + sums[1][i].block().transpose()).cast<float>();
+    }
+  }
+  std::partial_sum(recipe.starts.begin(), recipe.starts.end(), recipe.starts.begin());
+  scratch.next = recipe.starts;
+  recipe.terms.resize(scratch.terms.size());
+  for (const auto& [sum, term] : scratch.terms) recipe.terms[scratch.next[sum]++] = term;
+}
+
+// Columns are taken four numbers at a time, of which the last is ignored: blocks may be read up to
+// their tenth number.
+Mat3 GalerkinProduct::Recipe::sum(int i, const std::vector<int>& blocks,
+                                  const SingleBlockMatrix& fine) const {
+  using Four = Eigen::Array4d;
+  Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
+  for (int k = starts[i]; k < starts[i + 1]; ++k) {
+    const float* const block = fine.upper_block(blocks[terms[k].block]).data();
+    const auto column = [block](int c) {
+      return Eigen::Map<const Eigen::Array4f>(block + 3 * c).cast<double>();
+    };
+    const double weight = terms[k].weight;
+    sum0 += weight * column(0);
+    sum1 += weight * column(1);
+    sum2 += weight * column(2);
+  }
+  Mat3 sum;
+  sum << sum0.head<3>().matrix(), sum1.head<3>().matrix(), sum2.head<3>().matrix();
+  return sum;
+}
+
+// The fine matrix's upper blocks that the rows of the children of `row` hold or mirror.
+void GalerkinProduct::list_blocks(int row, std::vector<int>& blocks) const {
+  blocks.clear();
+  for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {
+    const int child = prolongation_.child[c], begin = fine_->row_begin(child);
+    const int below = fine_->diagonal_slot(child) - begin;
+    const std::size_t before = blocks.size();
+    blocks.resize(before + fine_->row_end(child) - begin);
+    int* const of_child = blocks.data() + before;
+    for (int i = 0; i < below; ++i) of_child[i] = fine_->mirror(child, begin + i);
+    std::iota(of_child + below, blocks.data() + blocks.size(), fine_->upper_diagonal(child));
+  }
+}
+
+void GalerkinProduct::form(const SingleBlockMatrix& fine, SingleBlockMatrix& coarse,
+                           int threads) const {
+  parallel_chunks(coarse_->rows(), threads, [&](int first, int last) {
+    std::vector<int> blocks;
+    for (int row = first; row < last; ++row) {
+      list_blocks(row, blocks);
+      const Recipe& recipe = *recipe_of_row_[row];
+      const int diagonal = coarse_->upper_diagonal(row);
+      for (int upper = diagonal; upper < coarse_->upper_end(row); ++upper) {
+        const int i = 2 * (upper - diagonal);
+        coarse.upper_block(upper) =
+            (recipe.sum(i, blocks, fine) + recipe.sum(i + 1, blocks, fine).transpose())
+                .cast<float>();
       }
     }
   });

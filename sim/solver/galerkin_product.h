@@ -2,20 +2,59 @@
 #pragma once
 
 #include <memory>
-#include <span>
+#include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "sim/forces/block_matrix.h"
 #include "sim/solver/image_coarsening.h"
 
 namespace weft::sim {
 
-// The pattern of P^T A P for an A of the pattern `fine`. O(blocks).
-std::shared_ptr<const BlockPattern> galerkin_pattern(const BlockPattern& fine,
-                                                     const Prolongation& prolongation);
+// For all A of one pattern. What a row of the result is made of, which blocks with which weights,
+// is found once and kept once for all rows that are made alike, as most rows of an image are.
+class GalerkinProduct {
+ public:
+  // Finds the pattern of the result and how its rows are made. The prolongation must outlive it.
+  // O(blocks), on one thread.
+  GalerkinProduct(std::shared_ptr<const BlockPattern> fine, const Prolongation& prolongation);
 
-// coarse = P^T fine P; coarse has the pattern above. Summed in double, row by row of the result:
-// the same bits on any number of threads. O(blocks).
-void galerkin_product(const SingleBlockMatrix& fine, const Prolongation& prolongation,
-                      SingleBlockMatrix& coarse, int threads);
+  const std::shared_ptr<const BlockPattern>& pattern() const { return coarse_; }
+
+  // coarse = P^T fine P; the matrices have the patterns above. Summed in double, row by row of the
+  // result: the same bits on any number of threads. O(blocks).
+  void form(const SingleBlockMatrix& fine, SingleBlockMatrix& coarse, int threads) const;
+
+ private:
+  struct Term {
+    int block;     // of those in the rows of the children, counted from the first child's first
+    float weight;  // of both interpolations
+    bool operator==(const Term&) const = default;
+  };
+  // Of a row from its diagonal on, two sums a block: that of blocks of the fine matrix, on its
+  // diagonal and above, and that of others whose mirror images, below it, are meant.
+  struct Recipe {
+    std::vector<Term> terms;
+    std::vector<int> starts;  // of each sum; and where the last ends
+    bool operator==(const Recipe&) const = default;
+    Mat3 sum(int i, const std::vector<int>& blocks, const SingleBlockMatrix& fine) const;
+  };
+  struct Hash {
+    std::size_t operator()(const Recipe& recipe) const;
+  };
+  struct Scratch {
+    std::vector<int> place;                   // by row of the result
+    std::vector<std::pair<int, Term>> terms;  // with the number of their sum
+    std::vector<int> next;                    // place of a term, by sum
+  };
+
+  void write_recipe(int row, Scratch& scratch, Recipe& recipe) const;
+  void list_blocks(int row, std::vector<int>& blocks) const;
+
+  std::shared_ptr<const BlockPattern> fine_, coarse_;
+  const Prolongation& prolongation_;
+  std::unordered_set<Recipe, Hash> recipes_;
+  std::vector<const Recipe*> recipe_of_row_;
+};
 
 }  // namespace weft::sim

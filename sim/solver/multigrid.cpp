@@ -89,9 +89,10 @@ Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pat
 
 void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
   levels_.clear();
+  products_.clear();
   levels_.emplace_back(finest);
   for (const Prolongation& prolongation : prolongations_) {
-    finest = galerkin_pattern(*finest, prolongation);
+    finest = products_.emplace_back(finest, prolongation).pattern();
     Level& level = levels_.emplace_back(finest);
     level.b.resize(finest->rows());
     level.x.resize(finest->rows());
@@ -121,7 +122,7 @@ bool Multigrid::set_up(const VelocityMatrix& matrix) {
   if (!take_finest(matrix)) return false;
   for (std::size_t i = 1; i < levels_.size(); ++i) {
     Level& level = levels_[i];
-    galerkin_product(levels_[i - 1].matrix, prolongations_[i - 1], level.matrix, matrix.threads());
+    products_[i - 1].form(levels_[i - 1].matrix, level.matrix, matrix.threads());
     if (i + 1 < levels_.size() &&
         !invert_diagonal(
             level.matrix, matrix.threads(), [](int) { return false; }, level.inverse_diagonal))

@@ -70,6 +70,7 @@ class Multigrid : public Preconditioner {
   bool with_contact_ = false;                    // the levels' patterns
   std::vector<Level> levels_;                    // from the finest
   std::vector<Prolongation> prolongations_;      // of level i + 1 to level i
+  std::vector<GalerkinProduct> products_;        // the matrix of level i + 1 from that of level i
   std::vector<Vec3> residual_;                   // of the level at work
   std::vector<Vec3> change_;                     // by the last backward sweep
   std::size_t levels_that_ask_twice_;            // for a cycle of the next

@@ -147,11 +147,11 @@ TEST(Multigrid, GalerkinProductIsThatOfDenseMatrices) {
   VelocityMatrix matrix(deformed.dynamics());
   matrix.form(0.01);
   const Prolongation p = coarsen_images(deformed.scene())[0];
-  const BlockPattern& pattern = *matrix.pattern();
   SingleBlockMatrix fine(matrix.pattern());
   matrix.copy_to(fine);
-  SingleBlockMatrix coarse(galerkin_pattern(pattern, p));
-  galerkin_product(fine, p, coarse, 2);
+  const GalerkinProduct product(matrix.pattern(), p);
+  SingleBlockMatrix coarse(product.pattern());
+  product.form(fine, coarse, 2);
   const Eigen::MatrixXd a =
       dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
   Eigen::MatrixXd interpolation = Eigen::MatrixXd::Zero(3 * p.fine_count(), 3 * p.coarse_count());
