@@ -18,7 +18,7 @@ struct SpectralEstimate {
 
 // By power iterations on the matrices of the dynamics at (t, y), which it assembles, without
 // contact; prescribed particles are held. Within a few percent from below: the radius is approached
-// along a series that grows. Cost: an assembly and 60 products a matrix.
+// along a series that grows. Cost: an assembly and 30 products a matrix.
 SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y);
 
 // The fastest vibration of a motion, followed as it goes on: an iteration of the power method now
@@ -26,7 +26,7 @@ SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const
 // contact.
 class FrequencyTracker {
  public:
-  // At the state y, by half as many iterations as above.
+  // At the state y, by a third as many iterations as above.
   FrequencyTracker(Dynamics& dynamics, double t, std::span<const double> y);
 
   // At the state y, whose accelerations these are. Cost: an evaluation of the forces.

@@ -5,6 +5,7 @@
 #include "sim/integrator/spectral_estimate.h"
 #include "sim/integrator/verlet_steps.h"
 #include "simulated_case.h"
+#include "tests/dense_algebra.h"
 
 namespace weft::sim {
 namespace {
@@ -34,6 +35,45 @@ TEST(Verlet, SpectralEstimateIsThatOfTheOscillator) {
   // Along y the free corners (1/3 and 1/6 kg) share a spring: k (1/m1 + 1/m2).
   EXPECT_NEAR(estimate.frequency, std::sqrt(100 * (3.0 + 6.0)), 0.01);
   EXPECT_NEAR(estimate.decay, 7, 1e-6);
+}
+
+// rad/s, by all eigenvalues of M^-1/2 K M^-1/2 on the free particles.
+double highest_frequency(SimulatedCase& sim) {
+  Dynamics& dynamics = sim.dynamics();
+  dynamics.assemble(0, sim.integrator().state());
+  const int count = dynamics.particle_count();
+  Eigen::MatrixXd scaled = Eigen::MatrixXd::Zero(3 * count, 3 * count);
+  std::vector<Vec3> unit(count, Vec3::Zero()), product(count);
+  for (int column = 0; column < 3 * count; ++column) {
+    unit[column / 3][column % 3] = 1;
+    dynamics.stiffness().multiply(unit, product, 1);
+    unit[column / 3].setZero();
+    const auto& mass = sim.scene().mass;
+    for (int row = 0; row < count; ++row) {
+      if (sim.scene().is_free(row) && sim.scene().is_free(column / 3))
+        scaled.col(column).segment<3>(3 * row) =
+            product[row] / std::sqrt(mass[row] * mass[column / 3]);
+    }
+  }
+  return std::sqrt(eigenvalues(scaled).maxCoeff());
+}
+
+TEST(Verlet, SpectralEstimatesAreAFewPercentBelowTheHighestFrequency) {
+  for (const Overrides& more : {Overrides{}, Overrides{"body.sheet.shape.resolution=[8, 12]"},
+                                Overrides{"material.cloth.bending_stiffness=1"},
+                                Overrides{"material.cloth.membrane=\"springs\"",
+                                          "material.cloth.structural_stiffness=100"}}) {
+    SimulatedCase sim(hanging_sheet, method("verlet", more));
+    SCOPED_TRACE(more.empty() ? "" : more[0]);
+    const double exact = highest_frequency(sim);
+    const auto start = sim.integrator().state();
+    const double estimate = estimate_spectrum(sim.dynamics(), 0, start).frequency;
+    EXPECT_GT(estimate, 0.97 * exact);
+    EXPECT_LT(estimate, (1 + 1e-9) * exact);
+    const double tracked = FrequencyTracker(sim.dynamics(), 0, start).frequency();
+    EXPECT_GT(tracked, 0.95 * exact);
+    EXPECT_LT(tracked, (1 + 1e-4) * exact);
+  }
 }
 
 // A strip that its own weight stretches by half and more: the St. Venant-Kirchhoff membrane then
