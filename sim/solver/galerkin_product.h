@@ -18,6 +18,7 @@ class GalerkinProduct {
   // Finds the pattern of the result and how its rows are made. The prolongation must outlive it.
   // O(blocks), on one thread.
   GalerkinProduct(std::shared_ptr<const BlockPattern> fine, const Prolongation& prolongation);
+  GalerkinProduct(GalerkinProduct&&) = default;  // a copy's rows would point to these recipes
 
   const std::shared_ptr<const BlockPattern>& pattern() const { return coarse_; }
 
