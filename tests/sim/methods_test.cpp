@@ -53,7 +53,8 @@ TEST(Methods, FixedStepsConvergeWithTheirOrder) {
 }
 
 // What a linear solve leaves must go with the step: many short ones would add it up to an error
-// that shorter steps make no less. (With as much in every step, half the step doubled it once.)
+// that shorter steps make no less. (With as much left in every step, half
+// the step once left more.)
 TEST(Methods, LinearStepsKeepTheirOrderHoweverShort) {
   const auto state = [](Overrides options) {
     for (const char* more : {"time.duration=0.25", "body.sheet.shape.resolution=[17, 17]",

@@ -58,8 +58,10 @@ double highest_frequency(SimulatedCase& sim) {
   return std::sqrt(eigenvalues(scaled).maxCoeff());
 }
 
+// With chance alone to start from, the tracker fails this.
 TEST(Verlet, SpectralEstimatesAreAFewPercentBelowTheHighestFrequency) {
-  for (const Overrides& more : {Overrides{}, Overrides{"body.sheet.shape.resolution=[8, 12]"},
+  for (const Overrides& more : {Overrides{"body.sheet.shape.resolution=[17, 17]"},
+                                Overrides{"body.sheet.shape.resolution=[12, 18]"},
                                 Overrides{"material.cloth.bending_stiffness=1"},
                                 Overrides{"material.cloth.membrane=\"springs\"",
                                           "material.cloth.structural_stiffness=100"}}) {
@@ -68,10 +70,10 @@ TEST(Verlet, SpectralEstimatesAreAFewPercentBelowTheHighestFrequency) {
     const double exact = highest_frequency(sim);
     const auto start = sim.integrator().state();
     const double estimate = estimate_spectrum(sim.dynamics(), 0, start).frequency;
-    EXPECT_GT(estimate, 0.97 * exact);
+    EXPECT_GT(estimate, 0.985 * exact);
     EXPECT_LT(estimate, (1 + 1e-9) * exact);
     const double tracked = FrequencyTracker(sim.dynamics(), 0, start).frequency();
-    EXPECT_GT(tracked, 0.95 * exact);
+    EXPECT_GT(tracked, 0.97 * exact);
     EXPECT_LT(tracked, (1 + 1e-4) * exact);
   }
 }
