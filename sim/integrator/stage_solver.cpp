@@ -21,9 +21,13 @@ std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
 
-// Where there is one iteration, what it leaves changes the error of steps of 1/60 s by 2 to 5 %
-// (docs/benchmarks.md); of shorter ones, which add up, less, so that the error goes with the step.
-constexpr double linear_error = 3e-2, longest_gamma = 1.0 / 60;
+// Of corrections that are followed by others until they converge: more, and there are more of them.
+constexpr double linear_error = 3e-2;
+
+// Of a given number of corrections. What the only one leaves changes the error of steps of 1/60 s
+// by 1 to 5 % (docs/benchmarks.md); of shorter ones, which add up, less, so that the error goes
+// with the step.
+constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
 // Weighted size of a correction that ends the iteration.
 constexpr double largest_last_correction = 0.3;
@@ -242,9 +246,9 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
       for (int i = first; i < last; ++i) right[i] = -right[i];
     });
     system->set_up(gamma);
-    const VelocitySystem::Outcome linear =
-        system->solve(gamma, right, weight,
-                      {.error = linear_error * std::min(1.0, gamma / longest_gamma)}, solution);
+    const VelocitySystem::Outcome linear = system->solve(
+        gamma, right, weight,
+        {.error = linear_error_by_number * std::min(1.0, gamma / longest_gamma)}, solution);
     linear_iterations += linear.iterations;
     if (!linear.converged) return Outcome::not_converged;
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
