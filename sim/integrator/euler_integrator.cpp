@@ -23,7 +23,6 @@ class EulerIntegrator final : public StageIntegrator {
  private:
   Trouble attempt(double& end, std::span<double> y) override {
     const double h = end - time();
-    std::copy(state().begin(), state().end(), y.begin());
     const Trouble trouble = solve_stage(end, h, y);
     return trouble != Trouble::none || is_fixed() ? trouble : test_error(h, y);
   }

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/stage_integrator.h"
 
@@ -17,7 +15,6 @@ class MidpointIntegrator final : public StageIntegrator {
   // The middle is a step of backward Euler of half the length; the end lies as far beyond it.
   Trouble attempt(double& end, std::span<double> y) override {
     const double h = end - time();
-    std::copy(state().begin(), state().end(), y.begin());
     const Trouble trouble = solve_stage(time() + h / 2, h / 2, y);
     if (trouble != Trouble::none) return trouble;
     for (std::size_t i = 0; i < y.size(); ++i) y[i] = 2 * y[i] - state()[i];

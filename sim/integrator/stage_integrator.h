@@ -18,19 +18,14 @@ class StageIntegrator : public OneStepIntegrator {
   }
 
  protected:
-  // Solves y - gamma f(t, y) = a from the guess in `y`, with paths from `start` kept safe.
-  Trouble solve_stage(double t, double gamma, std::span<const double> a,
-                      const std::vector<Vec3>& start, std::span<double> y) {
-    const StageSolver::Outcome outcome = solver_.solve(t, gamma, a, start, y);
+  // Solves y - gamma f(t, y) = state(), with paths from positions() kept safe.
+  Trouble solve_stage(double t, double gamma, std::span<double> y) {
+    const StageSolver::Outcome outcome = solver_.solve(t, gamma, state(), positions(), y);
     set_fault(solver_.fault());
     if (outcome == StageSolver::Outcome::blocked) return Trouble::surfaces;
     if (outcome == StageSolver::Outcome::solved) return Trouble::none;
     set_place(solver_.worst_particle());
     return Trouble::not_converged;
-  }
-  // From state() and positions().
-  Trouble solve_stage(double t, double gamma, std::span<double> y) {
-    return solve_stage(t, gamma, state(), positions(), y);
   }
 
  private:

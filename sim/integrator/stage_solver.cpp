@@ -71,6 +71,7 @@ struct StageSolver::Implementation {
   int assemble(std::span<const double> state);
   void assemble_joined();
   bool make_definite();
+  void guess(std::span<double> y);
   void limit(std::span<double> correction);
   bool path_is_safe(std::span<const double> state);
   Outcome outcome(int flag) const;
@@ -83,6 +84,7 @@ struct StageSolver::Implementation {
   // Iterations by number need neither KINSOL nor its eight vectors.
   std::optional<VelocitySystem> system;
   std::vector<double> right, solution, weight;
+  std::vector<double> slope;  // (y - a) / gamma of the last stage solved; without contact
   SUNContext context = nullptr;
   void* kinsol = nullptr;
   SUNLinearSolver newton_solver = nullptr;
@@ -182,6 +184,15 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
   return !crossing;
 }
 
+// What is guessed is of second order in the step: where steps are so short that this is within the
+// tolerance, one iteration makes it a solution. From `a`, one iteration of short steps would be
+// accepted that leaves an error of first order. (With contact that gains nothing: it was within
+// 20 % of the time either way.)
+void StageSolver::Implementation::guess(std::span<double> y) {
+  std::copy(right_side.begin(), right_side.end(), y.begin());
+  for (std::size_t i = 0; i < slope.size(); ++i) y[i] += gamma * slope[i];
+}
+
 void StageSolver::Implementation::limit(std::span<double> correction) {
   shortened = false;
   if (dynamics.contact() == nullptr) return;
@@ -274,19 +285,26 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   self.definite = self.newton_count > 0;
   self.shortened = false;
   self.fault.reset();
-  if (self.newton_count > 0) return self.iterate_by_number(y);
+  if (self.newton_count > 0) {
+    std::copy(a.begin(), a.end(), y.begin());
+    return self.iterate_by_number(y);
+  }
   const std::span<double> u = values(self.u);
-  std::copy(y.begin(), y.end(), u.begin());
-  error_weights(self.scene.source.time, y, values(self.residual_scale));
+  error_weights(self.scene.source.time, a, values(self.residual_scale));
   N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
+  self.guess(u);
   // What is stiff turns along straight lines: a correction stretches it, the next one pulls it
   // back. In between the residual is far larger than before, and a line search would hardly move.
   Outcome outcome = self.iterate(KIN_NONE, most_whole_corrections);
   if (outcome == Outcome::not_converged) {
-    std::copy(y.begin(), y.end(), u.begin());
+    std::copy(a.begin(), a.end(), u.begin());
     outcome = self.iterate(KIN_LINESEARCH, largest_newton_count);
   }
-  if (outcome == Outcome::solved) std::copy(u.begin(), u.end(), y.begin());
+  if (outcome != Outcome::solved) return outcome;
+  std::copy(u.begin(), u.end(), y.begin());
+  if (self.dynamics.contact() != nullptr) return outcome;
+  self.slope.resize(y.size());
+  for (std::size_t i = 0; i < y.size(); ++i) self.slope[i] = (y[i] - a[i]) / gamma;
   return outcome;
 }
 

@@ -52,26 +52,40 @@ TEST(Methods, FixedStepsConvergeWithTheirOrder) {
   EXPECT_NEAR(ratio_of_errors("verlet", 1.0 / 128), 4, 0.4);
 }
 
+// The errors of a method at the end of a quarter of a second, for each of the steps.
+std::vector<double> errors_of_steps(const std::string& name, const Overrides& more,
+                                    std::initializer_list<double> steps) {
+  const auto state = [](Overrides options) {
+    for (const char* each : {"time.duration=0.25", "body.sheet.shape.resolution=[17, 17]",
+                             "material.cloth.membrane_stiffness=1000"})
+      options.emplace_back(each);
+    return SimulatedCase(hanging_sheet, options).advance_to(0.25);
+  };
+  const std::vector<double> exact = state(method("verlet", {"time.relative_tolerance=1e-5"}));
+  std::vector<double> errors;
+  for (double h : steps) {
+    Overrides options = method(name, more);
+    options.push_back(key("step", h));
+    errors.push_back(position_difference(state(options), exact));
+  }
+  return errors;
+}
+
 // What a linear solve leaves must go with the step: many short ones would add it up to an error
 // that shorter steps make no less. (With as much left in every step, half
 // the step once left more.)
 TEST(Methods, LinearStepsKeepTheirOrderHoweverShort) {
-  const auto state = [](Overrides options) {
-    for (const char* more : {"time.duration=0.25", "body.sheet.shape.resolution=[17, 17]",
-                             "material.cloth.membrane_stiffness=1000"})
-      options.emplace_back(more);
-    return SimulatedCase(hanging_sheet, options).advance_to(0.25);
-  };
-  const std::vector<double> exact = state(method("verlet", {"time.relative_tolerance=1e-4"}));
-  double longer = 0;
-  for (double h : {1.0 / 480, 1.0 / 960, 1.0 / 1920, 1.0 / 3840}) {
-    const double error =
-        position_difference(state(method("euler", {key("step", h), "time.newton=1"})), exact);
-    if (longer > 0) {
-      EXPECT_GT(longer / error, 1.7) << h;
-    }
-    longer = error;
-  }
+  const std::vector<double> errors =
+      errors_of_steps("euler", {"time.newton=1"}, {1.0 / 480, 1.0 / 960, 1.0 / 1920, 1.0 / 3840});
+  for (std::size_t i = 1; i < errors.size(); ++i) EXPECT_GT(errors[i - 1] / errors[i], 1.7) << i;
+}
+
+// Where one iteration from the start of a short step is accepted, it must not leave an error of
+// first order.
+TEST(Methods, ConvergedStepsKeepTheirOrderHoweverShort) {
+  const std::vector<double> errors =
+      errors_of_steps("implicit_midpoint", {}, {1.0 / 960, 1.0 / 1920, 1.0 / 3840});
+  for (std::size_t i = 1; i < errors.size(); ++i) EXPECT_GT(errors[i - 1] / errors[i], 2.5) << i;
 }
 
 // The frame is between two steps: what is interpolated has the order of the method, too.
