@@ -169,9 +169,9 @@ inline std::array<Lanes, 3> threefold(Lanes a) {
           Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3, 4, 4, 4, 5)),
           Lanes(__builtin_shufflevector(v, v, 5, 5, 6, 6, 6, 7, 7, 7))};
 }
-// Each number one lane further, a zero in the first.
-inline Lanes moved_up(Lanes a) {
-  return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
+// Each number one lane further, the last of those before them in the first.
+inline Lanes moved_up(Lanes before, Lanes a) {
+  return Lanes(__builtin_shufflevector(before.values, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
 }
 #else
 typedef double Pair __attribute__((vector_size(16)));
@@ -203,8 +203,8 @@ inline std::array<Lanes, 3> threefold(Lanes a) {
           Lanes(__builtin_shufflevector(v, v, 1, 1, 2, 2)),
           Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3))};
 }
-inline Lanes moved_up(Lanes a) {
-  return Lanes(__builtin_shufflevector(Lanes::Vector{}, a.values, 3, 4, 5, 6));
+inline Lanes moved_up(Lanes before, Lanes a) {
+  return Lanes(__builtin_shufflevector(before.values, a.values, 3, 4, 5, 6));
 }
 #endif
 

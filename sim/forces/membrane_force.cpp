@@ -20,6 +20,7 @@ using materials::TriangleMembraneOf;
 using materials::Vec3Of;
 
 using Corners = NodesOf<Lanes, 4>;
+using Quads = StencilArray<4, QuadCorners>;
 
 struct MembraneQuads {
   std::vector<Quad> corners;
@@ -68,8 +69,9 @@ class MembraneForce final : public Force {
     if (is_damped_) {
       quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
     } else {
-      quads_.for_each_batch(threads,
-                            [&](int first) { add_undamped_batch(first, state.position, force); });
+      quads_.for_each_chunk(threads, [&](int first, int last) {
+        add_undamped_chunk(first, last, state.position, force);
+      });
     }
   }
 
@@ -109,19 +111,25 @@ class MembraneForce final : public Force {
                materials::membrane_forces(other, triangle_nodes(x, 1), triangle_nodes(v, 1))),
         force);
   }
-  [[gnu::flatten]] void add_undamped_batch(int first, std::span<const Vec3> position,
+  [[gnu::flatten]] void add_undamped_chunk(int first, int last, std::span<const Vec3> position,
                                            std::span<Vec3> force) const {
-    const auto& [one, other] = membranes_[first / lane_count];
-    if (quads_.is_run(first)) {
-      quads_.scatter_run(
-          first,
-          materials::undamped_membrane_forces(one, other, quads_.gather_run(first, position)),
-          force);
-    } else {
-      quads_.scatter(
-          first, materials::undamped_membrane_forces(one, other, quads_.gather(first, position)),
-          force);
+    Quads::RunScatter run(quads_, force);
+    for (int batch = first; batch < last; batch += lane_count) {
+      if (quads_.is_run(batch)) {
+        run.add(batch, undamped_forces(batch, quads_.gather_run(batch, position)));
+      } else {
+        add_scattered_batch(batch, position, force);
+      }
     }
+    run.finish();
+  }
+  [[gnu::noinline]] void add_scattered_batch(int first, std::span<const Vec3> position,
+                                             std::span<Vec3> force) const {
+    quads_.scatter(first, undamped_forces(first, quads_.gather(first, position)), force);
+  }
+  Corners undamped_forces(int first, const Corners& x) const {
+    const auto& [one, other] = membranes_[first / lane_count];
+    return materials::undamped_membrane_forces(one, other, x);
   }
 
   [[gnu::flatten]] void add_batch_derivatives(int first, const Kinematics& state,
@@ -194,7 +202,7 @@ class MembraneForce final : public Force {
     blocks.scale(1.0 + into.inverse_gamma * one.damping_time);
   }
 
-  StencilArray<4, QuadCorners> quads_;
+  Quads quads_;
   // Of a batch of quads; what is left of the last batch has no stiffness.
   std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
   bool is_damped_ = false;

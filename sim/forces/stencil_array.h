@@ -76,6 +76,21 @@ class StencilArray {
       for (int i = first; i < last; ++i) body(i);
     });
   }
+  // Calls body(first, last) for each chunk of stencils.
+  template <class Body>
+  void for_each_chunk(int threads, const Body& body) const {
+    // One loop for both, as in sim/parallel.h.
+    const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
+    for (const std::vector<int>& chunks : passes) {
+      const int chunk_count = static_cast<int>(chunks.size());
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
+      for (int c = 0; c < chunk_count; ++c) {
+        const int first = chunks[c] * stencils_a_chunk;
+        const int last = std::min(count(), first + stencils_a_chunk);
+        body(first, last);
+      }
+    }
+  }
   // Calls body(first stencil index) for each batch of consecutive stencils.
   template <class Body>
   void for_each_batch(int threads, const Body& body) const {
@@ -107,31 +122,67 @@ class StencilArray {
   }
   // Adds what a batch computed to its nodes, node after node.
   void scatter(int first, const NodeValues& values, std::span<Vec3> sums) const {
-    if (is_run(first)) return scatter_run(first, values, sums);
-    scatter_one_by_one(first, values, sums);
+    if (!is_run(first)) return scatter_one_by_one(first, values, sums);
+    RunScatter run(*this, sums);
+    run.add(first, values);
+    run.finish();
   }
-  // Of nodes that follow each other only the first is added to memory as vectors: added one
-  // after the other, each would wait for the one before.
-  void scatter_run(int first, const NodeValues& values, std::span<Vec3> sums) const {
-    std::array<Lanes, 3> later{};  // what the nodes behind this one add to its particles
+  // Adds what batches whose nodes are neighbours in memory computed. Of nodes that follow each
+  // other only the first is added to memory, as vectors: added one after the other, each would wait
+  // for the one before. What the last stencil has for a node that follows belongs to a particle of
+  // the next batch, and is added with that where it is the next to come.
+  class RunScatter {
+   public:
+    RunScatter(const StencilArray& stencils, std::span<Vec3> sums)
+        : stencils_(stencils), sums_(sums) {
+      forget();
+    }
+
+    void add(int first, const NodeValues& values) {
+      const auto& nodes = stencils_.nodes_[first / lane_count];
+      bool is_next = true;
+      for (int node = 0; node < Nodes; ++node)
+        is_next &= !Layout::follows(node) || nodes[node - 1].values[0] == next_[node];
+      if (!is_next) finish();
+      std::array<Lanes, 3> later{};  // what the nodes behind this one add to its particles
 #pragma GCC unroll 8
-    for (int node = Nodes - 1; node >= 0; --node) {
-      std::array<Lanes, 3> here;
-      for (int axis = 0; axis < 3; ++axis) here[axis] = values(axis, node);
-      if (node + 1 < Nodes && Layout::follows(node + 1)) {
-        for (int axis = 0; axis < 3; ++axis) here[axis] += later[axis];
-      }
-      double* sum = sums[nodes_[first / lane_count][node].values[0]].data();
-      if (!Layout::follows(node)) {
-        materials::add_vectors(here, sum);
-        continue;
-      }
-      for (int axis = 0; axis < 3; ++axis) {
-        sum[3 * (lane_count - 1) + axis] += here[axis].values[lane_count - 1];
-        later[axis] = materials::moved_up(here[axis]);
+      for (int node = Nodes - 1; node >= 0; --node) {
+        std::array<Lanes, 3> here;
+        for (int axis = 0; axis < 3; ++axis) here[axis] = values(axis, node);
+        if (node + 1 < Nodes && Layout::follows(node + 1)) {
+          for (int axis = 0; axis < 3; ++axis) here[axis] += later[axis];
+        }
+        if (!Layout::follows(node)) {
+          materials::add_vectors(here, sums_[nodes[node].values[0]].data());
+          continue;
+        }
+        for (int axis = 0; axis < 3; ++axis)
+          later[axis] = materials::moved_up(last_[node][axis], here[axis]);
+        last_[node] = here;
+        next_[node] = nodes[node].values[lane_count - 1];
       }
     }
-  }
+    // Adds what waits for a batch that does not come.
+    void finish() {
+      for (int node = 0; node < Nodes; ++node) {
+        if (!Layout::follows(node) || next_[node] == no_node) continue;
+        for (int axis = 0; axis < 3; ++axis)
+          sums_[next_[node]][axis] += last_[node][axis].values[lane_count - 1];
+      }
+      forget();
+    }
+
+   private:
+    void forget() {
+      last_.fill({Lanes(0), Lanes(0), Lanes(0)});
+      next_.fill(no_node);
+    }
+
+    const StencilArray& stencils_;
+    std::span<Vec3> sums_;
+    std::array<std::array<Lanes, 3>, Nodes> last_;  // of the last batch, for nodes that follow
+    std::array<int, Nodes> next_;                   // the particles of its last stencil
+  };
   // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
   // given as integral constants.
   template <class BlockOf>
@@ -258,22 +309,6 @@ class StencilArray {
     if (a == no_node || b == no_node) return pattern.upper_diagonal((*this)[i][0]);
     const int row = std::min(a, b);
     return pattern.upper(row, pattern.slot(row, std::max(a, b)));
-  }
-
-  // Calls body(first, last) for each chunk of stencils.
-  template <class Body>
-  void for_each_chunk(int threads, const Body& body) const {
-    // One loop for both, as in sim/parallel.h.
-    const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
-    for (const std::vector<int>& chunks : passes) {
-      const int chunk_count = static_cast<int>(chunks.size());
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
-      for (int c = 0; c < chunk_count; ++c) {
-        const int first = chunks[c] * stencils_a_chunk;
-        const int last = std::min(count(), first + stencils_a_chunk);
-        body(first, last);
-      }
-    }
   }
 
   // Apart from the short ways, which are better for it.

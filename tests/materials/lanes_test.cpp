@@ -124,10 +124,14 @@ TEST(Lanes, Threefold) {
 }
 
 TEST(Lanes, MoveUpByOne) {
-  Lanes numbers;
-  for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = 10 + lane;
+  Lanes before, numbers;
+  for (int lane = 0; lane < lane_count; ++lane) {
+    before.values[lane] = 100 + lane;
+    numbers.values[lane] = 10 + lane;
+  }
+  const Lanes moved = moved_up(before, numbers);
   for (int lane = 0; lane < lane_count; ++lane)
-    EXPECT_EQ(moved_up(numbers).values[lane], lane == 0 ? 0 : 9 + lane);
+    EXPECT_EQ(moved.values[lane], lane == 0 ? 99 + lane_count : 9 + lane);
 }
 
 }  // namespace
