@@ -117,8 +117,9 @@ int run_scaling(const ScalingOptions& options);
 struct StabilityOptions {
   std::vector<std::string> slices;  // empty: all
   bool quick = false;               // a small grid, in which all should be well
-  double budget = 2;                // s of CPU time, of a run of 81 vertices
-  int jobs = 1;                     // cells at a time
+  // s of CPU time, of a run of 81 vertices; nothing: measured, 45 times the median
+  std::optional<double> limit;
+  int jobs = 1;  // cells at a time
   bool json = false;
   std::filesystem::path csv, plot;  // empty: none
 };

@@ -189,9 +189,10 @@ void add_stability(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--slice", options.slices, "Slices (default: all)")
       ->delimiter(',')
       ->check(is_slice);
-  sub.add_option("--budget", options.budget, "CPU time of a run of 81 vertices, s")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  sub.add_option("--limit", options.limit,
+                 "CPU time at which a run of 81 vertices ends, s (default: 45 times the median, "
+                 "measured)")
+      ->check(CLI::PositiveNumber);
   sub.add_option("--jobs", options.jobs, "Runs at a time")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();

@@ -21,6 +21,11 @@ namespace {
 
 using sim::number_text;
 
+// Less than what is too slow, so that a run that does not finish ends before it is.
+constexpr double first_limit_in_medians = 30, limit_in_medians = 45;
+static_assert(limit_in_medians < most_medians);
+constexpr double generous_limit = 60;  // s
+
 struct Run {
   Slice slice;
   std::vector<CellResult> results;  // by cell
@@ -70,7 +75,19 @@ void print_counts(const std::string& slice, const std::string& method, const Cou
   std::printf("\n");
 }
 
-void print_table(const std::vector<Run>& runs, double budget) {
+// What has taken so much longer than most is too slow, however it ended.
+void find_slow(std::vector<Run>& runs) {
+  const double most = most_medians * median_cost(runs);
+  for (Run& run : runs) {
+    for (std::size_t i = 0; i < run.results.size(); ++i) {
+      CellResult& result = run.results[i];
+      if (result.outcome <= Outcome::limited && result.cpu > most * run.slice.cells[i].size)
+        result.outcome = Outcome::too_slow;
+    }
+  }
+}
+
+void print_table(const std::vector<Run>& runs, double limit) {
   std::printf("%-24s %-18s", "slice", "method");
   for (int i = 0; i < outcome_count; ++i)
     std::printf(" %10s", outcome_name(static_cast<Outcome>(i)));
@@ -86,24 +103,23 @@ void print_table(const std::vector<Run>& runs, double budget) {
   print_counts("all", "", all);
   const double median = median_cost(runs);
   std::printf(
-      "median cost %s s of CPU time; a cell of as many vertices may take %s s, %.0f times "
-      "as much\n",
-      number_text(1e-4 * std::round(1e4 * median)).c_str(), number_text(budget).c_str(),
-      median > 0 ? budget / median : 0);
+      "median cost %.2g s of CPU time; a cell of 81 vertices is limited to %.2g s, %.0f times as "
+      "much; more than %g times is too slow\n",
+      median, limit, median > 0 ? limit / median : 0, most_medians);
 }
 
-void print_forbidden(const std::vector<Run>& runs) {
+void print_unfinished(const std::vector<Run>& runs) {
   for (const Run& run : runs) {
     for (std::size_t i = 0; i < run.results.size(); ++i) {
       const CellResult& result = run.results[i];
-      if (!is_forbidden(result.outcome)) continue;
+      if (result.outcome < Outcome::limited) continue;
       std::printf("%s: %s\n  %s\n", outcome_name(result.outcome), result.message.c_str(),
                   run.slice.cells[i].command().c_str());
     }
   }
 }
 
-nlohmann::ordered_json json_of(const std::vector<Run>& runs, double budget) {
+nlohmann::ordered_json json_of(const std::vector<Run>& runs, double limit) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const Run& run : runs) {
     for (std::size_t i = 0; i < run.results.size(); ++i) {
@@ -123,7 +139,7 @@ nlohmann::ordered_json json_of(const std::vector<Run>& runs, double budget) {
                       {"command", cell.command()}});
     }
   }
-  return {{"budget_s", budget}, {"median_cpu_s", median_cost(runs)}, {"rows", std::move(rows)}};
+  return {{"limit_s", limit}, {"median_cpu_s", median_cost(runs)}, {"rows", std::move(rows)}};
 }
 
 std::string in_csv(std::string text) {
@@ -151,9 +167,9 @@ std::string csv_of(const std::vector<Run>& runs) {
   return out.str();
 }
 
-// Of the picture: finished, refused, failed, too slow, and all that must never be.
+// Of the picture: finished, refused, failed, limited, and all that must never be.
 int class_of(Outcome outcome) {
-  return std::min(static_cast<int>(outcome), static_cast<int>(Outcome::hung));
+  return std::min(static_cast<int>(outcome), static_cast<int>(Outcome::too_slow));
 }
 
 HeatPanel panel_of(const Run& run, const std::string& method) {
@@ -175,8 +191,8 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
   map.classes = {{"finished, checked", "#009e73"},
                  {"refused at the start", "#9fc9e8"},
                  {"failed, and said why", "#0072b2"},
-                 {"too slow", "#f0e442"},
-                 {"wrong, not finite, hung or unclear", "#d55e00"}};
+                 {"ended at its limit", "#f0e442"},
+                 {"wrong, not finite, too slow, hung or unclear", "#d55e00"}};
   int cells = 0;
   for (const Run& run : runs) {
     cells += static_cast<int>(run.results.size());
@@ -206,21 +222,55 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
   write_svg(map, path);
 }
 
+// Of a run of 81 vertices on this machine, s.
+double usual_limit(int jobs) {
+  std::vector<Run> runs;
+  for (const Slice& slice : make_slices({}, true))
+    runs.push_back({slice, run_cells(slice.cells, generous_limit, jobs, [](auto&, auto&) {})});
+  return first_limit_in_medians * median_cost(runs);
+}
+
+// Those that have ended at their limit once more, with one that goes by the median of all: the
+// machine may have been slower, or faster, when that of the small grid was measured. Returns it.
+double run_limited_again(std::vector<Run>& runs, double limit, int jobs) {
+  limit = std::max(limit, limit_in_medians * median_cost(runs));
+  for (Run& run : runs) {
+    std::vector<Cell> cells;
+    std::vector<CellResult*> results;
+    for (std::size_t i = 0; i < run.results.size(); ++i) {
+      if (run.results[i].outcome != Outcome::limited) continue;
+      cells.push_back(run.slice.cells[i]);
+      results.push_back(&run.results[i]);
+    }
+    const std::vector<CellResult> again = run_cells(cells, limit, jobs, tell);
+    for (std::size_t i = 0; i < again.size(); ++i) *results[i] = again[i];
+  }
+  return limit;
+}
+
 }  // namespace
 
 int run_stability(const StabilityOptions& options) {
+  double limit = options.limit ? *options.limit : usual_limit(options.jobs);
   std::vector<Run> runs;
-  for (const Slice& slice : make_slices(options.slices, options.quick)) {
-    runs.push_back({slice, run_cells(slice.cells, options.budget, options.jobs, tell)});
-    // Slice by slice: what has been run is kept, whatever comes.
+  const auto keep = [&] {
     if (!options.csv.empty()) write_text(csv_of(runs), options.csv);
     if (!options.plot.empty()) draw(runs, options.plot);
+  };
+  for (const Slice& slice : make_slices(options.slices, options.quick)) {
+    runs.push_back({slice, run_cells(slice.cells, limit, options.jobs, tell)});
+    keep();  // what has been run, whatever comes
   }
+  if (!options.limit) {
+    limit = run_limited_again(runs, limit, options.jobs);
+    find_slow(runs);
+  }
+  keep();
   if (options.json) {
-    std::printf("%s\n", json_of(runs, options.budget).dump(2).c_str());
+    std::printf("%s\n", json_of(runs, limit).dump(2).c_str());
   } else {
-    print_table(runs, options.budget);
-    print_forbidden(runs);
+    print_table(runs, limit);
+    print_unfinished(runs);
   }
   return std::any_of(runs.begin(), runs.end(),
                      [](const Run& run) {

@@ -16,6 +16,7 @@
 #include "bench/medians.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/cpu_limit.h"
 #include "sim/simulation.h"
 
 namespace weft::bench {
@@ -25,18 +26,24 @@ namespace {
 using namespace sim;
 
 constexpr int looks = 25;             // at states of a run, before the last
-constexpr double patience = 3;        // budgets after which a step that does not end is a hang
+constexpr double patience = 3;        // limits after which a step that does not end is a hang
 constexpr double least_patience = 2;  // s
 
-constexpr const char* names[outcome_count] = {"finished", "refused", "failed",
-                                              "too slow", "hung",    "not finite",
-                                              "wrong",    "unclear", "crashed"};
+constexpr const char* names[outcome_count] = {"finished", "refused", "failed",     "limited",
+                                              "too slow", "hung",    "not finite", "wrong",
+                                              "unclear",  "crashed"};
 
-// Steps to the end of the case, a failure, or the end of the budget.
-void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, double budget,
-             CellResult& result) {
+// Steps to the end of the case, a failure, or its limit.
+void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, CellResult& result) {
   const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
   const TimeCase& options = dynamics.scene().source.time;
+  CpuLimit limit(dynamics.scene().source.compute.cpu_limit.value());
+  bool is_limited = false;
+  integrator.set_reason_to_stop([&]() -> std::optional<std::string> {
+    is_limited = limit.is_passed();
+    if (!is_limited) return std::nullopt;
+    return limit.reason(dynamics.scene(), integrator);
+  });
   EnergyWatch watch(dynamics.scene(), dynamics.energies(0, integrator.state()));
   double next_look = 0, judging = 0;
   const auto end_with = [&](Outcome outcome, std::string message) {
@@ -48,16 +55,17 @@ void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, double bu
     const double now = seconds(CLOCK_PROCESS_CPUTIME_ID);
     const double time = result.reached = integrator.time();
     result.cpu = now - start - judging;
-    // A failure that took so long comes too late.
-    if (result.cpu > budget)
-      return end_with(Outcome::too_slow, "the budget of " + number_text(budget) +
-                                             " s is spent at t = " + number_text(time) + " s");
-    if (failure) return end_with(is_clear(*failure) ? Outcome::failed : Outcome::unclear, *failure);
+    const auto fail = [&](const std::string& reason, Outcome outcome) {
+      end_with(is_clear(reason) ? outcome : Outcome::unclear, reason);
+    };
+    if (failure) return fail(*failure, is_limited ? Outcome::limited : Outcome::failed);
     if (!all_finite(integrator.state()) || !std::isfinite(time))
       return end_with(Outcome::not_finite, "a value is not finite at t = " + number_text(time));
     const Energies energies = dynamics.energies_at_last_rate(time, integrator.state());
     if (auto fault = watch.check(time, integrator.state(), energies))
-      return end_with(is_clear(*fault) ? Outcome::failed : Outcome::unclear, *fault);
+      return fail(*fault, Outcome::failed);
+    if (time < options.duration && limit.is_passed())
+      return fail(limit.reason(dynamics.scene(), integrator), Outcome::limited);
     if (time < next_look && time < options.duration) continue;
     if (auto fault = judge.check(time, integrator.state())) return end_with(Outcome::wrong, *fault);
     next_look = time + options.duration / looks;
@@ -70,8 +78,7 @@ void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, double bu
   result.outcome = Outcome::finished;
 }
 
-CellResult run_here(const std::string& path, const std::vector<std::string>& overrides,
-                    double budget) {
+CellResult run_here(const std::string& path, const std::vector<std::string>& overrides) {
   CellResult result;
   try {
     const auto scene = build_scene(read_case(path, overrides));
@@ -80,7 +87,7 @@ CellResult run_here(const std::string& path, const std::vector<std::string>& ove
     Dynamics dynamics(*scene, statistics);
     const auto integrator = make_integrator(*scene, dynamics);
     Judge judge(*scene);
-    advance(dynamics, *integrator, judge, budget, result);
+    advance(dynamics, *integrator, judge, result);
     result.steps = integrator->counts().steps;
     result.energy = judge.largest_share();
   } catch (const CaseError& error) {
@@ -117,14 +124,15 @@ CellResult result_of(const std::string& text) {
   return result;
 }
 
-[[noreturn]] void be_the_child(int pipe_end, const std::string& path,
-                               const std::vector<std::string>& overrides, double budget) {
-  const auto limit = static_cast<rlim_t>(std::ceil(least_patience + patience * budget));
-  const rlimit cpu{limit, limit + 1};
+[[noreturn]] void be_the_child(int pipe_end, const Cell& cell, double limit) {
+  const auto hang = static_cast<rlim_t>(std::ceil(least_patience + patience * limit));
+  const rlimit cpu{hang, hang + 1};
   setrlimit(RLIMIT_CPU, &cpu);
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  const std::string text = text_of(run_here(path, overrides, budget));
+  std::vector<std::string> overrides = cell.overrides;
+  overrides.push_back("compute.cpu_limit=" + number_text(limit));
+  const std::string text = text_of(run_here(WEFT_SOURCE_DIR "/" + cell.path, overrides));
   const bool written =
       write(pipe_end, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   _exit(written ? 0 : 1);
@@ -142,18 +150,18 @@ struct Child {
   pid_t process = 0;
   int pipe_end = 0;
   std::size_t cell = 0;
-  double budget = 0;
+  double limit = 0;  // s of CPU time
 };
 
-Child start(const Cell& cell, double budget, std::size_t index) {
+Child start(const Cell& cell, double limit, std::size_t index) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
   std::fflush(nullptr);
   const pid_t process = fork();
   if (process < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
-  if (process == 0) be_the_child(ends[1], WEFT_SOURCE_DIR "/" + cell.path, cell.overrides, budget);
+  if (process == 0) be_the_child(ends[1], cell, limit);
   close(ends[1]);
-  return {process, ends[0], index, budget};
+  return {process, ends[0], index, limit};
 }
 
 // Of a child that has ended.
@@ -164,7 +172,7 @@ CellResult collect(const Child& child, int status) {
   CellResult result;
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
     result.outcome = Outcome::hung;
-    result.cpu = least_patience + patience * child.budget;
+    result.cpu = least_patience + patience * child.limit;
     result.message = "a step did not end";
   } else {
     result.message = WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "the process ended";
@@ -176,13 +184,13 @@ CellResult collect(const Child& child, int status) {
 
 const char* outcome_name(Outcome outcome) { return names[static_cast<int>(outcome)]; }
 
-std::vector<CellResult> run_cells(std::span<const Cell> cells, double budget, int jobs,
+std::vector<CellResult> run_cells(std::span<const Cell> cells, double limit, int jobs,
                                   const std::function<void(const Cell&, const CellResult&)>& done) {
   std::vector<CellResult> results(cells.size());
   std::map<pid_t, Child> running;
   for (std::size_t next = 0; next < cells.size() || !running.empty();) {
     if (next < cells.size() && running.size() < static_cast<std::size_t>(jobs)) {
-      const Child child = start(cells[next], budget * cells[next].size, next);
+      const Child child = start(cells[next], limit * cells[next].size, next);
       running[child.process] = child;
       ++next;
       continue;

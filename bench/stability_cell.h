@@ -30,14 +30,17 @@ enum class Outcome {
   finished,
   refused,
   failed,
-  too_slow,
+  limited,   // the run has ended at its compute.cpu_limit, and says so
+  too_slow,  // has taken more than most_medians, however it ended; found when all have run, unless
+             // a limit was given
   hung,
   not_finite,
   wrong,
   unclear,
   crashed
 };
-inline constexpr int outcome_count = 9;
+inline constexpr int outcome_count = 10;
+inline constexpr double most_medians = 50;
 const char* outcome_name(Outcome outcome);
 inline bool is_forbidden(Outcome outcome) { return outcome >= Outcome::too_slow; }
 
@@ -82,10 +85,10 @@ bool all_finite(std::span<const double> y);
 bool is_clear(const std::string& failure);
 
 // Runs `weft run PATH --set ...` without its trajectory for each cell, `jobs` at a time, each in a
-// child process that is ended when it has not come back from one step after several times its
-// budget: `budget` (s of CPU time) times the size of the cell. Results in the order of the cells;
-// `done` is told of each as it ends.
-std::vector<CellResult> run_cells(std::span<const Cell> cells, double budget, int jobs,
+// child process with a compute.cpu_limit of `limit` (s) times the size of the cell, which is ended
+// when it has not come back from one step after several times that. Results in the order of the
+// cells; `done` is told of each as it ends.
+std::vector<CellResult> run_cells(std::span<const Cell> cells, double limit, int jobs,
                                   const std::function<void(const Cell&, const CellResult&)>& done);
 
 }  // namespace weft::bench

@@ -259,6 +259,8 @@ Slice slice_of(const Plan& plan, bool quick) {
         plan.x.apply(setup, plan.x.values[x]);
         if (y_axis != nullptr) y_axis->apply(setup, y_axis->values[y]);
         apply_setting(method, setup);
+        // Equilibria take no less for a shorter time.
+        if (is_static) setup.size *= setup.size;
         slice.cells.push_back({plan.name, method.name,
                                std::string("bench/stability/") + plan.scene.name + ".toml",
                                static_cast<int>(x), y_axis == nullptr ? index : static_cast<int>(y),

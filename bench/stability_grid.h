@@ -11,7 +11,7 @@ struct Cell {
   std::string slice, method, path;
   int x = 0, y = 0;  // along the axes of the slice; of a sweep, y is the method
   std::vector<std::string> overrides;
-  double size = 1;  // what its budget is multiplied by
+  double size = 1;  // what its limit is multiplied by
 
   std::string command() const;  // that reproduces it
 };

@@ -1,10 +1,10 @@
 #include "bench/timed_run.h"
 
-#include <chrono>
 #include <optional>
 
 #include "bench/medians.h"
 #include "sim/case/case_text.h"
+#include "sim/cpu_limit.h"
 
 namespace weft::bench {
 
@@ -12,28 +12,11 @@ namespace {
 
 using namespace sim;
 
-// CPU time (s) since it was made. Asked after every step, the system's clock of it would be a few
-// percent of what the cheapest steps take; it cannot have passed more than all threads together.
-class CpuLimit {
- public:
-  CpuLimit(double limit, int threads) : limit_(limit), threads_(threads) {}
-  bool is_passed() const {
-    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - wall_start_;
-    return wall.count() * threads_ > limit_ && seconds(CLOCK_PROCESS_CPUTIME_ID) - start_ > limit_;
-  }
-
- private:
-  double limit_;  // s
-  int threads_;
-  std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
-  double start_ = seconds(CLOCK_PROCESS_CPUTIME_ID);
-};
-
 // The failure, if any. Frames are interpolated as a recorder would.
 std::string advance(Dynamics& dynamics, Integrator& integrator, std::span<const double> times,
                     double budget, TimedRun& run) {
   std::vector<double> state(dynamics.state_size());
-  const CpuLimit limit(budget, dynamics.threads());
+  CpuLimit limit(budget);
   std::size_t next = 0;
   while (next < times.size()) {
     if (auto failure = integrator.step()) return *failure;

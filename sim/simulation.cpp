@@ -4,8 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "sim/case/case_error.h"
+#include "sim/cpu_limit.h"
 #include "sim/integrator/energy_watch.h"
 #include "sim/process_time.h"
 #include "sim/trajectory/crossings.h"
@@ -16,6 +18,7 @@ namespace weft::sim {
 namespace {
 
 constexpr std::size_t listed_pairs = 10;
+constexpr double no_limit = std::numeric_limits<double>::infinity();
 
 std::string describe_triangle(const Scene& scene, int body, int triangle) {
   const SceneBody& owner = scene.bodies[body];
@@ -91,6 +94,8 @@ class Run {
     const double cpu_start = process_cpu_time();
     report_.trajectory = options_.trajectory;
     record(0.0, integrator_->state());
+    cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
+    integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
     integrate();
     const bool failed = report_.status == RunReport::Status::failed;
     report_.simulated_time =
@@ -136,16 +141,9 @@ class Run {
     std::vector<double> interpolated(dynamics_.state_size());
     const double duration = scene_.source.time.duration;
     for (long frame = 1; last_recorded_ < duration;) {
-      if (options_.stop_signal != nullptr && *options_.stop_signal != 0) {
-        report_.status = RunReport::Status::interrupted;
-        return;
-      }
-      if (const auto reason = integrator_->step()) {
-        fail(*reason);
-        // The last good state is kept as a frame of its own.
-        if (integrator_->time() > last_recorded_) record(integrator_->time(), integrator_->state());
-        return;
-      }
+      if (is_interrupted()) return interrupt();
+      if (const auto reason = integrator_->step())
+        return is_interrupted() ? interrupt() : fail_with_last_state(*reason);
       note_gap();
       note_decision();
       // A step that is found wrong after it was taken leaves the last frame as the last good state.
@@ -155,12 +153,29 @@ class Run {
         record(frame_time(frame), interpolated);
       }
       if (options_.progress) options_.progress(std::min(integrator_->time(), duration));
+      if (last_recorded_ < duration && cpu_limit_->is_passed())
+        return fail_with_last_state(cpu_limit_->reason(scene_, *integrator_));
     }
   }
 
+  bool is_interrupted() const {
+    return options_.stop_signal != nullptr && *options_.stop_signal != 0;
+  }
+  std::optional<std::string> reason_to_stop() {
+    if (is_interrupted()) return "interrupted";
+    if (cpu_limit_->is_passed()) return cpu_limit_->reason(scene_, *integrator_);
+    return std::nullopt;
+  }
+
+  void interrupt() { report_.status = RunReport::Status::interrupted; }
   void fail(const std::string& reason) {
     report_.status = RunReport::Status::failed;
     report_.reason = reason;
+  }
+  // The last good state is kept as a frame of its own.
+  void fail_with_last_state(const std::string& reason) {
+    fail(reason);
+    if (integrator_->time() > last_recorded_) record(integrator_->time(), integrator_->state());
   }
 
   // Records the step, or says what is wrong with it.
@@ -203,6 +218,7 @@ class Run {
   FrameRecorder recorder_;
   EnergyWatch energy_watch_;
   std::optional<ErrorMonitor> monitor_;
+  std::optional<CpuLimit> cpu_limit_;
   double last_recorded_ = 0;
 };
 

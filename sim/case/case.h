@@ -155,6 +155,7 @@ enum class ComputeBackend { automatic, gpu, osmesa, cpu };
 struct ComputeCase {
   int threads = 1;
   ComputeBackend backend = ComputeBackend::automatic;  // of the contact search
+  std::optional<double> cpu_limit;                     // s
 };
 
 struct Case {

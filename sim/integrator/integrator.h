@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -42,8 +43,20 @@ class Integrator {
   // path is not certain to keep surfaces apart, along the straight path that is.
   virtual void state_at(double time, std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
+  // Asked between the tries of a step, of which there may be many: the reason not to go on that it
+  // gives, if any, is then that of step(). May be empty.
+  using ReasonToStop = std::function<std::optional<std::string>()>;
+  void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
   // What the method has decided by itself so far; empty where there is nothing to decide.
   virtual std::string decision() const { return {}; }
+
+ protected:
+  std::optional<std::string> reason_to_stop() const {
+    return reason_to_stop_ ? reason_to_stop_() : std::nullopt;
+  }
+
+ private:
+  ReasonToStop reason_to_stop_;
 };
 
 // The integrator of `time.method`: one line a method in the table of integrator.cpp. Both arguments

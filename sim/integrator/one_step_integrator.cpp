@@ -58,6 +58,7 @@ double OneStepIntegrator::next_time() const {
 std::optional<std::string> OneStepIntegrator::step() {
   fault_.reset();
   place_ = -1;
+  stopped_.reset();
   if (counts_.steps == 0) {
     if (auto reason = refusal()) return reason;
   }
@@ -70,6 +71,7 @@ std::optional<std::string> OneStepIntegrator::step() {
       accept(end);
       return too_many_vetoes();
     }
+    if (should_stop()) return stopped_;
     count(trouble);
     // An error test has proposed a length.
     if (trouble != Trouble::error_too_large) size_ = (end - time_) / 2;

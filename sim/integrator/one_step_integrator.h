@@ -43,6 +43,12 @@ class OneStepIntegrator : public Integrator {
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
   const std::optional<ContactFault>& fault() const { return fault_; }
   void set_place(int particle) { place_ = particle; }
+  // Between the parts of a long try, which then ends with any trouble: step() fails with the reason
+  // to stop.
+  bool should_stop() {
+    if (!stopped_) stopped_ = reason_to_stop();
+    return stopped_.has_value();
+  }
 
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }
@@ -76,6 +82,7 @@ class OneStepIntegrator : public Integrator {
   std::int64_t vetoes_before_window_ = 0;
   double window_start_ = 0;  // s
   int place_ = -1;
+  std::optional<std::string> stopped_;  // why this step is to be left
 };
 
 }  // namespace weft::sim

@@ -105,7 +105,7 @@ class StaticIntegrator final : public OneStepIntegrator {
     set_fault(dynamics().rate(end, y, rate_));
     if (fault()) return Progress::blocked;
     const double fraction = hardness < 1 ? softened_fraction : residual_fraction;
-    while (pseudo_steps_ < most_steps) {
+    while (pseudo_steps_ < most_steps && !should_stop()) {
       ++pseudo_steps_;
       set_fault({});
       const double taken = find_direction(end, y) ? descend(end, y) : 0;

@@ -259,6 +259,35 @@ TEST_F(CommandRun, KeepsTheLastGoodStateOfAFailure) {
 }
 
 // The dynamic linker says which libraries a process loads, until its end.
+TEST_F(CommandRun, EndsAtItsLimit) {
+  write("sheet.toml", sheet_case);
+  const Result result = weft({"run", "sheet.toml", "--json", "--quiet", "--set",
+                              "time.duration=1e4", "--set", "compute.cpu_limit=0.02"});
+  EXPECT_EQ(result.code, exit_code::numerical_failure);
+  const nlohmann::json report = nlohmann::json::parse(result.out);
+  EXPECT_EQ(report.at("status"), "failed");
+  EXPECT_GT(report.at("cpu_s"), 0.02);
+  const std::string reason = report.at("reason");
+  for (const char* part : {"0.02 s", "compute.cpu_limit", "\"sheet\"", " at t = ", " steps"}) {
+    EXPECT_NE(reason.find(part), std::string::npos) << part << " is not in: " << reason;
+  }
+  EXPECT_EQ(frame_times(path("out/sheet.h5")).back(), report.at("simulated_s"));
+  EXPECT_LT(report.at("simulated_s"), 1e4);
+}
+
+// A load of an equilibrium is one step, and may be a long one.
+TEST_F(CommandRun, EndsAtItsLimitWithinALoad) {
+  write("sheet.toml", sheet_case);
+  const Result result =
+      weft({"run", "sheet.toml", "--json", "--quiet", "--set", "time.method=static", "--set",
+            "body.sheet.shape.resolution=[65, 65]", "--set", "compute.cpu_limit=0.01"});
+  EXPECT_EQ(result.code, exit_code::numerical_failure);
+  const nlohmann::json report = nlohmann::json::parse(result.out);
+  EXPECT_NE(report.at("reason").get<std::string>().find("compute.cpu_limit"), std::string::npos);
+  EXPECT_EQ(report.at("simulated_s"), 0);
+  EXPECT_EQ(frame_times(path("out/sheet.h5")).size(), 1U);
+}
+
 TEST_F(CommandRun, LoadsOpenGLOnlyToDraw) {
 #ifdef WEFT_WITHOUT_GPU
   GTEST_SKIP() << "built without gpu/";
