@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/tolerances.h"
@@ -232,7 +233,13 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
 // From `u`.
 StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
   KINSetNumMaxIters(kinsol, most_iterations);
-  const int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
+  int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
+  if (flag == KIN_INITIAL_GUESS_OK) {
+    // However little a guess leaves, each of many short steps would leave it.
+    KINSetFuncNormTol(kinsol, std::numeric_limits<double>::min());
+    flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
+    KINSetFuncNormTol(kinsol, largest_last_correction);
+  }
   long newton = 0, linear = 0;
   KINGetNumNonlinSolvIters(kinsol, &newton);
   KINGetNumLinIters(kinsol, &linear);
