@@ -95,7 +95,7 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
 void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& options,
            Result& result) {
   double setting = ladder.first;
-  LadderEnd end(ladder);
+  LadderEnd end;
   for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
     Row row = measure(source, ladder, setting, result.reference, options);
     tell(row);

@@ -59,7 +59,7 @@ std::vector<Row> measure_all(const Case& source, const EnergyDriftOptions& optio
   for (const Ladder& ladder : method_ladders()) {
     if (!is_wanted(options, ladder.name)) continue;
     double setting = ladder.first;
-    LadderEnd end(ladder);
+    LadderEnd end;
     for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
       rows.push_back(measure(source, ladder, setting, options.budget));
       const Row& row = rows.back();

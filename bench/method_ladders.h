@@ -22,11 +22,10 @@ struct Ladder {
 
 std::span<const Ladder> method_ladders();
 
-// When to leave a ladder: two settings in a row have spent the budget. Of tolerances, coarse ones
-// may fail to come to an end where finer ones do: these do not count before one has.
+// When to leave a ladder: two settings in a row have spent the budget. Coarse ones may fail to come
+// to an end where finer ones do: these do not count before one has.
 class LadderEnd {
  public:
-  explicit LadderEnd(const Ladder& ladder) : counts_(ladder.by_step) {}
   // After each setting.
   bool is_reached(bool over_budget) {
     counts_ = counts_ || !over_budget;
@@ -35,7 +34,7 @@ class LadderEnd {
   }
 
  private:
-  bool counts_;
+  bool counts_ = false;
   int too_slow_ = 0;
 };
 
