@@ -2,7 +2,6 @@
 // clearly why it does not.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -57,7 +56,7 @@ void tell(const Cell& cell, const CellResult& result) {
 
 // Of the cells that ended by themselves, for 81 vertices.
 double median_cost(const std::vector<Run>& runs) {
-  std::vector<double> costs{0};
+  std::vector<double> costs;
   for (const Run& run : runs) {
     for (std::size_t i = 0; i < run.results.size(); ++i) {
       const Outcome outcome = run.results[i].outcome;
@@ -65,7 +64,7 @@ double median_cost(const std::vector<Run>& runs) {
         costs.push_back(run.results[i].cpu / run.slice.cells[i].size);
     }
   }
-  return median(costs);
+  return costs.empty() ? 0 : median(costs);
 }
 
 void print_counts(const std::string& slice, const std::string& method, const Counts& counts) {
@@ -75,14 +74,18 @@ void print_counts(const std::string& slice, const std::string& method, const Cou
   std::printf("\n");
 }
 
-// What has taken so much longer than most is too slow, however it ended.
-void find_slow(std::vector<Run>& runs) {
-  const double most = most_medians * median_cost(runs);
+// What has taken so much longer than most is too slow, however it ended. Where the limit was that
+// of a slower machine, so much more is allowed.
+void find_slow(std::vector<Run>& runs, double limit) {
+  const double most = most_medians * std::max(median_cost(runs), limit / limit_in_medians);
   for (Run& run : runs) {
     for (std::size_t i = 0; i < run.results.size(); ++i) {
       CellResult& result = run.results[i];
-      if (result.outcome <= Outcome::limited && result.cpu > most * run.slice.cells[i].size)
-        result.outcome = Outcome::too_slow;
+      if (result.outcome > Outcome::limited || result.cpu <= most * run.slice.cells[i].size)
+        continue;
+      result.message = std::string(outcome_name(result.outcome)) + " after " +
+                       number_text(result.cpu) + " s, " + result.message;
+      result.outcome = Outcome::too_slow;
     }
   }
 }
@@ -103,9 +106,9 @@ void print_table(const std::vector<Run>& runs, double limit) {
   print_counts("all", "", all);
   const double median = median_cost(runs);
   std::printf(
-      "median cost %.2g s of CPU time; a cell of 81 vertices is limited to %.2g s, %.0f times as "
-      "much; more than %g times is too slow\n",
-      median, limit, median > 0 ? limit / median : 0, most_medians);
+      "median cost %.2g s of CPU time; a cell of 81 vertices is limited to %.3g s, %.0f times as "
+      "much\n",
+      median, limit, median > 0 ? limit / median : 0);
 }
 
 void print_unfinished(const std::vector<Run>& runs) {
@@ -231,9 +234,11 @@ double usual_limit(int jobs) {
 }
 
 // Those that have ended at their limit once more, with one that goes by the median of all: the
-// machine may have been slower, or faster, when that of the small grid was measured. Returns it.
+// machine may have been faster when that of the small grid was measured. Returns the limit.
 double run_limited_again(std::vector<Run>& runs, double limit, int jobs) {
-  limit = std::max(limit, limit_in_medians * median_cost(runs));
+  const double usual = limit_in_medians * median_cost(runs);
+  if (usual <= limit) return limit;
+  limit = usual;
   for (Run& run : runs) {
     std::vector<Cell> cells;
     std::vector<CellResult*> results;
@@ -263,7 +268,7 @@ int run_stability(const StabilityOptions& options) {
   }
   if (!options.limit) {
     limit = run_limited_again(runs, limit, options.jobs);
-    find_slow(runs);
+    find_slow(runs, limit);
   }
   keep();
   if (options.json) {

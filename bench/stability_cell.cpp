@@ -25,9 +25,9 @@ namespace {
 
 using namespace sim;
 
-constexpr int looks = 25;             // at states of a run, before the last
-constexpr double patience = 3;        // limits after which a step that does not end is a hang
-constexpr double least_patience = 2;  // s
+constexpr int looks = 25;              // at states of a run, before the last
+constexpr double patience = 3;         // limits after which a step that does not end is a hang
+constexpr double least_patience = 10;  // s
 
 constexpr const char* names[outcome_count] = {"finished", "refused", "failed",     "limited",
                                               "too slow", "hung",    "not finite", "wrong",
@@ -69,7 +69,9 @@ void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, CellResul
     if (time < next_look && time < options.duration) continue;
     if (auto fault = judge.check(time, integrator.state())) return end_with(Outcome::wrong, *fault);
     next_look = time + options.duration / looks;
-    judging += seconds(CLOCK_PROCESS_CPUTIME_ID) - now;
+    const double judged = seconds(CLOCK_PROCESS_CPUTIME_ID) - now;
+    judging += judged;
+    limit.exclude(judged);
   }
   if (options.method == TimeMethod::static_loads) {
     if (auto fault = judge.check_rest(options.duration, integrator.state()))
@@ -88,6 +90,7 @@ CellResult run_here(const std::string& path, const std::vector<std::string>& ove
     const auto integrator = make_integrator(*scene, dynamics);
     Judge judge(*scene);
     advance(dynamics, *integrator, judge, result);
+    integrator->set_reason_to_stop({});
     result.steps = integrator->counts().steps;
     result.energy = judge.largest_share();
   } catch (const CaseError& error) {

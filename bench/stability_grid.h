@@ -13,7 +13,7 @@ struct Cell {
   std::vector<std::string> overrides;
   double size = 1;  // what its limit is multiplied by
 
-  std::string command() const;  // that reproduces it
+  std::string command() const;  // that reproduces it, but for its limit
 };
 
 struct Slice {

@@ -15,7 +15,8 @@ std::string place_of(const Scene& scene, const Integrator& integrator) {
   const auto fastest = std::max_element(
       velocity.begin(), velocity.end(),
       [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
-  if (fastest->isZero()) return "of body " + in_quotes(scene.bodies.front().name);
+  if (velocity.empty() || fastest->isZero())
+    return "of body " + in_quotes(scene.bodies.front().name);
   return "fastest is " + scene.describe_particle(static_cast<int>(fastest - velocity.begin()));
 }
 
@@ -50,8 +51,8 @@ std::string CpuLimit::reason(const Scene& scene, const Integrator& integrator) c
     if (count > 0) text += ", " + number(count) + what;
   };
   add(counts.error_test_failures, " cut because of errors");
-  add(counts.convergence_failures, " because iterations did not converge");
-  add(counts.vetoed_steps, " to keep surfaces apart");
+  add(counts.convergence_failures, " cut because iterations did not converge");
+  add(counts.vetoed_steps, " cut to keep surfaces apart");
   return text + "; " + place_of(scene, integrator);
 }
 

@@ -14,6 +14,8 @@ class CpuLimit {
   explicit CpuLimit(double limit);
   // Looks at most once a millisecond; in between it costs some tens of nanoseconds.
   bool is_passed();
+  // Leaves out so much CPU time (s) that was spent on something else.
+  void exclude(double time) { start_ += time; }
   // Why a run that has passed it ends: how far it came, by what steps, and where it is fastest.
   std::string reason(const Scene& scene, const Integrator& integrator) const;
 

@@ -131,7 +131,9 @@ class Run {
   }
 
   void record(double time, std::span<const double> y) {
+    const double cpu_start = process_cpu_time();
     const auto errors = monitor_ ? monitor_->compare(time, y) : std::span<const double>{};
+    if (cpu_limit_) cpu_limit_->exclude(process_cpu_time() - cpu_start);
     const double stretch = recorder_.add_frame(time, y, integrator_->counts(), errors);
     report_.largest_stretch = std::max(report_.largest_stretch, stretch);
     last_recorded_ = time;
@@ -143,7 +145,7 @@ class Run {
     for (long frame = 1; last_recorded_ < duration;) {
       if (is_interrupted()) return interrupt();
       if (const auto reason = integrator_->step())
-        return is_interrupted() ? interrupt() : fail_with_last_state(*reason);
+        return left_a_step_ ? interrupt() : fail_with_last_state(*reason);
       note_gap();
       note_decision();
       // A step that is found wrong after it was taken leaves the last frame as the last good state.
@@ -162,7 +164,8 @@ class Run {
     return options_.stop_signal != nullptr && *options_.stop_signal != 0;
   }
   std::optional<std::string> reason_to_stop() {
-    if (is_interrupted()) return "interrupted";
+    left_a_step_ = is_interrupted();
+    if (left_a_step_) return "interrupted";
     if (cpu_limit_->is_passed()) return cpu_limit_->reason(scene_, *integrator_);
     return std::nullopt;
   }
@@ -219,6 +222,7 @@ class Run {
   EnergyWatch energy_watch_;
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
+  bool left_a_step_ = false;  // as it was interrupted
   double last_recorded_ = 0;
 };
 

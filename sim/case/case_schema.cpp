@@ -168,10 +168,11 @@ Table describe(ComputeCase& target) {
           "What finds the candidates of contact: a graphics processor, OpenGL on the CPU (a check "
           "of the shaders, slow), the CPU, or whichever of graphics processor and CPU is measured "
           "to be faster. The result does not depend on it."),
-      field(
-          "cpu_limit", &cpu_limit, "s", positive,
-          "CPU time that the run may take, all threads together, looked at after each step: a run "
-          "that takes more ends with its last state, says how far it came, and counts as failed.")
+      field("cpu_limit", &cpu_limit, "s", positive,
+            "CPU time that the run may take, all threads together, but for what --estimate-error "
+            "takes: "
+            "beyond it, the run ends with its last state, says how far it came, and counts as "
+            "failed.")
           .with_default("no limit"),
   }};
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "sim/integrator/dynamics.h"
 
@@ -43,8 +44,8 @@ class Integrator {
   // path is not certain to keep surfaces apart, along the straight path that is.
   virtual void state_at(double time, std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
-  // Asked between the tries of a step, of which there may be many: the reason not to go on that it
-  // gives, if any, is then that of step(). May be empty.
+  // Asked by one-step methods between the tries of a step, of which there may be many: the reason
+  // not to go on that it gives, if any, is then that of step(). May be empty.
   using ReasonToStop = std::function<std::optional<std::string>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
   // What the method has decided by itself so far; empty where there is nothing to decide.

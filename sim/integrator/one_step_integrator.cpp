@@ -71,13 +71,14 @@ std::optional<std::string> OneStepIntegrator::step() {
       accept(end);
       return too_many_vetoes();
     }
-    if (should_stop()) return stopped_;
+    if (stopped_) return stopped_;
     count(trouble);
     // An error test has proposed a length.
     if (trouble != Trouble::error_too_large) size_ = (end - time_) / 2;
     successes_ = 0;
     patience_ = std::min(2 * patience_, longest_patience);
     if (size_ < scene_.source.time.minimum_step) return failure(trouble);
+    if (should_stop()) return stopped_;
   }
 }
 

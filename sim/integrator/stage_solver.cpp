@@ -234,8 +234,9 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
 StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
   KINSetNumMaxIters(kinsol, most_iterations);
   int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
-  if (flag == KIN_INITIAL_GUESS_OK) {
-    // However little a guess leaves, each of many short steps would leave it.
+  const bool is_good_guess = flag == KIN_INITIAL_GUESS_OK;
+  if (is_good_guess) {
+    // However little it leaves, each of many short steps would leave it.
     KINSetFuncNormTol(kinsol, std::numeric_limits<double>::min());
     flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
     KINSetFuncNormTol(kinsol, largest_last_correction);
@@ -245,7 +246,7 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
   KINGetNumLinIters(kinsol, &linear);
   newton_iterations += newton;
   linear_iterations += linear;
-  return outcome(flag);
+  return is_good_guess && shortened ? Outcome::solved : outcome(flag);
 }
 
 // In `y`.
@@ -307,7 +308,10 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
     std::copy(a.begin(), a.end(), u.begin());
     outcome = self.iterate(KIN_LINESEARCH, largest_newton_count);
   }
-  if (outcome != Outcome::solved) return outcome;
+  if (outcome != Outcome::solved) {
+    self.slope.clear();
+    return outcome;
+  }
   std::copy(u.begin(), u.end(), y.begin());
   if (self.dynamics.contact() != nullptr) return outcome;
   self.slope.resize(y.size());

@@ -92,7 +92,7 @@ TEST(StabilityCell, EndsAsItShould) {
   EXPECT_GT(results[0].steps, 0);
   EXPECT_EQ(results[1].outcome, Outcome::refused) << results[1].message;
   EXPECT_EQ(results[2].outcome, Outcome::failed) << results[2].message;
-  // Spent before the second step.
+  // Spent within a few steps.
   const std::vector<Cell> long_cells{cell({"body.sheet.shape.resolution=[65, 65]"})};
   const auto limited = run_cells(long_cells, 1e-9, 1, [](auto&, auto&) {});
   EXPECT_EQ(limited[0].outcome, Outcome::limited) << limited[0].message;

@@ -258,7 +258,6 @@ TEST_F(CommandRun, KeepsTheLastGoodStateOfAFailure) {
   EXPECT_NEAR(times.back(), 0.005, 1e-6);
 }
 
-// The dynamic linker says which libraries a process loads, until its end.
 TEST_F(CommandRun, EndsAtItsLimit) {
   write("sheet.toml", sheet_case);
   const Result result = weft({"run", "sheet.toml", "--json", "--quiet", "--set",
@@ -280,7 +279,7 @@ TEST_F(CommandRun, EndsAtItsLimitWithinALoad) {
   write("sheet.toml", sheet_case);
   const Result result =
       weft({"run", "sheet.toml", "--json", "--quiet", "--set", "time.method=static", "--set",
-            "body.sheet.shape.resolution=[65, 65]", "--set", "compute.cpu_limit=0.01"});
+            "body.sheet.shape.resolution=[65, 65]", "--set", "compute.cpu_limit=1e-3"});
   EXPECT_EQ(result.code, exit_code::numerical_failure);
   const nlohmann::json report = nlohmann::json::parse(result.out);
   EXPECT_NE(report.at("reason").get<std::string>().find("compute.cpu_limit"), std::string::npos);
@@ -288,6 +287,7 @@ TEST_F(CommandRun, EndsAtItsLimitWithinALoad) {
   EXPECT_EQ(frame_times(path("out/sheet.h5")).size(), 1U);
 }
 
+// The dynamic linker says which libraries a process loads, until its end.
 TEST_F(CommandRun, LoadsOpenGLOnlyToDraw) {
 #ifdef WEFT_WITHOUT_GPU
   GTEST_SKIP() << "built without gpu/";
