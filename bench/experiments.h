@@ -117,7 +117,8 @@ int run_scaling(const ScalingOptions& options);
 struct StabilityOptions {
   std::vector<std::string> slices;  // empty: all
   bool quick = false;               // a small grid, in which all should be well
-  // s of CPU time, of a run of 81 vertices; nothing: measured, 45 times the median
+  // s of CPU time, of a run of 81 vertices; nothing: measured, 45 times the median, or a minute for
+  // the small grid
   std::optional<double> limit;
   int jobs = 1;  // cells at a time
   bool json = false;

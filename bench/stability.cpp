@@ -233,6 +233,11 @@ double usual_limit(int jobs) {
   return first_limit_in_medians * median_cost(runs);
 }
 
+double limit_of(const StabilityOptions& options) {
+  if (options.limit) return *options.limit;
+  return options.quick ? generous_limit : usual_limit(options.jobs);
+}
+
 // Those that have ended at their limit once more, with one that goes by the median of all: the
 // machine may have been faster when that of the small grid was measured. Returns the limit.
 double run_limited_again(std::vector<Run>& runs, double limit, int jobs) {
@@ -256,7 +261,7 @@ double run_limited_again(std::vector<Run>& runs, double limit, int jobs) {
 }  // namespace
 
 int run_stability(const StabilityOptions& options) {
-  double limit = options.limit ? *options.limit : usual_limit(options.jobs);
+  double limit = limit_of(options);
   std::vector<Run> runs;
   const auto keep = [&] {
     if (!options.csv.empty()) write_text(csv_of(runs), options.csv);

@@ -16,10 +16,10 @@ namespace weft::sim {
 // search on the residual; each correction by newton_solver.h. Residuals and corrections are
 // weighted as in the tolerances of the case: positions by 1 / position_tolerance, velocities by 1 /
 // (velocity_tolerance + relative_tolerance |v|). Done when no weighted component of the last
-// correction is above 0.3. Where negative curvature is met, the rest of the stage uses positive
-// semi-definite matrices.
-// With contact, a correction is halved until the straight path from the last accepted positions to
-// where it leads is certain to keep surfaces apart, and the line search is confined to it.
+// correction, or of the residual that it leaves, is above 0.3. Where negative curvature is met, the
+// rest of the stage uses positive semi-definite matrices. With contact, a correction is halved
+// until the straight path from the last accepted positions to where it leads is certain to keep
+// surfaces apart, and the line search is confined to it.
 class StageSolver {
  public:
   // `newton_count`: so many iterations from `a`, with neither line search nor test of convergence

@@ -72,8 +72,7 @@ std::vector<double> errors_of_steps(const std::string& name, const Overrides& mo
 }
 
 // What a linear solve leaves must go with the step: many short ones would add it up to an error
-// that shorter steps make no less. (With as much left in every step, half
-// the step once left more.)
+// that shorter steps make no less. (With as much left in every step, half the step once left more.)
 TEST(Methods, LinearStepsKeepTheirOrderHoweverShort) {
   const std::vector<double> errors =
       errors_of_steps("euler", {"time.newton=1"}, {1.0 / 480, 1.0 / 960, 1.0 / 1920, 1.0 / 3840});
