@@ -1,0 +1,141 @@
+#include "bsi/surface_terms.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace weft::bsi {
+
+namespace {
+
+// A number for the face, edge or vertex of the mesh that holds a triangle's closest point. The
+// weights tell which: those of the corners that take part are not zero.
+int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
+  if (closest.free_directions == 2) return 3 * triangle;
+  for (int k = 0; k < 3; ++k) {
+    if (closest.free_directions == 1 && closest.weight[k + 1] == 0)
+      return 3 * mesh.triangle_edges[triangle][k] + 1;
+    if (closest.free_directions == 0 && closest.weight[k + 1] != 0)
+      return 3 * mesh.triangles[triangle][k] + 2;
+  }
+  return 3 * triangle;  // a weight of an edge has underflowed
+}
+
+// The closest point on the edge of a triangle that is opposite to its corner.
+Closest closest_on_edge_opposite(int corner, const Vec3& point, const std::array<Vec3, 3>& x) {
+  const int from = (corner + 1) % 3, to = (corner + 2) % 3;
+  const Vec3 edge = x[to] - x[from];
+  const double along = (point - x[from]).dot(edge), squared_length = edge.squaredNorm();
+  const double parameter = along <= 0 ? 0 : along >= squared_length ? 1 : along / squared_length;
+  Closest closest;
+  closest.weight[0] = 1;
+  closest.weight[from + 1] = parameter - 1;
+  closest.weight[to + 1] = -parameter;
+  closest.separation = parameter < 1 ? Vec3(point - x[from] - parameter * edge) : point - x[to];
+  closest.squared_distance = closest.separation.squaredNorm();
+  closest.free_directions = parameter > 0 && parameter < 1 ? 1 : 0;
+  if (closest.free_directions == 1) {
+    closest.free_weights[0][from + 1] = 1;
+    closest.free_weights[0][to + 1] = -1;
+  }
+  return closest;
+}
+
+Closest closest_at_corner(int corner, const Vec3& point, const Vec3& x) {
+  Closest closest;
+  closest.weight[0] = 1;
+  closest.weight[corner + 1] = -1;
+  closest.separation = point - x;
+  closest.squared_distance = closest.separation.squaredNorm();
+  return closest;
+}
+
+// Adds up the terms of each feature; they share its closest point.
+class Collector {
+ public:
+  Collector(const Mesh& mesh, double reach, std::vector<SurfaceTerm>& terms)
+      : mesh_(mesh), squared_reach_(reach * reach), terms_(terms) {
+    terms_.clear();
+  }
+
+  void add(int triangle, int coefficient, const Closest& closest) {
+    if (!(closest.squared_distance < squared_reach_)) return;
+    const int feature = feature_of(mesh_, triangle, closest);
+    for (SurfaceTerm& term : terms_) {
+      if (term.feature != feature) continue;
+      term.coefficient += coefficient;
+      return;
+    }
+    terms_.push_back({feature, triangle, coefficient, closest});
+  }
+
+  void drop_what_cancels() {
+    std::erase_if(terms_, [](const SurfaceTerm& term) { return term.coefficient == 0; });
+  }
+
+ private:
+  const Mesh& mesh_;
+  double squared_reach_;
+  std::vector<SurfaceTerm>& terms_;
+};
+
+}  // namespace
+
+SurfaceTerms::SurfaceTerms(const Mesh& mesh, int vertex_count)
+    : mesh_(mesh),
+      first_triangle_(vertex_count, std::numeric_limits<int>::max()),
+      on_border_(vertex_count, 0),
+      neighbour_start_(vertex_count + 1, 0) {
+  for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
+    for (int v : mesh.triangles[t]) first_triangle_[v] = std::min(first_triangle_[v], t);
+  }
+  for (const Edge& edge : mesh.edges) {
+    for (int v : edge.vertex) {
+      ++neighbour_start_[v + 1];
+      if (edge.triangle[1] < 0) on_border_[v] = 1;
+    }
+  }
+  for (int v = 0; v < vertex_count; ++v) neighbour_start_[v + 1] += neighbour_start_[v];
+  neighbours_.resize(neighbour_start_.back());
+  std::vector<int> next(neighbour_start_.begin(), neighbour_start_.end() - 1);
+  for (const Edge& edge : mesh.edges) {
+    neighbours_[next[edge.vertex[0]]++] = edge.vertex[1];
+    neighbours_[next[edge.vertex[1]]++] = edge.vertex[0];
+  }
+  for (int v = 0; v < vertex_count; ++v) {
+    std::sort(neighbours_.begin() + neighbour_start_[v],
+              neighbours_.begin() + neighbour_start_[v + 1]);
+  }
+}
+
+bool SurfaceTerms::is_inner_edge(int edge, int own) const {
+  const Edge& e = mesh_.edges[edge];
+  return e.triangle[1] >= 0 && (own < 0 || (e.opposite[0] != own && e.opposite[1] != own));
+}
+
+bool SurfaceTerms::is_inner_vertex(int vertex, int own) const {
+  return on_border_[vertex] == 0 &&
+         (own < 0 || !std::binary_search(neighbours_.begin() + neighbour_start_[vertex],
+                                         neighbours_.begin() + neighbour_start_[vertex + 1], own));
+}
+
+void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangles,
+                        std::span<const Vec3> position, double reach,
+                        std::vector<SurfaceTerm>& terms) const {
+  Collector collector(mesh_, reach, terms);
+  for (const int t : triangles) {
+    const auto& corners = mesh_.triangles[t];
+    const std::array<Vec3, 3> x{position[corners[0]], position[corners[1]], position[corners[2]]};
+    collector.add(t, 1, closest_vertex_triangle(point, x[0], x[1], x[2]));
+    // An edge or a vertex within reach has all its triangles within reach: the first one adds it.
+    for (int k = 0; k < 3; ++k) {
+      const int edge = mesh_.triangle_edges[t][k];
+      if (mesh_.edges[edge].triangle[0] == t && is_inner_edge(edge, own))
+        collector.add(t, -1, closest_on_edge_opposite(k, point, x));
+      if (first_triangle_[corners[k]] == t && is_inner_vertex(corners[k], own))
+        collector.add(t, 1, closest_at_corner(k, point, x[k]));
+    }
+  }
+  collector.drop_what_cancels();
+}
+
+}  // namespace weft::bsi
