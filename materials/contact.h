@@ -1,5 +1,5 @@
-// The contact barrier and regularised friction as functions of one number each, inline: they are
-// called for every contact of every evaluation.
+// The contact barrier, its damping and regularised friction as functions of a number or two,
+// inline: they are called for every contact of every evaluation.
 #pragma once
 
 #include <cassert>
@@ -27,6 +27,40 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
   return {-stiffness * depth * depth * logarithm, -stiffness * depth * (2 * logarithm + relative),
           -stiffness * (2 * logarithm + (4 - relative) * relative),
           -2 * stiffness * inverse * (1 + ratio * (1 + ratio))};
+}
+
+// Barrier and damping together: the push F = P psi(z) >= 0 of a contact along its normal, N, with
+// P = -W' of the barrier, z = D g' / P and the gap rate g' (m/s),
+//   D = damping_time W'' x / (x + 1/100),  x = 1 - gap / range
+//   psi(z) = 1 - z for z <= 0,  (1 - z)^2 (1 + z) for 0 < z < 1,  0 for z >= 1.
+// Approaching surfaces are pushed by P - D g'. Parting ones are pushed less, and never pulled: a
+// surface that leaves faster than P / D is let go. F is C1 in the gap and in the rate, up to and
+// beyond the range. D is the damping proportional to the stiffness of the barrier, but for the
+// outermost hundredth of the range, where it falls as P does. All of the dissipation is in psi:
+// another restitution is another psi (docs/theory.md, section 7).
+struct DampedPush {
+  double force = 0;      // N
+  double stiffness = 0;  // -dF/dg, N/m
+  double damping = 0;    // -dF/dg', N s/m
+};
+inline DampedPush damped_push(const BarrierDerivatives& barrier, double gap, double range,
+                              double damping_time, double gap_rate) {
+  constexpr double onset = 0.01;
+  const double push = -barrier.first;
+  if (!(push > 0)) return {};
+  const double depth = 1 - gap / range;
+  const double share = depth / (depth + onset);
+  const double share_slope = -onset / ((depth + onset) * (depth + onset) * range);
+  const double damping = damping_time * barrier.second * share;
+  const double damping_slope =
+      damping_time * (barrier.third * share + barrier.second * share_slope);
+  const double z = damping * gap_rate / push;
+  if (z <= 0)
+    return {push - damping * gap_rate, barrier.second + damping_slope * gap_rate, damping};
+  if (z >= 1) return {};
+  const double psi = (1 - z) * (1 - z) * (1 + z), slope = (3 * z + 1) * (z - 1);
+  return {push * psi, barrier.second * (psi - z * slope) - slope * damping_slope * gap_rate,
+          -damping * slope};
 }
 
 // Regularised Coulomb friction: magnitude factor f(s) in [0, 1] of the sliding speed s >= 0 (m/s):

@@ -1,6 +1,5 @@
 #include "sim/contact/contact.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,9 +13,18 @@ namespace weft::sim {
 
 namespace {
 
+// The share of the range over which pairs that are no samples have their barrier.
+constexpr double short_range = 0.25;
+
 bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
   return edges ? bsi::closest_edge_edge(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]])
                : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
+}
+
+// The first place from `i` on where a chunk may begin: the pairs of one sample stay together.
+std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
+  while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
+  return i;
 }
 
 }  // namespace
@@ -48,8 +56,11 @@ Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search
       damping_time_(scene.source.contact.damping_time),
       friction_(scene.source.contact.friction),
       friction_speed_(scene.source.contact.friction_speed) {
-  for (const SceneBody& body : scene.bodies)
+  surfaces_.reserve(scene.bodies.size());
+  for (const SceneBody& body : scene.bodies) {
     rest_.insert(rest_.end(), body.rest.begin(), body.rest.end());
+    surfaces_.emplace_back(body.mesh, body.particle_count());
+  }
 }
 
 std::array<int, 4> Contact::nodes_of(const CandidateList& list, int kind,
@@ -76,25 +87,35 @@ double Contact::pair_area(const std::array<int, 4>& nodes, int split) const {
   for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
   sum[0] /= split;
   sum[1] /= 4 - split;
-  const bool first = nodes[0] < scene_.dynamic_particles,
-             second = nodes[3] < scene_.dynamic_particles;
+  const bool first = is_dynamic(nodes[0]), second = is_dynamic(nodes[3]);
   if (first && second) return 0.5 * (sum[0] + sum[1]);
   return first ? sum[0] : sum[1];
 }
 
-// The candidates that may be closer than thickness + reach.
-std::vector<Contact::PairGroup> Contact::groups_within(double reach) const {
+double Contact::range_of(const PairGroup& group) const {
+  return group.samples ? range_ : short_range * range_;
+}
+
+// The candidates that may be closer than thickness + reach: that of samples, or of other pairs.
+std::vector<Contact::PairGroup> Contact::groups_within(double sample_reach, double reach) const {
   std::vector<PairGroup> groups;
   for (const CandidateList& list : search_.lists()) {
-    const auto limit = static_cast<float>(list.thickness + reach + list.drift) * (1 + 1e-6F);
     const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
                                                 &list.edge_edge};
     for (int kind = 0; kind < 3; ++kind) {
       PairGroup& group = groups.emplace_back();
       group.edges = kind == 2;
+      group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
       group.thickness = list.thickness;
+      group.surface = kind == 0 ? list.body_b : list.body_a;
+      group.self = list.is_self();
+      const auto limit =
+          static_cast<float>(list.thickness + (group.samples ? sample_reach : reach) + list.drift) *
+          (1 + 1e-6F);
       for (const FeaturePair& features : *kinds[kind]) {
-        if (features.distance <= limit) group.nodes.push_back(nodes_of(list, kind, features));
+        if (features.distance > limit) continue;
+        group.nodes.push_back(nodes_of(list, kind, features));
+        if (group.samples) group.triangles.push_back(features.b);
       }
     }
   }
@@ -104,38 +125,52 @@ std::vector<Contact::PairGroup> Contact::groups_within(double reach) const {
 // Calls visit(pair) for each of them.
 template <class Visit>
 void Contact::visit_candidates(double reach, const Visit& visit) const {
-  for (const PairGroup& group : groups_within(reach))
+  for (const PairGroup& group : groups_within(reach, reach))
     for (std::size_t i = 0; i < group.nodes.size(); ++i) visit(group.pair(i));
 }
 
 std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
                                               std::span<const Vec3> velocity, int threads) {
-  active_.clear();
-  mollified_.clear();
+  clear();
   if (const auto bad = search_.update(position))
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  for (const PairGroup& group : groups_within(range_)) {
+  for (const PairGroup& group : groups_within(range_, short_range * range_)) {
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
     // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
     std::vector<Found> found((count + chunk_size - 1) / chunk_size);
     parallel_chunks(count, threads, [&](int first, int last) {
-      measure_part(group, first, last, position, velocity, found[first / chunk_size]);
+      measure_part(group, group_start(group.nodes, group.samples, first),
+                   group_start(group.nodes, group.samples, last), position, velocity,
+                   found[first / chunk_size]);
     });
-    for (const Found& part : found) {
+    for (Found& part : found) {
       if (part.fault) {
-        active_.clear();
-        mollified_.clear();
+        clear();
         return part.fault;
       }
-      active_.insert(active_.end(), part.active.begin(), part.active.end());
-      mollified_.insert(mollified_.end(), part.mollified.begin(), part.mollified.end());
+      join(part);
     }
   }
-  if (friction_ > 0)
-    statistics_.counters.friction_terms += static_cast<std::int64_t>(active_.size());
+  statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
   return std::nullopt;
+}
+
+void Contact::clear() {
+  pairs_.clear();
+  sliding_.clear();
+  mollified_.clear();
+}
+
+void Contact::join(Found& part) {
+  const int offset = static_cast<int>(sliding_.size());
+  for (ContactPair& pair : part.pairs) {
+    if (pair.sliding >= 0) pair.sliding += offset;
+    pairs_.push_back(pair);
+  }
+  sliding_.insert(sliding_.end(), part.sliding.begin(), part.sliding.end());
+  mollified_.insert(mollified_.end(), part.mollified.begin(), part.mollified.end());
 }
 
 void Contact::measure_part(const PairGroup& group, std::size_t first, std::size_t last,
@@ -143,174 +178,212 @@ void Contact::measure_part(const PairGroup& group, std::size_t first, std::size_
                            Found& found) const {
   std::vector<bsi::PairInReach> in_reach;
   bsi::find_in_reach(group.kind(), position, {},
-                     std::span(group.nodes).subspan(first, last - first), group.thickness + range_,
-                     in_reach);
-  for (const bsi::PairInReach& near : in_reach) {
-    const Pair pair = group.pair(first + near.pair);
-    Active active;
-    MollifierForce mollified;
-    bool has_mollified = false;
-    const Reach reach = measure(pair, position, velocity, active, mollified, has_mollified);
-    if (reach == Reach::touching) {
-      found.fault = ContactFault{ContactFault::Kind::touching, pair.nodes, active.gap};
-      return;
+                     std::span(group.nodes).subspan(first, last - first),
+                     group.thickness + range_of(group), in_reach);
+  std::size_t begin = 0;
+  while (begin < in_reach.size() && !found.fault) {
+    std::size_t end = begin + 1;
+    if (!group.samples) {
+      measure_pair(group.pair(first + in_reach[begin].pair), position, velocity, found);
+    } else {
+      const auto vertex = [&](std::size_t i) { return group.nodes[first + in_reach[i].pair][0]; };
+      while (end < in_reach.size() && vertex(end) == vertex(begin)) ++end;
+      measure_samples(group, first, std::span(in_reach).subspan(begin, end - begin), position,
+                      velocity, found);
     }
-    if (reach == Reach::in) found.active.push_back(active);
-    if (reach == Reach::in && has_mollified) found.mollified.push_back(mollified);
+    begin = end;
   }
 }
 
-Contact::Reach Contact::measure(const Pair& pair, std::span<const Vec3> position,
-                                std::span<const Vec3> velocity, Active& active,
-                                MollifierForce& mollified, bool& has_mollified) const {
+// One sample and the triangles of a surface in its range.
+void Contact::measure_samples(const PairGroup& group, std::size_t first,
+                              std::span<const bsi::PairInReach> in_reach,
+                              std::span<const Vec3> position, std::span<const Vec3> velocity,
+                              Found& found) const {
+  const SceneBody& body = scene_.bodies[group.surface];
+  const int vertex = group.nodes[first + in_reach[0].pair][0];
+  std::vector<int> triangles;
+  for (const bsi::PairInReach& near : in_reach) {
+    triangles.push_back(group.triangles[first + near.pair]);
+    const double gap = near.distance - group.thickness;
+    if (gap > 0) continue;
+    found.fault = ContactFault{ContactFault::Kind::touching, group.nodes[first + near.pair], gap};
+    return;
+  }
+  std::vector<bsi::SurfaceTerm> terms;
+  surfaces_[group.surface].find(position[vertex], group.self ? vertex - body.first_particle : -1,
+                                triangles,
+                                position.subspan(body.first_particle, body.particle_count()),
+                                group.thickness + range_, terms);
+  const ContactLaw law{range_,
+                       (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
+                       damping_time_, friction_, friction_speed_};
+  for (const bsi::SurfaceTerm& term : terms) {
+    Pair features{{vertex, 0, 0, 0}, false, group.thickness};
+    for (int k = 0; k < 3; ++k)
+      features.nodes[k + 1] = body.mesh.triangles[term.triangle][k] + body.first_particle;
+    add_pair(law, features, term.closest, 1, term.coefficient, position, velocity, found);
+  }
+}
+
+// Two edges, or an obstacle's vertex and a triangle.
+void Contact::measure_pair(const Pair& pair, std::span<const Vec3> position,
+                           std::span<const Vec3> velocity, Found& found) const {
   const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
-  const double limit = pair.thickness + range_;
-  if (closest.squared_distance >= limit * limit) return Reach::out;
-  const double distance = std::sqrt(closest.squared_distance);
-  active.gap = distance - pair.thickness;
-  if (!(active.gap > 0)) return Reach::touching;
-  active.nodes = pair.nodes;
-  active.weight = closest.weight;
-  materials::BarrierDerivatives barrier = materials::barrier(
-      active.gap, range_, stiffness_ * pair_area(pair.nodes, pair.edges ? 2 : 1));
-  const double mollifier =
-      pair.edges ? mollify(pair, position, barrier.value, mollified, has_mollified) : 1.0;
-  active.energy = mollifier * barrier.value;
-  active.force = closest.separation * (-mollifier * barrier.first / distance);
-  Vec3 relative = Vec3::Zero();
-  for (int i = 0; i < 4; ++i) relative += closest.weight[i] * velocity[pair.nodes[i]];
-  add_damping_and_friction(closest, relative, mollifier * barrier.first, mollifier * barrier.second,
-                           mollifier * barrier.third, active);
-  return Reach::in;
+  const double limit = pair.thickness + short_range * range_;
+  if (closest.squared_distance >= limit * limit) return;
+  const ContactLaw law{
+      short_range * range_,
+      stiffness_ / (short_range * short_range) * pair_area(pair.nodes, pair.edges ? 2 : 1),
+      damping_time_, friction_, friction_speed_};
+  const double mollifier = pair.edges ? mollify(pair, closest, position, law, found) : 1.0;
+  add_pair(law, pair, closest, mollifier, 1, position, velocity, found);
 }
 
-// `slope`, `curvature`, `third`: W', W'', W''' with respect to the gap.
-void Contact::add_damping_and_friction(const bsi::Closest& closest, const Vec3& relative_velocity,
-                                       double slope, double curvature, double third,
-                                       Active& active) const {
-  const Vec3 normal = closest.separation / std::sqrt(closest.squared_distance);
-  const Mat3 projection = normal * normal.transpose();
-  const double gap_rate = normal.dot(relative_velocity);
-  // The barrier's push alone: with the damping's in it, which leaps at an impact, Newton's
-  // iteration fails so often that five sheets falling on each other cost 2.5 times as much; at rest
-  // and in steady sliding the two are the same.
-  const double push = -slope;
-  active.force += normal * (-damping_time_ * curvature * gap_rate);
-  double stiffness = curvature + damping_time_ * third * gap_rate;
-  if (definite_) stiffness = std::max(stiffness, 0.0);
-  active.stiffness = stiffness * projection;
-  active.damping = damping_time_ * curvature * projection;
-  if (friction_ == 0 || push <= 0) return;
-  const Vec3 sliding = relative_velocity - gap_rate * normal;
-  const double speed = sliding.norm();
-  const materials::FrictionFactor factor = materials::friction_factor(speed, friction_speed_);
-  const double limit = friction_ * push;
-  active.force -= limit * factor.over_speed * sliding;
-  active.damping += limit * factor.over_speed * (Mat3::Identity() - projection);
-  if (speed > 0) {
-    active.damping += limit * (factor.slope - factor.over_speed) * (sliding / speed) *
-                      (sliding / speed).transpose();
+void Contact::add_pair(const ContactLaw& law, const Pair& features, const bsi::Closest& closest,
+                       double mollifier, double coefficient, std::span<const Vec3> position,
+                       std::span<const Vec3> velocity, Found& found) const {
+  const double gap = std::sqrt(closest.squared_distance) - features.thickness;
+  if (!(gap > 0)) {
+    found.fault = ContactFault{ContactFault::Kind::touching, features.nodes, gap};
+    return;
   }
+  ContactPair pair;
+  pair.nodes = features.nodes;
+  pair.coefficient = coefficient;
+  const double barrier_push =
+      apply_push(law, features.thickness, mollifier, closest, velocity, pair);
+  if (definite_) {
+    pair.stiffness = std::max(pair.stiffness, 0.0);
+    pair.damping = std::max(pair.damping, 0.0);
+  }
+  if (friction_ > 0) {
+    const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
+                                 position[pair.nodes[2]], position[pair.nodes[3]]};
+    const auto kind =
+        features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
+    const auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity, pair);
+    if (sliding) {
+      pair.sliding = static_cast<int>(found.sliding.size());
+      found.sliding.push_back(*sliding);
+    }
+  }
+  found.pairs.push_back(pair);
 }
 
 // The mollifier's value; its slope pushes the edges apart from parallel.
-double Contact::mollify(const Pair& pair, std::span<const Vec3> position, double barrier_value,
-                        MollifierForce& mollified, bool& has_mollified) const {
+double Contact::mollify(const Pair& pair, const bsi::Closest& closest,
+                        std::span<const Vec3> position, const ContactLaw& law, Found& found) const {
   const auto& [p0, p1, q0, q1] = pair.nodes;
   const Vec3 a = position[p1] - position[p0], b = position[q1] - position[q0];
   const double threshold =
       1e-3 * (rest_[p1] - rest_[p0]).squaredNorm() * (rest_[q1] - rest_[q0]).squaredNorm();
   const materials::MollifierDerivatives m =
       materials::edge_edge_mollifier(a.cross(b).squaredNorm(), threshold);
-  has_mollified = m.first != 0;
-  if (!has_mollified) return m.value;
+  const double gap = std::sqrt(closest.squared_distance) - pair.thickness;
+  if (m.first == 0 || !(gap > 0)) return m.value;
+  const double energy = materials::barrier(gap, law.range, law.stiffness).value;
   // c = |a x b|^2: dc/da = 2 (|b|^2 a - (a.b) b), dc/db likewise.
   const double dot = a.dot(b);
-  const Vec3 on_a = -barrier_value * m.first * 2 * (b.squaredNorm() * a - dot * b);
-  const Vec3 on_b = -barrier_value * m.first * 2 * (a.squaredNorm() * b - dot * a);
-  mollified.nodes = pair.nodes;
-  mollified.force = {-on_a, on_a, -on_b, on_b};
+  const Vec3 on_a = -energy * m.first * 2 * (b.squaredNorm() * a - dot * b);
+  const Vec3 on_b = -energy * m.first * 2 * (a.squaredNorm() * b - dot * a);
+  found.mollified.push_back({pair.nodes, {-on_a, on_a, -on_b, on_b}});
   return m.value;
 }
 
 void Contact::add_forces(std::span<Vec3> force) const {
-  const int dynamic = scene_.dynamic_particles;
-  for (const Active& active : active_) {
+  for (const ContactPair& pair : pairs_) {
+    const Vec3 push = pair.push * pair.normal;
     for (int i = 0; i < 4; ++i) {
-      if (active.nodes[i] < dynamic) force[active.nodes[i]] += active.weight[i] * active.force;
+      if (is_dynamic(pair.nodes[i])) force[pair.nodes[i]] += pair.weight[i] * push;
+    }
+    if (pair.sliding < 0) continue;
+    const Sliding& sliding = sliding_[pair.sliding];
+    for (int i = 0; i < 4; ++i) {
+      if (is_dynamic(pair.nodes[i]))
+        force[pair.nodes[i]] += sliding.lever[i].transpose() * sliding.force;
     }
   }
   for (const MollifierForce& mollified : mollified_) {
     for (int i = 0; i < 4; ++i) {
-      if (mollified.nodes[i] < dynamic) force[mollified.nodes[i]] += mollified.force[i];
+      if (is_dynamic(mollified.nodes[i])) force[mollified.nodes[i]] += mollified.force[i];
     }
   }
 }
 
 double Contact::energy() const {
   double sum = 0;
-  for (const Active& active : active_) sum += active.energy;
+  for (const ContactPair& pair : pairs_) sum += pair.energy;
   return sum;
 }
 
-// out += sum over the pairs of weight_i block(pair) sum_j weight_j in_j.
+// out += sum over the pairs of weight_i n block(pair) n . sum_j weight_j in_j.
 template <class Block>
 void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
                                 std::span<Vec3> out) const {
-  const int dynamic = scene_.dynamic_particles;
-  for (const Active& active : active_) {
+  for (const ContactPair& pair : pairs_) {
     Vec3 sum = Vec3::Zero();
     for (int i = 0; i < 4; ++i) {
-      if (active.nodes[i] < dynamic) sum += active.weight[i] * in[active.nodes[i]];
+      if (is_dynamic(pair.nodes[i])) sum += pair.weight[i] * in[pair.nodes[i]];
     }
-    const Vec3 product = block(active) * sum;
+    const Vec3 product = block(pair) * pair.normal.dot(sum) * pair.normal;
     for (int i = 0; i < 4; ++i) {
-      if (active.nodes[i] < dynamic) out[active.nodes[i]] += active.weight[i] * product;
+      if (is_dynamic(pair.nodes[i])) out[pair.nodes[i]] += pair.weight[i] * product;
+    }
+  }
+}
+
+void Contact::add_sliding_products(double factor, std::span<const Vec3> in,
+                                   std::span<Vec3> out) const {
+  for (const ContactPair& pair : pairs_) {
+    if (pair.sliding < 0) continue;
+    const Sliding& sliding = sliding_[pair.sliding];
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 4; ++i) {
+      if (is_dynamic(pair.nodes[i])) sum += sliding.lever[i] * in[pair.nodes[i]];
+    }
+    const Vec3 product = factor * (sliding.slope * sum);
+    for (int i = 0; i < 4; ++i) {
+      if (is_dynamic(pair.nodes[i])) out[pair.nodes[i]] += sliding.lever[i].transpose() * product;
     }
   }
 }
 
 void Contact::add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const {
-  add_pair_products(
-      [&](const Active& active) {
-        return Mat3(gamma * (gamma * active.stiffness + active.damping));
-      },
-      in, out);
+  add_pair_products([&](const ContactPair& pair) { return normal_block(pair, gamma); }, in, out);
+  if (!sliding_.empty()) add_sliding_products(gamma, in, out);
 }
 
 void Contact::subtract_stiffness(double factor, std::span<const Vec3> in,
                                  std::span<Vec3> out) const {
-  add_pair_products([&](const Active& active) { return Mat3(-factor * active.stiffness); }, in,
-                    out);
+  add_pair_products([&](const ContactPair& pair) { return -factor * pair.stiffness; }, in, out);
 }
 
 void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
-  for (const Active& active : active_) {
-    const Mat3 block = gamma * (gamma * active.stiffness + active.damping);
+  for (const ContactPair& pair : pairs_) {
+    const Mat3 along = normal_block(pair, gamma) * pair.normal * pair.normal.transpose();
     for (int i = 0; i < 4; ++i) {
-      if (active.nodes[i] >= scene_.dynamic_particles) continue;
-      diagonal[active.nodes[i]] += active.weight[i] * active.weight[i] * block;
+      if (!is_dynamic(pair.nodes[i])) continue;
+      diagonal[pair.nodes[i]] += pair.weight[i] * pair.weight[i] * along;
+      if (pair.sliding < 0) continue;
+      const Sliding& sliding = sliding_[pair.sliding];
+      diagonal[pair.nodes[i]] +=
+          gamma * sliding.lever[i].transpose() * sliding.slope * sliding.lever[i];
     }
   }
 }
 
-Contact::Coupling Contact::definite_coupling(std::size_t pair, double gamma) const {
-  const Active& active = active_[pair];
-  Mat3 block = gamma * (gamma * active.stiffness + active.damping);
-  // Surfaces that part fast soften the barrier's own stiffness below zero.
-  Eigen::SelfAdjointEigenSolver<Mat3> spectrum;
-  spectrum.computeDirect(block);
-  if (spectrum.eigenvalues()[0] < 0) {
-    block = spectrum.eigenvectors() * spectrum.eigenvalues().cwiseMax(0).asDiagonal() *
-            spectrum.eigenvectors().transpose();
-  }
-  return {active.nodes, active.weight, block};
+Contact::Coupling Contact::definite_coupling(std::size_t index, double gamma) const {
+  const ContactPair& pair = pairs_[index];
+  Mat3 block = std::max(normal_block(pair, gamma), 0.0) * pair.normal * pair.normal.transpose();
+  if (pair.sliding >= 0 && pair.coefficient > 0) block += gamma * sliding_[pair.sliding].slope;
+  return {pair.nodes, pair.weight, block};
 }
 
 std::optional<double> Contact::smallest_gap() const {
-  if (active_.empty()) return std::nullopt;
-  return std::min_element(active_.begin(), active_.end(),
-                          [](const Active& p, const Active& q) { return p.gap < q.gap; })
+  if (pairs_.empty()) return std::nullopt;
+  return std::min_element(pairs_.begin(), pairs_.end(),
+                          [](const ContactPair& p, const ContactPair& q) { return p.gap < q.gap; })
       ->gap;
 }
 
@@ -320,7 +393,7 @@ std::optional<ContactFault> Contact::check_path(std::span<const Vec3> start,
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  for (const PairGroup& group : groups_within(0.0)) {
+  for (const PairGroup& group : groups_within(0.0, 0.0)) {
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
     statistics_.counters.ccd_calls += count;

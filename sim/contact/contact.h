@@ -1,4 +1,4 @@
-// Contact forces: barrier, contact damping and friction on every pair of features in reach, smooth
+// Contact forces: barrier, contact damping and friction per area of the surfaces in reach, smooth
 // functions of the state, so that the integrator's error control covers them.
 #pragma once
 
@@ -10,6 +10,8 @@
 
 #include "bsi/feature_batches.h"
 #include "bsi/proximity.h"
+#include "bsi/surface_terms.h"
+#include "sim/contact/contact_pair.h"
 #include "sim/contact/contact_search.h"
 #include "sim/forces/block_matrix.h"
 #include "sim/scene/scene.h"
@@ -27,14 +29,18 @@ struct ContactFault {
   std::string describe(const Scene& scene) const;
 };
 
-// For a pair at distance d, with gap g = d - thickness < range:
-//   barrier         W = m(c) b(g), force -dW/dx  (materials/contact.h; m is 1 but for near-parallel
-//   edges) contact damping F_n = -beta W''(g) g'        (along the normal) friction        F_t =
-//   -mu N f(|v_t|)/|v_t| v_t  (N = -W'(g), not lagged)
-// with v_t the relative velocity of the closest points across the normal. The Newton matrix keeps,
-// per pair, a 3x3 block between the closest points: the stiffness (W'' + beta W''' g') n n^T and
-// the slopes of damping and friction in the velocity. How the mollifier, the normal and the push
-// turn with x is left to the iteration.
+// Each vertex of a dynamic surface is a sample with the area around it. It meets another surface,
+// or its own beyond the triangles around it, by the signed sum over that surface's features in
+// range (bsi/surface_terms.h), which counts the surface once: the force is one per area, whatever
+// the meshes. Where both surfaces are dynamic the samples of both count half. What samples do not
+// see, two edges, or an obstacle's vertex inside a triangle, has a barrier of its own over the last
+// quarter of the range: as much energy on a shorter way.
+//
+// A pair (or term) at distance d, with gap g = d - thickness below its range, pushes along its
+// normal with barrier and damping together (materials/contact.h) and rubs across it (Sliding,
+// contact_pair.h). The Newton matrix keeps, per pair, the slopes of push and friction along the
+// closest points. How the mollifier, the normal and the friction's limit change with x is left to
+// the iteration.
 class Contact {
  public:
   Contact(const Scene& scene, Statistics& statistics, ChosenSearch search);
@@ -57,12 +63,12 @@ class Contact {
   // Calls visit(row, column, block) for every block of gamma^2 K + gamma D, pair by pair.
   template <class Visit>
   void visit_blocks(double gamma, const Visit& visit) const;
-  // From now on, leaves out of the matrix the stiffness of pairs that part so fast that it would
-  // push the wrong way: for long fixed steps.
+  // From now on, leaves out of the matrix what is negative along a normal, of pairs that part fast
+  // and of terms that are subtracted: for long fixed steps.
   void keep_matrix_definite() { definite_ = true; }
-  const std::array<int, 4>& pair_nodes(std::size_t pair) const { return active_[pair].nodes; }
+  const std::array<int, 4>& pair_nodes(std::size_t pair) const { return pairs_[pair].nodes; }
   // The part of one pair in reach: weight_i weight_j block between its nodes i and j, where these
-  // are dynamic. Made positive semi-definite, for preconditioners.
+  // are dynamic. Made positive semi-definite, for preconditioners; there friction has no levers.
   struct Coupling {
     std::array<int, 4> nodes;
     std::array<double, 4> weight;
@@ -71,7 +77,7 @@ class Contact {
   Coupling definite_coupling(std::size_t pair, double gamma) const;
   // What its search runs on.
   const ComputeChoice& compute() const { return search_.compute(); }
-  std::size_t pairs_in_reach() const { return active_.size(); }
+  std::size_t pairs_in_reach() const { return pairs_.size(); }
   // Smallest gap of the pairs in reach; nothing where there are none.
   std::optional<double> smallest_gap() const;
 
@@ -87,15 +93,6 @@ class Contact {
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  struct Active {
-    std::array<int, 4> nodes{};
-    std::array<double, 4> weight{};
-    double gap = 0;
-    double energy = 0;
-    Vec3 force{0, 0, 0};  // on the first feature's closest point, N
-    Mat3 stiffness = Mat3::Zero();
-    Mat3 damping = Mat3::Zero();
-  };
   // What the mollifier of near-parallel edges adds to the forces on the four nodes.
   struct MollifierForce {
     std::array<int, 4> nodes{};
@@ -106,41 +103,57 @@ class Contact {
     bool edges = false;
     double thickness = 0;
   };
-  // Pairs of one list and kind.
+  // Candidates of one list and kind.
   struct PairGroup {
     bool edges = false;
+    bool samples = false;  // vertices that meet a surface; the others have the short barrier
     double thickness = 0;
+    int surface = 0;    // the body of the triangles, of samples
+    bool self = false;  // which the samples belong to
     std::vector<bsi::FourParticles> nodes;
+    std::vector<int> triangles;  // local to the body, of samples
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
-  // What a part of the pairs adds to the forces.
+  // What a part of the candidates adds to the forces.
   struct Found {
-    std::vector<Active> active;
+    std::vector<ContactPair> pairs;
+    std::vector<Sliding> sliding;
     std::vector<MollifierForce> mollified;
     std::optional<ContactFault> fault;
   };
-  enum class Reach { out, in, touching };
 
   template <class Block>
   void add_pair_products(const Block& block, std::span<const Vec3> in, std::span<Vec3> out) const;
+  void add_sliding_products(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   template <class Visit>
   void visit_candidates(double reach, const Visit& visit) const;
   std::array<int, 4> nodes_of(const CandidateList& list, int kind,
                               const FeaturePair& features) const;
   double pair_area(const std::array<int, 4>& nodes, int split) const;
-  Reach measure(const Pair& pair, std::span<const Vec3> position, std::span<const Vec3> velocity,
-                Active& active, MollifierForce& mollified, bool& has_mollified) const;
-  void add_damping_and_friction(const bsi::Closest& closest, const Vec3& relative_velocity,
-                                double slope, double curvature, double third, Active& active) const;
-  double mollify(const Pair& pair, std::span<const Vec3> position, double barrier_value,
-                 MollifierForce& mollified, bool& has_mollified) const;
-  std::vector<PairGroup> groups_within(double reach) const;
+  double range_of(const PairGroup& group) const;
+  bool is_dynamic(int particle) const { return particle < scene_.dynamic_particles; }
+  double normal_block(const ContactPair& pair, double gamma) const {
+    return gamma * (gamma * pair.stiffness + pair.damping);
+  }
+  std::vector<PairGroup> groups_within(double sample_reach, double reach) const;
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
+  void measure_samples(const PairGroup& group, std::size_t first,
+                       std::span<const bsi::PairInReach> in_reach, std::span<const Vec3> position,
+                       std::span<const Vec3> velocity, Found& found) const;
+  void measure_pair(const Pair& pair, std::span<const Vec3> position,
+                    std::span<const Vec3> velocity, Found& found) const;
+  void add_pair(const ContactLaw& law, const Pair& features, const bsi::Closest& closest,
+                double mollifier, double coefficient, std::span<const Vec3> position,
+                std::span<const Vec3> velocity, Found& found) const;
+  double mollify(const Pair& pair, const bsi::Closest& closest, std::span<const Vec3> position,
+                 const ContactLaw& law, Found& found) const;
+  void join(Found& part);
+  void clear();
   std::optional<ContactFault> check_part(const PairGroup& group, std::size_t first,
                                          std::size_t last, std::span<const Vec3> start,
                                          std::span<const Vec3> end) const;
@@ -150,20 +163,27 @@ class Contact {
   ContactSearch search_;
   double range_, stiffness_, damping_time_, friction_, friction_speed_;
   bool definite_ = false;
-  std::vector<Vec3> rest_;  // of all particles: edge lengths scale the mollifier
-  std::vector<Active> active_;
+  std::vector<Vec3> rest_;                   // of all particles: edge lengths scale the mollifier
+  std::vector<bsi::SurfaceTerms> surfaces_;  // by body
+  std::vector<ContactPair> pairs_;
+  std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;
 };
 
 template <class Visit>
 void Contact::visit_blocks(double gamma, const Visit& visit) const {
-  for (const Active& active : active_) {
-    const Mat3 block = gamma * (gamma * active.stiffness + active.damping);
+  for (const ContactPair& pair : pairs_) {
+    const Mat3 along = normal_block(pair, gamma) * pair.normal * pair.normal.transpose();
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
-        const int row = active.nodes[i], column = active.nodes[j];
-        if (row >= scene_.dynamic_particles || column >= scene_.dynamic_particles) continue;
-        visit(row, column, Mat3(active.weight[i] * active.weight[j] * block));
+        const int row = pair.nodes[i], column = pair.nodes[j];
+        if (!is_dynamic(row) || !is_dynamic(column)) continue;
+        Mat3 block = pair.weight[i] * pair.weight[j] * along;
+        if (pair.sliding >= 0) {
+          const Sliding& sliding = sliding_[pair.sliding];
+          block += gamma * sliding.lever[i].transpose() * sliding.slope * sliding.lever[j];
+        }
+        visit(row, column, block);
       }
     }
   }

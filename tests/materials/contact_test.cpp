@@ -110,5 +110,90 @@ TEST(Mollifier, GoesSmoothlyFromParallelToCrossing) {
   EXPECT_NEAR(below.first * e, 0, 1e-8);
 }
 
+constexpr double kDampingTime = 1e-3;  // s
+
+DampedPush push_at(double gap, double rate) {
+  return damped_push(at(gap), gap, kRange, kDampingTime, rate);
+}
+
+TEST(DampedPush, NeverPullsAndNeverPushesMoreThanTheBarrierWhereSurfacesPart) {
+  for (int step = 1; step < 1200; ++step) {
+    const double gap = 1e-3 * step * kRange, push = -at(gap).first;
+    for (const double rate : {1e-6, 1e-3, 0.01, 0.1, 0.3, 1.0, 2.0, 50.0}) {
+      EXPECT_GE(push_at(gap, rate).force, 0) << gap << " " << rate;
+      EXPECT_LE(push_at(gap, rate).force, push) << gap << " " << rate;
+      EXPECT_GE(push_at(gap, -rate).force, push) << gap << " " << rate;
+      EXPECT_GE(push_at(gap, rate).damping, 0) << gap << " " << rate;
+    }
+  }
+  EXPECT_EQ(push_at(0.4 * kRange, 2.0).force, 0);
+}
+
+TEST(DampedPush, IsTheBarrierAtRestAndDampsInProportionToItsStiffness) {
+  for (const double fraction : {0.01, 0.3, 0.5, 0.8}) {
+    const double gap = fraction * kRange;
+    EXPECT_EQ(push_at(gap, 0).force, -at(gap).first);
+    EXPECT_EQ(push_at(gap, 0).stiffness, at(gap).second);
+    const double damping = (push_at(gap, -0.2).force - push_at(gap, 0).force) / 0.2;
+    EXPECT_NEAR(damping, kDampingTime * at(gap).second, 0.06 * damping);
+  }
+}
+
+TEST(DampedPush, SlopesAgreeWithDifferences) {
+  for (const double fraction : {0.02, 0.3, 0.5, 0.9, 0.985, 0.999}) {
+    for (const double rate : {-3.0, -0.1, -0.001, 0.001, 0.05, 0.2}) {
+      const double gap = fraction * kRange, scale = at(gap).second;
+      const double by_gap =
+          slope_of([&](double g) { return push_at(g, rate).force; }, gap, 1e-5 * (kRange - gap));
+      const double by_rate =
+          slope_of([&](double r) { return push_at(gap, r).force; }, rate, 1e-6 * std::abs(rate));
+      EXPECT_NEAR(push_at(gap, rate).stiffness, -by_gap, 1e-6 * scale * (1 + std::abs(rate)));
+      EXPECT_NEAR(push_at(gap, rate).damping, -by_rate, 1e-6 * kDampingTime * scale);
+    }
+  }
+}
+
+// Both slopes go on without a jump where the push ends: at the range, at rest and where surfaces
+// part so fast that they are let go.
+TEST(DampedPush, IsSmoothWhereItChanges) {
+  const double scale = at(0.5 * kRange).second;
+  for (const double rate : {-5.0, -0.3, 0.002}) {
+    EXPECT_NEAR(push_at(kRange * (1 - 1e-9), rate).stiffness, 0, 1e-4 * scale) << rate;
+    EXPECT_EQ(push_at(kRange, rate).force, 0);
+  }
+  const double gap = 0.5 * kRange;
+  const double release = -at(gap).first / push_at(gap, 0).damping;
+  for (const double edge : {0.0, release}) {
+    const DampedPush below = push_at(gap, edge - 1e-9), above = push_at(gap, edge + 1e-9);
+    EXPECT_NEAR(below.force, above.force, 1e-8 * -at(gap).first);
+    EXPECT_NEAR(below.stiffness, above.stiffness, 1e-6 * scale);
+    EXPECT_NEAR(below.damping, above.damping, 1e-6 * kDampingTime * scale);
+  }
+  EXPECT_EQ(push_at(gap, 1.001 * release).force, 0);
+}
+
+// A particle of mass m thrown against the barrier: speed afterwards over speed before, by small
+// steps of its own.
+double restitution(double mass, double speed) {
+  double gap = kRange, rate = -speed;
+  const double step = 1e-8;
+  while (gap <= kRange) {
+    const double middle = rate + step / 2 * push_at(gap, rate).force / mass;
+    gap += step * middle;
+    rate = middle + step / 2 * push_at(gap, middle).force / mass;
+  }
+  return rate / speed;
+}
+
+// The table of docs/theory.md, section 7: cloth of 0.2 kg/m^2 at the default stiffness, range and
+// damping time.
+TEST(DampedPush, RestitutionFallsWithSpeedAsTheTableSays) {
+  const double mass = kStiffness / 1e6 * 0.2;
+  for (const auto& [speed, expected] : {std::pair(0.01, 0.701), std::pair(0.1, 0.321),
+                                        std::pair(1.0, 0.118), std::pair(5.0, 0.051)}) {
+    EXPECT_NEAR(restitution(mass, speed), expected, 1e-3) << speed;
+  }
+}
+
 }  // namespace
 }  // namespace weft::materials

@@ -76,7 +76,7 @@ TEST(Contact, ForceIsMinusTheSlopeOfTheEnergy) {
   RandomState state = random_state(*scene, 1);
   for (Vec3& v : state.velocity) v.setZero();
   const std::vector<Vec3> force = forces_at(contact, *scene, state);
-  ASSERT_GT(contact.pairs_in_reach(), 100U);
+  ASSERT_GT(contact.pairs_in_reach(), 70U);
   const double step = 1e-7;
   double largest = 0;
   for (const Vec3& f : force) largest = std::max(largest, f.norm());
@@ -98,9 +98,8 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
     Statistics statistics;
     Contact contact(*scene, statistics);
     const RandomState state = random_state(*scene, 2);
-    // The product with gamma K + D at gamma -> 0 leaves D; the friction's dependence on the normal
-    // push, which is not symmetric, is left out by design: the direction is tangential to nothing
-    // then only without friction.
+    // The product with gamma K + D at gamma -> 0 leaves D, which is exact: the friction's limit is
+    // the push of the barrier, which does not change with the velocity.
     std::mt19937 random(3);
     std::normal_distribution<double> normal;
     std::vector<Vec3> direction(scene->dynamic_particles);
@@ -123,7 +122,7 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
       difference += (slope - product[i] / gamma).squaredNorm();
       size += slope.squaredNorm();
     }
-    EXPECT_LT(std::sqrt(difference / size), friction == 0 ? 1e-5 : 0.5) << friction;
+    EXPECT_LT(std::sqrt(difference / size), 1e-4) << friction;
   }
 }
 
@@ -142,20 +141,42 @@ TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
   }
   ASSERT_GT(size, 0);
   EXPECT_LT(sum.norm(), 1e-12 * size);
+  // Neither barrier and damping, which act along the lines between closest points, nor friction,
+  // which is taken at one point for both sides, make a torque.
+  Vec3 torque = Vec3::Zero();
+  for (int i = 0; i < scene->dynamic_particles; ++i) torque += state.position[i].cross(force[i]);
+  EXPECT_LT(torque.norm(), 1e-12 * size);
   // What damping and friction add to the barrier takes power from the motion.
   const auto frictionless =
       build_scene(parse_case(two_sheets(0, 0), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
   Contact barrier(*frictionless, statistics);
   const std::vector<Vec3> elastic = forces_at(barrier, *frictionless, state);
-  // The barrier acts along the line between the closest points: no torque. (Friction acts at both,
-  // a gap apart.)
-  Vec3 torque = Vec3::Zero();
-  for (int i = 0; i < scene->dynamic_particles; ++i) torque += state.position[i].cross(elastic[i]);
-  EXPECT_LT(torque.norm(), 1e-12 * size);
   double power = 0;
   for (int i = 0; i < scene->dynamic_particles; ++i)
     power += (force[i] - elastic[i]).dot(state.velocity[i]);
   EXPECT_LT(power, 0);
+}
+
+// A rigid motion of all bodies together leaves no friction, however fast it turns.
+TEST(Contact, FrictionAndDampingTakeNoPowerFromARigidMotion) {
+  const Overrides no_ball{"obstacle.ball.position=[0, 0, -9]"};
+  const auto scene = build_scene(parse_case(two_sheets(0.5, 1e-3), "test.toml", no_ball));
+  const auto bare = build_scene(parse_case(two_sheets(0, 0), "test.toml", no_ball));
+  Statistics statistics;
+  Contact contact(*scene, statistics), barrier(*bare, statistics);
+  RandomState state = random_state(*scene, 7);
+  const Vec3 spin(3, -4, 5), drift(1, 2, -3);
+  for (int i = 0; i < scene->particle_count; ++i)
+    state.velocity[i] = drift + spin.cross(state.position[i]);
+  const std::vector<Vec3> force = forces_at(contact, *scene, state);
+  const std::vector<Vec3> elastic = forces_at(barrier, *bare, state);
+  double largest = 0, extra = 0;
+  for (int i = 0; i < scene->dynamic_particles; ++i) {
+    largest = std::max(largest, elastic[i].norm());
+    extra = std::max(extra, (force[i] - elastic[i]).norm());
+  }
+  ASSERT_GT(largest, 0);
+  EXPECT_LT(extra, 1e-9 * largest);
 }
 
 // The lists hold every pair in reach, as the bodies move on from where the lists were built.
@@ -248,7 +269,7 @@ membrane_stiffness = 500
 stiffness_damping = 1e-3
 [[body]]
 name = "sheet"
-position = [-0.5, 0, 0.0024]
+position = [-0.5, 0, 0.00296]
 shape = { type = "rectangle", size = [0.5, 0.5], resolution = [6, 6] }
 [[obstacle]]
 name = "slope"

@@ -1,0 +1,108 @@
+#include "sim/contact/contact_pair.h"
+
+#include <cmath>
+
+#include "materials/contact.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Below this squared sine the directions of a surface are too near to each other for its turning to
+// be told.
+constexpr double parallel_squared_sine = 1e-12;
+
+Mat3 cross_matrix(const Vec3& v) {
+  Mat3 matrix;
+  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return matrix;
+}
+
+// The turning of the surface along e1 and e2, as it follows from their rates:
+//   omega = turn_1 e1' + turn_2 e2',
+// that of the normal m, with half the difference of the in-plane rates about m. Exact where the
+// motion is rigid. With the dual vectors g_k of e_k in the plane and q_k = m x g_k:
+//   m' = -sum_k g_k (m . e_k'),  omega = m x m' + 1/2 m sum_k (q_k . e_k').
+std::optional<std::array<Mat3, 2>> turning(const Vec3& e1, const Vec3& e2) {
+  const Vec3 across = e1.cross(e2);
+  const double squared_area = across.squaredNorm();
+  if (!(squared_area > parallel_squared_sine * e1.squaredNorm() * e2.squaredNorm()))
+    return std::nullopt;
+  const double area = std::sqrt(squared_area);
+  const Vec3 m = across / area, q1 = e2 / area, q2 = -e1 / area;
+  return std::array<Mat3, 2>{Mat3(0.5 * m * q1.transpose() - q1 * m.transpose()),
+                             Mat3(0.5 * m * q2.transpose() - q2 * m.transpose())};
+}
+
+// The levers of Sliding. A triangle turns as its edges from the first corner do, two edges as the
+// plane along both does.
+std::optional<std::array<Mat3, 4>> sliding_levers(bsi::FeatureKind kind,
+                                                  const bsi::Closest& closest,
+                                                  const bsi::FourPoints& x, const Vec3& normal) {
+  const bool edges = kind == bsi::FeatureKind::edge_edge;
+  const auto turn = turning(edges ? x[1] - x[0] : x[2] - x[1], x[3] - x[edges ? 2 : 1]);
+  if (!turn) return std::nullopt;
+  const Mat3 arm = cross_matrix(closest.separation);
+  const Mat3 first = arm * (*turn)[0], second = arm * (*turn)[1];
+  std::array<Mat3, 4> lever;
+  for (int i = 0; i < 4; ++i) lever[i] = closest.weight[i] * Mat3::Identity();
+  if (edges) {
+    lever[0] -= first;
+    lever[1] += first;
+    lever[2] -= second;
+  } else {
+    lever[1] -= first + second;
+    lever[2] += first;
+  }
+  lever[3] += second;
+  const Mat3 across = Mat3::Identity() - normal * normal.transpose();
+  for (Mat3& matrix : lever) matrix = (across * matrix).eval();
+  return lever;
+}
+
+}  // namespace
+
+double apply_push(const ContactLaw& law, double thickness, double mollifier,
+                  const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair) {
+  const double distance = std::sqrt(closest.squared_distance);
+  pair.weight = closest.weight;
+  pair.normal = closest.separation / distance;
+  pair.gap = distance - thickness;
+  const materials::BarrierDerivatives barrier =
+      materials::barrier(pair.gap, law.range, mollifier * law.stiffness);
+  Vec3 relative = Vec3::Zero();
+  for (int i = 0; i < 4; ++i) relative += closest.weight[i] * velocity[pair.nodes[i]];
+  const materials::DampedPush push = materials::damped_push(
+      barrier, pair.gap, law.range, law.damping_time, pair.normal.dot(relative));
+  pair.energy = pair.coefficient * barrier.value;
+  pair.push = pair.coefficient * push.force;
+  pair.stiffness = pair.coefficient * push.stiffness;
+  pair.damping = pair.coefficient * push.damping;
+  return -pair.coefficient * barrier.first;
+}
+
+std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
+                                   double barrier_push, const bsi::Closest& closest,
+                                   const bsi::FourPoints& points, std::span<const Vec3> velocity,
+                                   const ContactPair& pair) {
+  const double limit = law.friction * barrier_push;
+  if (limit == 0) return std::nullopt;
+  const auto lever = sliding_levers(kind, closest, points, pair.normal);
+  if (!lever) return std::nullopt;
+  Sliding sliding;
+  sliding.lever = *lever;
+  Vec3 u = Vec3::Zero();
+  for (int i = 0; i < 4; ++i) u += sliding.lever[i] * velocity[pair.nodes[i]];
+  const double speed = u.norm();
+  const materials::FrictionFactor factor = materials::friction_factor(speed, law.friction_speed);
+  sliding.force = -limit * factor.over_speed * u;
+  sliding.slope =
+      limit * factor.over_speed * (Mat3::Identity() - pair.normal * pair.normal.transpose());
+  if (speed > 0) {
+    const Vec3 along = u / speed;
+    sliding.slope += limit * (factor.slope - factor.over_speed) * along * along.transpose();
+  }
+  return sliding;
+}
+
+}  // namespace weft::sim
