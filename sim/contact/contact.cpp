@@ -234,15 +234,15 @@ double Contact::mollify(const Pair& pair, std::span<const Vec3> position, double
 }
 
 void Contact::add_forces(std::span<Vec3> force) const {
-  const int dynamic = scene_.dynamic_particles;
+  const int count = static_cast<int>(force.size());
   for (const Active& active : active_) {
     for (int i = 0; i < 4; ++i) {
-      if (active.nodes[i] < dynamic) force[active.nodes[i]] += active.weight[i] * active.force;
+      if (active.nodes[i] < count) force[active.nodes[i]] += active.weight[i] * active.force;
     }
   }
   for (const MollifierForce& mollified : mollified_) {
     for (int i = 0; i < 4; ++i) {
-      if (mollified.nodes[i] < dynamic) force[mollified.nodes[i]] += mollified.force[i];
+      if (mollified.nodes[i] < count) force[mollified.nodes[i]] += mollified.force[i];
     }
   }
 }
