@@ -56,11 +56,16 @@ TimeCase tightened(const TimeCase& time) {
   return result;
 }
 
-ErrorMonitor::ErrorMonitor(const Scene& scene, const TimeCase& second, const std::atomic<int>* stop)
+ErrorMonitor::ErrorMonitor(const Scene& scene, const std::atomic<int>* stop)
+    : ErrorMonitor(scene, tightened(scene.source.time),
+                   [stop](const Integrator&) { return stop != nullptr && *stop != 0; }) {}
+
+ErrorMonitor::ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop)
     : scene_(scene_with(scene, second)),
-      stop_(stop),
+      should_stop_(std::move(should_stop)),
       dynamics_(*scene_, statistics_),
       integrator_(make_integrator(*scene_, dynamics_)),
+      watch_(dynamics_, integrator_->state()),
       state_(dynamics_.initial_state()),
       distances_(static_cast<std::size_t>(scene_->dynamic_bodies)),
       motion_(distances_.size()) {
@@ -84,8 +89,16 @@ std::span<const double> ErrorMonitor::compare(double time, std::span<const doubl
 
 bool ErrorMonitor::advance(double time) {
   while (failure_.empty() && integrator_->time() < time) {
-    if (stop_ != nullptr && *stop_ != 0) return false;
-    if (const auto reason = integrator_->step()) failure_ = *reason;
+    if (should_stop_ && should_stop_(*integrator_)) return false;
+    if (const auto reason = integrator_->step()) {
+      failure_ = *reason;
+      break;
+    }
+    const double reached = integrator_->time();
+    const auto reason =
+        watch_.check(reached, integrator_->state(),
+                     dynamics_.energies_at_last_rate(reached, integrator_->state()));
+    if (reason) failure_ = *reason;
   }
   if (!failure_.empty()) return false;
   if (time > 0) integrator_->state_at(time, state_);

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "sim/integrator/energy_watch.h"
 #include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
 #include "sim/statistics.h"
@@ -44,15 +46,16 @@ struct ErrorEstimate {
 // the error. Not for `static`, whose error no step makes.
 TimeCase tightened(const TimeCase& time);
 
-// Holds one state of the second run, no trajectory. It is told the frames of the first as they
-// come.
+// Holds one state of the second run, no trajectory. A second run that gains energy has failed. It
+// is told the frames of the first as they come.
 class ErrorMonitor {
  public:
   // `stop` (may be null) ends a comparison early, as it ends the run. The scene must outlive it.
-  ErrorMonitor(const Scene& scene, const std::atomic<int>* stop)
-      : ErrorMonitor(scene, tightened(scene.source.time), stop) {}
+  ErrorMonitor(const Scene& scene, const std::atomic<int>* stop);
+  // Asked after every step of the second run: true ends the comparison early. May be empty.
+  using ShouldStop = std::function<bool(const Integrator& second)>;
   // The same with another, more exact run's options.
-  ErrorMonitor(const Scene& scene, const TimeCase& second, const std::atomic<int>* stop);
+  ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop);
 
   // Takes the second run to `time` (s, not before the last call) and compares it with the first
   // one's state. Returns the RMS distances by dynamic body, m: NaN where the second run has failed
@@ -65,10 +68,11 @@ class ErrorMonitor {
   void measure(double time);
 
   std::unique_ptr<const Scene> scene_;
-  const std::atomic<int>* stop_;
+  ShouldStop should_stop_;
   Statistics statistics_;
   Dynamics dynamics_;
   std::unique_ptr<Integrator> integrator_;
+  EnergyWatch watch_;
   std::vector<double> state_;
   std::vector<Vec3> position_, other_position_, scratch_velocity_;
   std::vector<double> distances_;        // m, by body

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "sim/case/case_checks.h"
 #include "sim/case/case_error.h"
 #include "sim/cpu_limit.h"
 #include "sim/integrator/energy_watch.h"
@@ -80,7 +81,7 @@ class Run {
         dynamics_(scene, report_.statistics),
         integrator_(make_integrator(scene, dynamics_)),
         recorder_(scene, dynamics_, options.trajectory, options.force, error_series()),
-        energy_watch_(scene, dynamics_.energies(0, integrator_->state())) {
+        energy_watch_(dynamics_, integrator_->state()) {
     if (options.estimate_error) monitor_.emplace(scene, options.stop_signal);
   }
 
@@ -88,6 +89,8 @@ class Run {
     if (options_.notice && !scene_.source.accuracy_choice.empty()) {
       options_.notice(scene_.source.accuracy_choice);
     }
+    const std::string long_step = long_step_notice(scene_.source.time);
+    if (options_.notice && !long_step.empty()) options_.notice(long_step);
     note_compute();
     note_decision();
     const auto wall_start = std::chrono::steady_clock::now();
@@ -95,6 +98,7 @@ class Run {
     report_.trajectory = options_.trajectory;
     record(0.0, integrator_->state());
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
+    cpu_limit_->exclude(-options_.earlier_cpu_time);
     integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
     integrate();
     const bool failed = report_.status == RunReport::Status::failed;
@@ -103,13 +107,14 @@ class Run {
     report_.frames = recorder_.frames();
     report_.counts = integrator_->counts();
     note_compute();
-    report_.cpu_time = process_cpu_time() - cpu_start;
+    report_.cpu_time = process_cpu_time() - cpu_start + options_.earlier_cpu_time;
     if (monitor_) {
       report_.error_estimate = monitor_->estimate();
       report_.cpu_time -= report_.error_estimate->cpu_time;
     }
     report_.wall_time =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count() +
+        options_.earlier_wall_time;
     return report_;
   }
 

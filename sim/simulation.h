@@ -19,6 +19,8 @@ struct RunOptions {
   // Measure the error by a second, more exact run beside this one (error_estimate.h); the
   // trajectory then has a series error_estimate_BODY (m) a dynamic body. Not with `static`.
   bool estimate_error = false;
+  // What was spent on this run before, s: counted in its report and in compute.cpu_limit.
+  double earlier_cpu_time = 0, earlier_wall_time = 0;
   // Told after every step: simulated time (s). May be empty.
   std::function<void(double time)> progress;
   // Told what the run decides by itself, before it starts. May be empty.
@@ -32,8 +34,9 @@ struct RunReport {
   Status status = Status::done;
   std::string reason;         // why it failed: what, which bodies, when
   double simulated_time = 0;  // s; after a failure, of the last good state
-  double wall_time = 0;       // s, with it
-  double cpu_time = 0;        // s, all threads, without the run that measures the error
+  // s, with what was spent before. CPU time: all threads, without the run that measures the error.
+  double wall_time = 0;
+  double cpu_time = 0;
   int frames = 0;
   IntegratorCounts counts;
   std::optional<double> smallest_gap;  // m, in the last force evaluation of any step; nothing

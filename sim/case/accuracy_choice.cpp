@@ -129,7 +129,7 @@ std::string choice_text(const Case& target, const std::vector<Option>& options, 
   const TimeCase& time = target.time;
   const Option& best = options.front();
   std::string text = std::string(best.method->name) + " with ";
-  text += best.method->by_step ? "steps of " + rounded(best.setting) + " s"
+  text += best.method->by_step ? "steps of " + rounded(*time.step) + " s"
                                : "position_tolerance " + rounded(time.position_tolerance) + " m";
   text +=
       " for an accuracy of " + rounded(*time.accuracy) + " m over " + rounded(time.duration) + " s";
@@ -193,7 +193,8 @@ void choose_accuracy(Case& target, const Locations& locations) {
                     "expected " + offers.ranges() + ", which the calibration covers for it");
   }
   const Option& best = offers.options().front();
-  apply_setting(time, *best.method, best.setting);
+  const double longest = best.method->by_step ? time.duration : best.setting;
+  apply_setting(time, *best.method, std::min(best.setting, longest));
   time.position_tolerance = std::min(time.position_tolerance, position_tolerance_limit(target));
   target.accuracy_choice = choice_text(target, offers.options(), method_given);
   target.accuracy_chooses_method = !method_given;

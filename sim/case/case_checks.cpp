@@ -72,6 +72,11 @@ class Checker {
       fail("time.step", "the step is " + number_text(*time.step) + " s",
            "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");
     }
+    if (time.step && *time.step > time.duration * rounding) {
+      fail(first_given("time.step", "time.duration"),
+           "the step is " + number_text(*time.step) + " s, longer than the run",
+           "expected at most the duration, " + number_text(time.duration) + " s");
+    }
     if (time.step && time.maximum_step) {
       fail("time.maximum_step", "a maximum_step beside a fixed step",
            "expected one of maximum_step and step");
@@ -177,6 +182,13 @@ class Checker {
 double position_tolerance_limit(const Case& target) {
   return target.contact.enabled ? position_tolerance_per_range * target.contact.range
                                 : std::numeric_limits<double>::infinity();
+}
+
+std::string long_step_notice(const TimeCase& time) {
+  const double frame = 1 / time.frames_per_second;
+  if (!time.step || *time.step <= frame * rounding) return {};
+  return "time.step, " + number_text(*time.step) + " s, is longer than the time between frames, " +
+         number_text(frame) + " s: frames within a step are interpolated";
 }
 
 void check_case(const Case& target, const Locations& locations) {

@@ -1,6 +1,8 @@
 // The rules of a case that compare one value with another.
 #pragma once
 
+#include <string>
+
 #include "sim/case/case.h"
 #include "sim/case/case_locations.h"
 
@@ -12,5 +14,8 @@ void check_case(const Case& target, const Locations& locations);
 
 // The largest time.position_tolerance with which contact is sound, m; infinite without contact.
 double position_tolerance_limit(const Case& target);
+
+// What a user should know of a step that is longer than the time between frames; empty for others.
+std::string long_step_notice(const TimeCase& time);
 
 }  // namespace weft::sim

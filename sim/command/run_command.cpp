@@ -49,13 +49,15 @@ nlohmann::ordered_json error_json(const ErrorEstimate& estimate) {
   return json;
 }
 
-nlohmann::ordered_json report_json(const RunReport& report, const std::string& accuracy_choice) {
+nlohmann::ordered_json report_json(const RunReport& report, const PilotReport& pilot,
+                                   const std::string& accuracy_choice) {
   nlohmann::ordered_json json;
   json["status"] = status_name(report.status);
   if (!report.reason.empty()) json["reason"] = report.reason;
   json["simulated_s"] = report.simulated_time;
   json["wall_s"] = report.wall_time;
   json["cpu_s"] = report.cpu_time;
+  if (pilot.cpu_time > 0) json["pilot_cpu_s"] = pilot.cpu_time;
   json["frames"] = report.frames;
   json["steps"] = report.counts.steps;
   json["vetoed_steps"] = report.counts.vetoed_steps;
@@ -85,7 +87,8 @@ nlohmann::ordered_json report_json(const RunReport& report, const std::string& a
                       {"linear_solve", phases.linear_solve}, {"record", phases.record}};
   if (!accuracy_choice.empty()) json["accuracy"] = accuracy_choice;
   if (report.error_estimate) json["error_estimate"] = error_json(*report.error_estimate);
-  json["trajectory"] = report.trajectory;
+  json["trajectory"] = report.trajectory.empty() ? nlohmann::ordered_json()
+                                                 : nlohmann::ordered_json(report.trajectory);
   return json;
 }
 
@@ -111,10 +114,11 @@ void warn_of_errors(const ErrorEstimate& estimate) {
                "there\n";
 }
 
-void print_summary(const RunReport& report) {
-  std::printf("%s  %.4g s simulated in %.3g s (%.3g s of CPU), %d frames\n",
-              status_name(report.status), report.simulated_time, report.wall_time, report.cpu_time,
-              report.frames);
+void print_summary(const RunReport& report, const PilotReport& pilot) {
+  std::printf("%s  %.4g s simulated in %.3g s (%.3g s of CPU", status_name(report.status),
+              report.simulated_time, report.wall_time, report.cpu_time);
+  if (pilot.cpu_time > 0) std::printf(", %.3g s of them for the pilot", pilot.cpu_time);
+  std::printf("), %d frames\n", report.frames);
   std::printf("  steps %lld (%lld vetoed), Newton iterations %lld, linear iterations %lld\n",
               static_cast<long long>(report.counts.steps),
               static_cast<long long>(report.counts.vetoed_steps),
@@ -123,7 +127,7 @@ void print_summary(const RunReport& report) {
   if (report.smallest_gap) std::printf("  smallest gap %.3g mm\n", 1e3 * *report.smallest_gap);
   std::printf("  largest stretch %.2f %%\n", 100 * report.largest_stretch);
   if (report.error_estimate) print_errors(*report.error_estimate);
-  std::printf("  trajectory %s\n", report.trajectory.c_str());
+  if (!report.trajectory.empty()) std::printf("  trajectory %s\n", report.trajectory.c_str());
 }
 
 // The case and its scene, or the exit code of what is wrong with them.
@@ -149,11 +153,12 @@ void refuse_static(const Case& source) {
                   "expected another time.method, or no --estimate-error");
 }
 
-int finish(const RunCommand& command, const Case& source, const RunReport& report) {
+int finish(const RunCommand& command, const Case& source, const RunReport& report,
+           const PilotReport& pilot) {
   if (command.json) {
-    std::cout << report_json(report, source.accuracy_choice).dump(2) << '\n';
+    std::cout << report_json(report, pilot, source.accuracy_choice).dump(2) << '\n';
   } else {
-    print_summary(report);
+    print_summary(report, pilot);
   }
   if (report.error_estimate) warn_of_errors(*report.error_estimate);
   if (report.status == RunReport::Status::failed) {
@@ -164,32 +169,62 @@ int finish(const RunCommand& command, const Case& source, const RunReport& repor
   return exit_code::done;
 }
 
+void print_notice(const std::string& text) { std::cerr << "weft: " << text << '\n'; }
+
+// Says each stage and shows a bar for it.
+PilotReport run_pilot(Case& source, bool quiet) {
+  PilotOptions options;
+  options.stop_signal = &caught_signal;
+  std::optional<ProgressBar> bar;
+  options.notice = [&](const std::string& text) {
+    if (bar) bar->clear();
+    if (!quiet) print_notice(text);
+    bar.emplace(source.time.duration, !quiet);
+  };
+  options.progress = [&](double time) { bar->show(time); };
+  const PilotReport report = correct_accuracy(source, options);
+  if (bar) bar->clear();
+  return report;
+}
+
+// What is said of a run that ended with its pilot.
+RunReport report_of(const PilotReport& pilot) {
+  RunReport report;
+  report.status = pilot.interrupted ? RunReport::Status::interrupted : RunReport::Status::failed;
+  report.reason = pilot.limit_reason;
+  report.cpu_time = pilot.cpu_time;
+  report.wall_time = pilot.wall_time;
+  return report;
+}
+
 }  // namespace
 
 int run_case(const RunCommand& command) {
   const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
   const std::string trajectory = (std::filesystem::path(command.directory) / name).string();
+  PilotReport pilot;
   const auto prepare = [&](Case& source) {
     if (command.estimate_error) refuse_static(source);
     // Not only after the pilot runs.
     TrajectoryWriter::refuse_existing(trajectory, command.force);
-    correct_accuracy(source);
+    catch_stop_signals();
+    pilot = run_pilot(source, command.quiet);
   };
   return with_scene(command, prepare, [&](const Scene& scene) {
-    catch_stop_signals();
+    if (pilot.ended_run()) return finish(command, scene.source, report_of(pilot), pilot);
     RunOptions options;
     options.trajectory = trajectory;
     options.force = command.force;
     options.estimate_error = command.estimate_error;
     options.stop_signal = &caught_signal;
+    options.earlier_cpu_time = pilot.cpu_time;
+    options.earlier_wall_time = pilot.wall_time;
     ProgressBar bar(scene.source.time.duration, !command.quiet);
     options.progress = [&](double time) { bar.show(time); };
-    if (!command.quiet) {
-      options.notice = [](const std::string& text) { std::cerr << "weft: " << text << '\n'; };
-    }
+    if (!command.quiet) options.notice = print_notice;
     const RunReport report = run_simulation(scene, options);
     bar.clear();
-    return finish(command, scene.source, report);
+    return finish(command, scene.source, report, pilot);
   });
 }
 

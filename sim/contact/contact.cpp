@@ -292,21 +292,22 @@ double Contact::mollify(const Pair& pair, const bsi::Closest& closest,
 }
 
 void Contact::add_forces(std::span<Vec3> force) const {
+  const int count = static_cast<int>(force.size());
   for (const ContactPair& pair : pairs_) {
     const Vec3 push = pair.push * pair.normal;
     for (int i = 0; i < 4; ++i) {
-      if (is_dynamic(pair.nodes[i])) force[pair.nodes[i]] += pair.weight[i] * push;
+      if (pair.nodes[i] < count) force[pair.nodes[i]] += pair.weight[i] * push;
     }
     if (pair.sliding < 0) continue;
     const Sliding& sliding = sliding_[pair.sliding];
     for (int i = 0; i < 4; ++i) {
-      if (is_dynamic(pair.nodes[i]))
+      if (pair.nodes[i] < count)
         force[pair.nodes[i]] += sliding.lever[i].transpose() * sliding.force;
     }
   }
   for (const MollifierForce& mollified : mollified_) {
     for (int i = 0; i < 4; ++i) {
-      if (is_dynamic(mollified.nodes[i])) force[mollified.nodes[i]] += mollified.force[i];
+      if (mollified.nodes[i] < count) force[mollified.nodes[i]] += mollified.force[i];
     }
   }
 }

@@ -52,7 +52,8 @@ class Contact {
   // m/s).
   [[nodiscard]] std::optional<ContactFault> evaluate(std::span<const Vec3> position,
                                                      std::span<const Vec3> velocity, int threads);
-  // The rest is about the last evaluate(); arrays are of the dynamic particles.
+  // The rest is about the last evaluate(); arrays are of the dynamic particles. The forces may be
+  // wanted of all, obstacles too: they are added on the first force.size() particles.
   void add_forces(std::span<Vec3> force) const;
   double energy() const;
   // Adds (gamma^2 K + gamma D) * in, and its diagonal blocks.

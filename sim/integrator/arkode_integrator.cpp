@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "sim/case/case_text.h"
+#include "sim/integrator/first_step.h"
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/one_step_integrator.h"
@@ -46,6 +47,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
     y_ =
         make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context_);
     create(true);
+    ARKStepSetInitStep(arkode_, first_step(dynamics, state()));
     decision_ = "implicit Runge-Kutta steps";
   }
   ~ArkodeIntegrator() override {
@@ -183,8 +185,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   }
   fault_in_step_.reset();
   // The time asked for only tells ARKODE the direction; steps end where they fall.
-  const double far = time() + scene().source.time.duration;
-  const int flag = ARKStepEvolve(arkode_, far, y_, &arkode_time_, ARK_ONE_STEP);
+  const int flag = ARKStepEvolve(arkode_, time() + 1, y_, &arkode_time_, ARK_ONE_STEP);
   if (flag < 0) return trouble_of(flag, end);
   end = arkode_time_;
   propose(end - time());

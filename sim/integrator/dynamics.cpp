@@ -28,6 +28,9 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
       forces_(make_forces(scene)),
       pins_move_(std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                              [](const PrescribedMotion& held) { return held.moves; })) {
+  for (const auto& force : forces_) {
+    if (force->name() == "drag") drag_ = force.get();
+  }
   for (int i = 0; i < scene.dynamic_particles; ++i) {
     if (scene.pinned[i] != 0) held_.push_back(i);
   }
@@ -217,6 +220,32 @@ Energies Dynamics::energies(double time, std::span<const double> y) {
     static_cast<void>(contact_->evaluate(position_, velocity_, threads_));
   }
   return energies_at_last_rate(time, y);
+}
+
+double Dynamics::drag_power(double time, std::span<const double> y) {
+  if (drag_ == nullptr) return 0;
+  const Kinematics state = kinematics(time, y);
+  std::vector<Vec3> force(state.position.size(), Vec3::Zero());
+  drag_->add_forces(state, force, threads_);
+  for (const int i : held_) force[i].setZero();
+  double power = 0;
+  for (std::size_t i = 0; i < force.size(); ++i) power += force[i].dot(state.velocity[i]);
+  return power;
+}
+
+void Dynamics::find_forces_on_all(double time, std::span<const double> y,
+                                  std::vector<Vec3>& force) {
+  expand(time, y, position_, velocity_);
+  force.assign(position_.size(), Vec3::Zero());
+  const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
+  const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
+  for (const auto& each : forces_) {
+    if (each.get() != drag_) each->add_forces(state, std::span(force).first(count), threads_);
+  }
+  if (!contact_) return;
+  // A fault leaves no pairs in reach; accepted states have none.
+  static_cast<void>(contact_->evaluate(position_, velocity_, threads_));
+  contact_->add_forces(force);
 }
 
 double Dynamics::largest_stretch(std::span<const Vec3> position) const {

@@ -88,6 +88,14 @@ class Dynamics {
   // The same with the contact energy of the last rate(), which a step leaves within its tolerance
   // of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
+  // Power (W) of drag on the free particles: positive where wind drives them. Without prescribed
+  // motion it costs one evaluation of drag alone.
+  double drag_power(double time, std::span<const double> y);
+  bool has_drag() const { return drag_ != nullptr; }
+  // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
+  // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor drag. Not
+  // counted in the statistics' force evaluations.
+  void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force);
   // Largest l / L - 1 over the edges of all bodies.
   double largest_stretch(std::span<const Vec3> position) const;
 
@@ -104,6 +112,7 @@ class Dynamics {
   Statistics& statistics_;
   int threads_ = 1;
   std::vector<std::unique_ptr<Force>> forces_;
+  Force* drag_ = nullptr;  // of these; null without
   bool pins_move_ = false;
   std::vector<int> held_;  // dynamic particles that are pinned
   std::optional<Contact> contact_;

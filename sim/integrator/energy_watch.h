@@ -7,38 +7,44 @@
 #include <string>
 
 #include "sim/integrator/dynamics.h"
+#include "sim/integrator/external_work.h"
 
 namespace weft::sim {
 
-// Kinetic and elastic energy are together not above what was put in, the energy of the start and
-// the work of gravity; in a norm, so that errors add up:
-//   sqrt(E) <= sqrt(put in + 5 % of the most that was in, or a fall would put in) + e,
+// Kinetic and elastic energy of the free particles are together not above what was put in: the
+// energy of the start, the work of gravity and that of wind and of prescribed motion
+// (external_work.h). In a norm, so that errors add up:
+//   sqrt(E) <= sqrt(put in + doubt + 5 % of the most that was in, or a fall would put in) + e,
 //   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most),
-// with the total mass M. The fall is by gravity for the duration of the case or by the diagonal of
-// the box around the start of the dynamic bodies, whichever is less. e is the error of the
-// tolerance in every component. The energy of contact counts when it has become motion: a long step
-// that ends deep within the range of contact has too much of it, and most methods damp that.
-// Wind, and pins or obstacles that move, do work that this does not know: scenes with them are not
-// checked.
+// with the total mass M and the doubt about that work. The fall is by gravity for the time so far
+// or by the diagonal of the box around the start of the dynamic bodies, whichever is less. e is the
+// error of the tolerance in every component. The energy of contact counts when it has become
+// motion: a long step that ends deep within the range of contact has too much of it, and most
+// methods damp that. Equilibria (`static`) beside wind or prescribed motion are not checked.
 class EnergyWatch {
  public:
-  // `start`: the energies of the initial state. The scene must outlive it.
-  EnergyWatch(const Scene& scene, const Energies& start);
+  // `start`: the initial state. The dynamics must outlive it. Evaluates contact.
+  EnergyWatch(Dynamics& dynamics, std::span<const double> start);
 
-  // Of a state with the energies `now`: nothing, or what is wrong.
+  // Of the state at the end of a step, with the energies `now`: nothing, or what is wrong. Every
+  // step must be shown, in order. Beside wind or prescribed motion it evaluates forces.
   [[nodiscard]] std::optional<std::string> check(double time, std::span<const double> y,
                                                  const Energies& now);
   // Largest energy so far, as a share of the limit.
   double largest_share() const { return largest_share_; }
+  const ExternalWork& external() const { return external_; }
 
  private:
+  double fall_energy(double time) const;
   std::string describe(double time, std::span<const double> y, double within, double put_in) const;
 
   const Scene& scene_;
+  ExternalWork external_;
   bool applies_ = true;
-  double mass_ = 0;   // kg, of the dynamic particles
-  double start_ = 0;  // J, with that of gravity
-  double most_ = 0;   // J
+  double mass_ = 0;                      // kg, of the dynamic particles
+  double longest_fall_ = 0;              // m
+  double start_ = 0;                     // J, with that of gravity
+  double start_kinetic_ = 0, most_ = 0;  // J
   double largest_share_ = 0;
 };
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "sim/case/case_checks.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/forces/force.h"
 #include "sim/scene/scene.h"
@@ -104,6 +105,8 @@ void describe_time(const TimeCase& time, std::ostream& out) {
   }
   if (time.step) out << ", steps of " << *time.step << " s";
   out << ", position tolerance " << time.position_tolerance << " m a step\n";
+  const std::string long_step = long_step_notice(time);
+  if (!long_step.empty()) out << "  " << long_step << '\n';
 }
 
 ComputeBackend describe_compute(const Scene& scene, std::ostream& out) {

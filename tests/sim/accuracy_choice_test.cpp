@@ -5,6 +5,7 @@
 
 #include "sim/accuracy_pilot.h"
 #include "sim/case/case_error.h"
+#include "sim/integrator/energy_watch.h"
 #include "simulated_case.h"
 
 namespace weft::sim {
@@ -219,6 +220,122 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [5, 5] }
   EXPECT_EQ(source.time.position_tolerance, 0.005 * 1e-3);
   EXPECT_NE(source.accuracy_choice.find("so the error will be smaller"), std::string::npos)
       << source.accuracy_choice;
+}
+
+// What the energy watch says of the whole run, or why it fails.
+std::string complaint(const Case& source) {
+  const auto scene = build_scene(source);
+  Statistics statistics;
+  Dynamics dynamics(*scene, statistics);
+  const auto integrator = make_integrator(*scene, dynamics);
+  EnergyWatch watch(dynamics, integrator->state());
+  while (integrator->time() < source.time.duration) {
+    if (const auto reason = integrator->step()) return *reason;
+    const auto reason = watch.check(integrator->time(), integrator->state(),
+                                    dynamics.energies(integrator->time(), integrator->state()));
+    if (reason) return *reason;
+  }
+  return "";
+}
+
+const std::string stiff_sheet = R"(
+[time]
+duration = 0.1
+[contact]
+enabled = false
+[material.membrane]
+membrane_stiffness = 1000
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [13, 13] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+
+TEST(AccuracyChoice, TakesNoToleranceWhoseRunGainsEnergy) {
+  bool retreated = false;
+  for (const char* method_name : {"cvode", "arkode"}) {
+    for (const char* stiffness : {"1e3", "1e5", "1e7"}) {
+      for (const char* asked : {"2e-3", "1e-1"}) {
+        Case source = chosen(
+            stiff_sheet, method(method_name, {std::string("time.accuracy=") + asked,
+                                              std::string("material.membrane.membrane_stiffness=") +
+                                                  stiffness}));
+        correct_accuracy(source);
+        EXPECT_EQ(complaint(source), "") << source.accuracy_choice;
+        retreated =
+            retreated || source.accuracy_choice.find("since a run with") != std::string::npos;
+      }
+    }
+  }
+  EXPECT_TRUE(retreated);
+}
+
+const std::string curtain = R"(
+[time]
+duration = 1.2
+method = "cvode"
+accuracy = 1e-3
+[contact]
+enabled = false
+[material.cloth]
+bending_stiffness = 1e-5
+stiffness_damping = 1e-3
+[[body]]
+name = "curtain"
+rotation_deg = [60, 0, 0]
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [13, 13] }
+[[body.pin]]
+edges = ["last_row"]
+
+[body.pin.motion]
+keyframes = [
+  { time = 0.5, translation = [0.3, 0, 0] },
+  { time = 0.8, translation = [-0.2, 0.2, 0], rotation_deg = [0, 0, 60] },
+]
+)";
+
+TEST(AccuracyChoice, SaysThatChaosAllowsNoAccuracyAndKeepsTheTolerance) {
+  Case source = chosen(curtain, {});
+  const double tolerance = source.time.position_tolerance;
+  correct_accuracy(source);
+  EXPECT_NE(source.accuracy_choice.find("chaotic: this accuracy cannot be had: from t = "),
+            std::string::npos)
+      << source.accuracy_choice;
+  EXPECT_EQ(source.time.position_tolerance, tolerance);
+}
+
+TEST(AccuracyChoice, SaysWhatItsPilotDoesAndShowsHowFarItIs) {
+  Case source = chosen(hanging_sheet, {"time.accuracy=5e-4", "time.method=cvode"});
+  std::vector<std::string> said;
+  double furthest = 0;
+  PilotOptions options;
+  options.notice = [&](const std::string& text) { said.push_back(text); };
+  options.progress = [&](double time) { furthest = std::max(furthest, time); };
+  const PilotReport report = correct_accuracy(source, options);
+  ASSERT_FALSE(said.empty());
+  EXPECT_NE(said.front().find("pilot of time.accuracy: runs with position_tolerance"),
+            std::string::npos)
+      << said.front();
+  EXPECT_GT(furthest, 0.19);
+  EXPECT_GT(report.cpu_time, 0);
+  EXPECT_FALSE(report.ended_run());
+}
+
+TEST(AccuracyChoice, EndsItsPilotWhereTheRunWouldEnd) {
+  const Case before = chosen(curtain, {"compute.cpu_limit=0.05"});
+  Case source = before;
+  const PilotReport limited = correct_accuracy(source);
+  EXPECT_TRUE(limited.ended_run());
+  EXPECT_NE(limited.limit_reason.find("the limit of 0.05 s of CPU time (compute.cpu_limit)"),
+            std::string::npos)
+      << limited.limit_reason;
+  EXPECT_EQ(source.resolved_text, before.resolved_text);
+  const std::atomic<int> stop{1};
+  PilotOptions options;
+  options.stop_signal = &stop;
+  EXPECT_TRUE(correct_accuracy(source, options).interrupted);
+  EXPECT_EQ(source.resolved_text, before.resolved_text);
 }
 
 }  // namespace

@@ -253,6 +253,14 @@ step = 1e-8
 )" + sheet,
        R"(case.toml:3:8: the step is 1e-08 s
   expected more than the minimum_step, 1e-07 s)"},
+      {"step_longer_than_the_run",
+       R"([time]
+duration = 0.5
+method = "euler"
+step = 0.6
+)" + sheet,
+       R"(case.toml:4:8: the step is 0.6 s, longer than the run
+  expected at most the duration, 0.5 s)"},
       {"order_three_loose",
        R"([time]
 maximum_order = 3

@@ -185,5 +185,88 @@ TEST(Integrator, StepsDoNotDependOnWhereTheOriginLies) {
   EXPECT_EQ(here.integrator().counts().steps, there.integrator().counts().steps);
 }
 
+// Two sheets, one of which falls onto the other.
+const std::string falling_sheets = R"(
+[time]
+duration = 0.12
+[contact]
+friction = 0.3
+[[body]]
+name = "lower"
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [7, 7] }
+[[body.pin]]
+edges = ["first_row", "last_row"]
+[[body]]
+name = "upper"
+position = [0.02, 0.01, 0.02]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+)";
+
+TEST(Integrator, WhatHappensDoesNotDependOnWhenTheRunEnds) {
+  for (const Overrides& options :
+       {method("cvode"), method("arkode"), method("euler"), method("euler", {"time.step=0.003"}),
+        method("implicit_midpoint", {"time.step=0.003"}),
+        method("verlet", {"contact.enabled=false"})}) {
+    SCOPED_TRACE(options.front());
+    Overrides longer = options;
+    longer.emplace_back("time.duration=7");
+    SimulatedCase brief(falling_sheets, options), lasting(falling_sheets, longer);
+    for (const double time : {0.01, 0.05, 0.1, 0.12})
+      EXPECT_EQ(brief.advance_to(time), lasting.advance_to(time)) << "t = " << time;
+  }
+}
+
+TEST(Integrator, TheFirstStepIsWithinTheToleranceAndNotFarBelowIt) {
+  // In free fall, x'' = g: h^2 g / 2 / sqrt(6) is a quarter of the tolerance of positions, as one
+  // component in six has an error.
+  SimulatedCase fall(falling_sheets,
+                     {"contact.enabled=false", "body.lower.pin.0.edges=[\"first_row\"]",
+                      "world.gravity=[0, 0, -9.81]"});
+  ASSERT_FALSE(fall.integrator().step());
+  const double h = fall.integrator().last_step();
+  const double expected = std::sqrt(0.5 * 1e-5 * std::sqrt(6.0) / 9.81);
+  EXPECT_NEAR(h, expected, 0.2 * expected);
+}
+
+// A cloth over the corners of a small table. Friction is stiff at the few particles that rest on
+// these. With the mean correction alone to end Newton's iteration, one of them is left to swing to
+// and fro, and steps stay short for thousands of them.
+TEST(Integrator, AFewParticlesUnderStiffFrictionDoNotHoldTheStepsBack) {
+  SimulatedCase cloth(R"(
+[time]
+duration = 1.0
+velocity_tolerance = 5e-3
+position_tolerance = 5e-5
+[contact]
+friction = 0.8
+range = 1e-2
+[material.linen]
+density = 0.2
+membrane_stiffness = 1000
+bending_stiffness = 2e-5
+stiffness_damping = 1e-3
+bending_damping = 1e-3
+normal_drag = 1.5
+mass_damping = 2
+[[body]]
+name = "cloth"
+position = [0.0, 0.0, 0.03]
+shape = { type = "rectangle", size = [0.7, 0.7], resolution = [17, 17] }
+[[obstacle]]
+name = "table"
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
+)");
+  Integrator& integrator = cloth.integrator();
+  int alike = 0, most_alike = 0;
+  for (double last = 0; integrator.time() < 1;) {
+    ASSERT_FALSE(integrator.step());
+    alike = integrator.last_step() == last ? alike + 1 : 0;
+    last = integrator.last_step();
+    if (integrator.last_order() == 1 && last < 1e-4) most_alike = std::max(most_alike, alike);
+  }
+  EXPECT_LT(integrator.counts().steps, 1500);
+  EXPECT_LT(most_alike, 150);
+}
+
 }  // namespace
 }  // namespace weft::sim

@@ -1,0 +1,44 @@
+#include "sim/integrator/first_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "sim/integrator/tolerances.h"
+
+namespace weft::sim {
+
+namespace {
+
+// s. Methods multiply a first step that was too short by thousands at once, and what rests now may
+// be met by something soon.
+constexpr double longest = 1e-3;
+
+// Part of the tolerances that the error of the first step may take.
+constexpr double error_share = 0.25;
+
+double weighted_norm(std::span<const double> values, std::span<const double> weights) {
+  double sum = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    sum += values[i] * values[i] * weights[i] * weights[i];
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+}  // namespace
+
+double first_step(Dynamics& dynamics, std::span<const double> y) {
+  const TimeCase& options = dynamics.scene().source.time;
+  std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
+  if (!error_weights(options, y, weight) || dynamics.rate(0, y, rate)) return options.minimum_step;
+  const double slope = weighted_norm(rate, weight);
+  for (double trial = std::min(longest, 1 / slope); trial > options.minimum_step; trial /= 10) {
+    for (std::size_t i = 0; i < y.size(); ++i) ahead[i] = y[i] + trial * rate[i];
+    if (dynamics.rate(trial, ahead, change)) continue;
+    for (std::size_t i = 0; i < y.size(); ++i) change[i] = (change[i] - rate[i]) / trial;
+    const double step = std::sqrt(2 * error_share / weighted_norm(change, weight));
+    return std::max(std::min(step, longest), options.minimum_step);
+  }
+  return options.minimum_step;
+}
+
+}  // namespace weft::sim
