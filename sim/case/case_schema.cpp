@@ -141,7 +141,8 @@ Table describe(ContactCase& target) {
   return {{
       field("enabled", &enabled, "Whether bodies feel each other, themselves and obstacles."),
       field("range", &range, "m", positive, "Gap at which the contact force starts."),
-      field("stiffness", &stiffness, "N/m^3", positive, "Strength of the barrier per area."),
+      field("stiffness", &stiffness, "N/m^3", positive,
+            "Strength of the barrier per area, whatever the meshes."),
       field("damping_time", &damping_time, "s", not_negative,
             "Contact damping as a fraction of the contact stiffness; without it runs are slow."),
       field("friction", &friction, "", not_negative, "Coulomb coefficient."),

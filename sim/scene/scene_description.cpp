@@ -78,7 +78,11 @@ void describe_contact(const Scene& scene, std::ostream& out) {
       out << "  pyramid of " << body.name << " built once at the most: it does not move\n";
   }
   if (obstacles > 1) out << "  skipped pairs of obstacles: nothing is simulated between them\n";
-  if (contact.friction == 0) out << "  skipped friction: contact.friction is 0\n";
+  if (scene.source.time.method == TimeMethod::static_loads) {
+    out << "  skipped friction and contact damping: in an equilibrium nothing moves\n";
+  } else if (contact.friction == 0) {
+    out << "  skipped friction: contact.friction is 0\n";
+  }
   out << "  skipped pyramids of bodies whose bounding spheres stay out of each other's reach\n";
 }
 
