@@ -34,7 +34,7 @@ std::optional<double> distance(const Scene& scene, const TimeCase& tight) {
     while (integrator->time() < time) {
       if (integrator->step()) return std::nullopt;
     }
-    integrator->state_at(time, y);
+    if (integrator->state_at(time, y)) return std::nullopt;
     monitor.compare(time, y);
   }
   const ErrorEstimate estimate = monitor.estimate();

@@ -27,6 +27,12 @@ struct ContactFault {
   std::string describe(const Scene& scene) const;
 };
 
+// How far (m) points may be from their straight paths, at the most: by body, the largest of its
+// particles, and by particle. Both empty where all paths are straight.
+struct PathStray {
+  std::span<const double> body, particle;
+};
+
 // For a pair at distance d, with gap g = d - thickness < range:
 //   barrier         W = m(c) b(g), force -dW/dx  (materials/contact.h; m is 1 but for near-parallel
 //   edges) contact damping F_n = -beta W''(g) g'        (along the normal) friction        F_t =
@@ -75,10 +81,15 @@ class Contact {
   // Smallest gap of the pairs in reach; nothing where there are none.
   std::optional<double> smallest_gap() const;
 
-  // Is every pair of features certain to keep apart along the straight paths start -> end, and to
-  // end with a positive gap?
+  // Is every pair of features certain to keep apart along the straight paths start -> end, and on
+  // all paths no further from these than `stray`, and to end with a positive gap?
   [[nodiscard]] std::optional<ContactFault> check_path(std::span<const Vec3> start,
-                                                       std::span<const Vec3> end);
+                                                       std::span<const Vec3> end,
+                                                       const PathStray& stray = {});
+  // The same for a place on a path that has been found free: no gap is demanded, at its end or on
+  // the way, only that surfaces do not meet.
+  [[nodiscard]] std::optional<ContactFault> check_crossing(std::span<const Vec3> start,
+                                                           std::span<const Vec3> end);
   // Smallest gap within the range at `position` (infinite where none is); a fault where one is not
   // positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
@@ -110,6 +121,7 @@ class Contact {
   struct PairGroup {
     bool edges = false;
     double thickness = 0;
+    int body_a = 0, body_b = 0;
     std::vector<bsi::FourParticles> nodes;
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
@@ -141,9 +153,17 @@ class Contact {
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
+  static double stray_of(const Pair& pair, std::span<const double> stray);
+  // What a path must keep to.
+  struct PathDemand {
+    bool gap = true;  // half the thickness on the way and all of it at the end
+    PathStray stray;
+  };
+  std::optional<ContactFault> find_path_fault(std::span<const Vec3> start,
+                                              std::span<const Vec3> end, const PathDemand& demand);
   std::optional<ContactFault> check_part(const PairGroup& group, std::size_t first,
                                          std::size_t last, std::span<const Vec3> start,
-                                         std::span<const Vec3> end) const;
+                                         std::span<const Vec3> end, const PathDemand& demand) const;
 
   const Scene& scene_;
   Statistics& statistics_;
