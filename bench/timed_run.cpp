@@ -22,7 +22,7 @@ std::string advance(Dynamics& dynamics, Integrator& integrator, std::span<const 
     if (auto failure = integrator.step()) return *failure;
     std::optional<Energies> energies;
     for (; next < times.size() && times[next] <= integrator.time(); ++next) {
-      integrator.state_at(times[next], state);
+      if (auto failure = integrator.state_at(times[next], state)) return *failure;
       const std::span<const Vec3> position = StateView::of(state).position;
       run.positions.emplace_back(position.begin(), position.end());
       if (!energies) energies = dynamics.energies(integrator.time(), integrator.state());

@@ -160,7 +160,8 @@ std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& t
       failure_ = run.step();
       if (failure_ || is_stopped_at(*scene, run.integrator())) return std::nullopt;
     }
-    run.integrator().state_at(time, y);
+    failure_ = run.integrator().state_at(time, y);
+    if (failure_) return std::nullopt;
     monitor.compare(time, y);
     if (stopped()) return std::nullopt;
   }

@@ -101,8 +101,8 @@ bool ErrorMonitor::advance(double time) {
     if (reason) failure_ = *reason;
   }
   if (!failure_.empty()) return false;
-  if (time > 0) integrator_->state_at(time, state_);
-  return true;
+  if (time > 0) failure_ = integrator_->state_at(time, state_).value_or("");
+  return failure_.empty();
 }
 
 void ErrorMonitor::measure(double time) {

@@ -156,7 +156,8 @@ class Run {
       // A step that is found wrong after it was taken leaves the last frame as the last good state.
       if (const auto reason = note_step()) return fail(*reason);
       for (; last_recorded_ < duration && frame_time(frame) <= integrator_->time(); ++frame) {
-        integrator_->state_at(frame_time(frame), interpolated);
+        if (const auto reason = integrator_->state_at(frame_time(frame), interpolated))
+          return fail(*reason);
         record(frame_time(frame), interpolated);
       }
       if (options_.progress) options_.progress(std::min(integrator_->time(), duration));

@@ -29,6 +29,18 @@ std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples,
 
 }  // namespace
 
+// A point of a feature is a convex combination of its corners, and strays no further than the one
+// of them that strays most.
+double Contact::stray_of(const Pair& pair, std::span<const double> stray) {
+  double side[2] = {0, 0};
+  const int split = pair.edges ? 2 : 1;
+  for (int i = 0; i < 4; ++i) {
+    double& largest = side[i < split ? 0 : 1];
+    largest = std::max(largest, stray[pair.nodes[i]]);
+  }
+  return side[0] + side[1];
+}
+
 std::string ContactFault::describe(const Scene& scene) const {
   const auto name = [&](int particle) { return scene.describe_particle(particle); };
   switch (kind) {
@@ -107,8 +119,9 @@ std::vector<Contact::PairGroup> Contact::groups_within(double sample_reach, doub
       group.edges = kind == 2;
       group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
       group.thickness = list.thickness;
+      group.body_a = list.body_a;
+      group.body_b = list.body_b;
       group.surface = kind == 0 ? list.body_b : list.body_a;
-      group.self = list.is_self();
       const auto limit =
           static_cast<float>(list.thickness + (group.samples ? sample_reach : reach) + list.drift) *
           (1 + 1e-6F);
@@ -211,8 +224,8 @@ void Contact::measure_samples(const PairGroup& group, std::size_t first,
     return;
   }
   std::vector<bsi::SurfaceTerm> terms;
-  surfaces_[group.surface].find(position[vertex], group.self ? vertex - body.first_particle : -1,
-                                triangles,
+  surfaces_[group.surface].find(position[vertex],
+                                group.is_self() ? vertex - body.first_particle : -1, triangles,
                                 position.subspan(body.first_particle, body.particle_count()),
                                 group.thickness + range_, terms);
   const ContactLaw law{range_,
@@ -389,8 +402,19 @@ std::optional<double> Contact::smallest_gap() const {
 }
 
 std::optional<ContactFault> Contact::check_path(std::span<const Vec3> start,
-                                                std::span<const Vec3> end) {
-  if (const auto bad = search_.update_path(start, end)) {
+                                                std::span<const Vec3> end, const PathStray& stray) {
+  return find_path_fault(start, end, {.gap = true, .stray = stray});
+}
+
+std::optional<ContactFault> Contact::check_crossing(std::span<const Vec3> start,
+                                                    std::span<const Vec3> end) {
+  return find_path_fault(start, end, {.gap = false, .stray = {}});
+}
+
+std::optional<ContactFault> Contact::find_path_fault(std::span<const Vec3> start,
+                                                     std::span<const Vec3> end,
+                                                     const PathDemand& demand) {
+  if (const auto bad = search_.update_path(start, end, demand.stray.body)) {
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
@@ -400,7 +424,7 @@ std::optional<ContactFault> Contact::check_path(std::span<const Vec3> start,
     statistics_.counters.ccd_calls += count;
     std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
     parallel_chunks(count, scene_.source.compute.threads, [&](int first, int last) {
-      faults[first / chunk_size] = check_part(group, first, last, start, end);
+      faults[first / chunk_size] = check_part(group, first, last, start, end, demand);
     });
     for (const auto& fault : faults)
       if (fault) return fault;
@@ -411,19 +435,28 @@ std::optional<ContactFault> Contact::check_path(std::span<const Vec3> start,
 // The first fault of a part of the pairs: most are proved free of one at a look.
 std::optional<ContactFault> Contact::check_part(const PairGroup& group, std::size_t first,
                                                 std::size_t last, std::span<const Vec3> start,
-                                                std::span<const Vec3> end) const {
+                                                std::span<const Vec3> end,
+                                                const PathDemand& demand) const {
   // Half the thickness: both ends keep all of it, so a path that is refused truly cuts through
   // something.
-  const double separation = 0.5 * group.thickness;
+  const double half = demand.gap ? 0.5 * group.thickness : 0.0;
+  const std::span<const double> stray = demand.stray.particle;
+  // Of the whole group; pair by pair it may be less.
+  double largest = half;
+  if (!stray.empty()) largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];
   std::vector<int> unproved;
   bsi::find_unproved_paths(group.kind(), start, end,
-                           std::span(group.nodes).subspan(first, last - first), separation,
-                           group.thickness, unproved);
+                           std::span(group.nodes).subspan(first, last - first), largest,
+                           demand.gap ? std::max(group.thickness, largest) : largest, unproved);
   for (int i : unproved) {
     const Pair pair = group.pair(first + i);
     const bsi::Closest at_end = closest_of(pair.edges, pair.nodes, end);
     const double gap = std::sqrt(at_end.squared_distance) - pair.thickness;
-    if (!(gap > 0)) return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
+    if (demand.gap && !(gap > 0)) {
+      return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
+    }
+    double separation = half;
+    if (!stray.empty()) separation += stray_of(pair, stray);
     bsi::FourPoints from, to;
     for (int k = 0; k < 4; ++k) {
       from[k] = start[pair.nodes[k]];

@@ -29,6 +29,12 @@ struct ContactFault {
   std::string describe(const Scene& scene) const;
 };
 
+// How far (m) points may be from their straight paths, at the most: by body, the largest of its
+// particles, and by particle. Both empty where all paths are straight.
+struct PathStray {
+  std::span<const double> body, particle;
+};
+
 // Each vertex of a dynamic surface is a sample with the area around it. It meets another surface,
 // or its own beyond the triangles around it, by the signed sum over that surface's features in
 // range (bsi/surface_terms.h), which counts the surface once: the force is one per area, whatever
@@ -82,10 +88,15 @@ class Contact {
   // Smallest gap of the pairs in reach; nothing where there are none.
   std::optional<double> smallest_gap() const;
 
-  // Is every pair of features certain to keep apart along the straight paths start -> end, and to
-  // end with a positive gap?
+  // Is every pair of features certain to keep apart along the straight paths start -> end, and on
+  // all paths no further from these than `stray`, and to end with a positive gap?
   [[nodiscard]] std::optional<ContactFault> check_path(std::span<const Vec3> start,
-                                                       std::span<const Vec3> end);
+                                                       std::span<const Vec3> end,
+                                                       const PathStray& stray = {});
+  // The same for a place on a path that has been found free: no gap is demanded, at its end or on
+  // the way, only that surfaces do not meet.
+  [[nodiscard]] std::optional<ContactFault> check_crossing(std::span<const Vec3> start,
+                                                           std::span<const Vec3> end);
   // Smallest gap within the range at `position` (infinite where none is); a fault where one is not
   // positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
@@ -109,8 +120,9 @@ class Contact {
     bool edges = false;
     bool samples = false;  // vertices that meet a surface; the others have the short barrier
     double thickness = 0;
-    int surface = 0;    // the body of the triangles, of samples
-    bool self = false;  // which the samples belong to
+    int body_a = 0, body_b = 0;
+    int surface = 0;  // the body of the triangles, of samples
+    bool is_self() const { return body_a == body_b; }
     std::vector<bsi::FourParticles> nodes;
     std::vector<int> triangles;  // local to the body, of samples
     bsi::FeatureKind kind() const {
@@ -155,9 +167,17 @@ class Contact {
                  const ContactLaw& law, Found& found) const;
   void join(Found& part);
   void clear();
+  static double stray_of(const Pair& pair, std::span<const double> stray);
+  // What a path must keep to.
+  struct PathDemand {
+    bool gap = true;  // half the thickness on the way and all of it at the end
+    PathStray stray;
+  };
+  std::optional<ContactFault> find_path_fault(std::span<const Vec3> start,
+                                              std::span<const Vec3> end, const PathDemand& demand);
   std::optional<ContactFault> check_part(const PairGroup& group, std::size_t first,
                                          std::size_t last, std::span<const Vec3> start,
-                                         std::span<const Vec3> end) const;
+                                         std::span<const Vec3> end, const PathDemand& demand) const;
 
   const Scene& scene_;
   Statistics& statistics_;

@@ -112,23 +112,28 @@ std::optional<int> ContactSearch::track(std::span<const Vec3> position, bool fro
   return std::nullopt;
 }
 
+// By how much the distance of two points of its bodies may differ from that on the straight paths.
+double ContactSearch::stray(const CandidateList& list) const {
+  return tracked_[list.body_a].stray + tracked_[list.body_b].stray;
+}
+
 double ContactSearch::drift(const CandidateList& list) const {
   const Displacement& a = tracked_[list.body_a].now;
   const Displacement& b = tracked_[list.body_b].now;
-  if (list.is_self()) return 2 * a.residual;
-  return a.residual + b.residual + (a.mean - b.mean).norm();
+  if (list.is_self()) return 2 * a.residual + stray(list);
+  return a.residual + b.residual + (a.mean - b.mean).norm() + stray(list);
 }
 
 bool ContactSearch::is_valid(std::size_t list) const {
   const CandidateList& candidates = lists_[list];
   const ListState& state = states_[list];
   if (!state.built) return false;
-  if (state.near) return drift(candidates) <= slack_;
+  if (state.near) return drift(candidates) <= slack_ + state.stray;
   const Tracked& a = tracked_[candidates.body_a];
   const Tracked& b = tracked_[candidates.body_b];
   const double gone =
       a.path_length + a.now.largest() + b.path_length + b.now.largest() - state.path_length;
-  return gone <= state.clearance;
+  return gone + stray(candidates) <= state.clearance;
 }
 
 // The bodies of the lists that ran out and, since a new snapshot voids every list built from the
@@ -158,13 +163,16 @@ std::vector<char> ContactSearch::bodies_to_refresh() const {
 }
 
 std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
+  for (Tracked& tracked : tracked_) tracked.stray = 0;
   if (const auto bad = track(position)) return bad;
   refresh(position, position);
   return std::nullopt;
 }
 
 std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
-                                              std::span<const Vec3> end) {
+                                              std::span<const Vec3> end,
+                                              std::span<const double> stray) {
+  for (std::size_t b = 0; b < tracked_.size(); ++b) tracked_[b].stray = stray.empty() ? 0 : stray[b];
   // From one straight path to another, distances change by no more than between their starts or
   // their ends. So lists of one path serve those beside it: Newton's iterations leave from one
   // place, far from where they lead.
@@ -226,10 +234,11 @@ bool ContactSearch::rule_out(std::size_t l) {
   list.edge_edge.clear();
   state.built = true;
   state.near = true;
+  state.stray = stray(list);
   if (list.is_self()) return false;
   ++statistics_.counters.bound_tests;
   const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
-  state.near = clearance <= slack_;
+  state.near = clearance <= slack_ + state.stray;
   if (state.near) return false;
   // The spheres bound the bodies at their snapshots: what has been gone since then counts already.
   state.clearance = clearance;

@@ -55,9 +55,11 @@ class ContactSearch {
   // Makes the lists complete at `position` (all particles). Returns a particle that is not finite,
   // if any.
   [[nodiscard]] std::optional<int> update(std::span<const Vec3> position);
-  // Makes them complete for every point of the straight paths start -> end.
+  // Makes them complete for every point of the straight paths start -> end, and of all paths whose
+  // points are never further from these than `stray` (m, by body; empty: zero).
   [[nodiscard]] std::optional<int> update_path(std::span<const Vec3> start,
-                                               std::span<const Vec3> end);
+                                               std::span<const Vec3> end,
+                                               std::span<const double> stray = {});
 
   std::span<const CandidateList> lists() const { return lists_; }
   double slack() const { return slack_; }
@@ -79,6 +81,7 @@ class ContactSearch {
     std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
     double path_length = 0;        // displacements summed over the snapshots left behind, m
     Displacement now;
+    double stray = 0;  // how far its points may be from the path that is asked about, m
     bool pyramid_built = false;
     bsi::Sphere
         bounds;  // of the body at its snapshot (of its path, after update_path); unset: radius < 0
@@ -89,12 +92,14 @@ class ContactSearch {
     double clearance =
         0;  // of a ruled-out pair: how far both may go before it must be looked at again, m
     double path_length = 0;  // of both bodies when it was ruled out
+    double stray = 0;        // by which the list reaches further, m
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
   Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now) const;
   // Where all bodies are now, seen from the ends, or from the starts, of the paths of the lists.
   std::optional<int> track(std::span<const Vec3> position, bool from_start = false);
+  double stray(const CandidateList& list) const;
   double drift(const CandidateList& list) const;
   bool is_valid(std::size_t list) const;
   std::vector<char> bodies_to_refresh() const;
@@ -104,7 +109,9 @@ class ContactSearch {
   void rebuild_pyramids(std::span<const Vec3> start, std::span<const Vec3> end);
   void find_quad_pairs(std::span<const Vec3> start, std::span<const Vec3> end);
   void build_lists(std::span<const Vec3> start, std::span<const Vec3> end);
-  double reach(const CandidateList& list) const { return list.thickness + range_ + slack_; }
+  double reach(const CandidateList& list) const {
+    return list.thickness + range_ + slack_ + stray(list);
+  }
 
   const Scene& scene_;
   Statistics& statistics_;

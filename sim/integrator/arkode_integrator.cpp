@@ -88,6 +88,8 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   void destroy();
   void set_implicit_options();
   Trouble attempt(double& end, std::span<double> y) override;
+  bool set_stop_time(double end);
+  void forget_slopes() override { arkode_time_ = std::numeric_limits<double>::quiet_NaN(); }
   Trouble trouble_of(int flag, double& end);
   int worst_particle() const;
   double work() const;
@@ -183,6 +185,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
     ARKStepReset(arkode_, time(), y_);
     ARKStepSetInitStep(arkode_, end - time());
   }
+  if (motions_limit_steps() && !set_stop_time(end)) return Trouble::unstable;
   fault_in_step_.reset();
   // The time asked for only tells ARKODE the direction; steps end where they fall.
   const int flag = ARKStepEvolve(arkode_, time() + 1, y_, &arkode_time_, ARK_ONE_STEP);
@@ -191,6 +194,15 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   propose(end - time());
   std::copy(values(y_).begin(), values(y_).end(), y.begin());
   return Trouble::none;
+}
+
+// ARKODE's own next step may be longer than the last one, which `end` is made of.
+bool ArkodeIntegrator::set_stop_time(double end) {
+  double next = 0;
+  ARKStepGetCurrentStep(arkode_, &next);
+  const auto latest = latest_end(std::max(end, time() + 2 * next));
+  if (latest) ARKStepSetStopTime(arkode_, *latest);
+  return latest.has_value();
 }
 
 // Where ARKODE has already tried shorter steps, `end` is put where no shorter one is left.

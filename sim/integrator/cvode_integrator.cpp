@@ -13,6 +13,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/integrator/first_step.h"
+#include "sim/integrator/motion_limits.h"
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
@@ -54,7 +55,8 @@ constexpr int veto_window = 200;
 }  // namespace
 
 struct CvodeIntegrator::Implementation {
-  Implementation(const Scene& scene_, Dynamics& dynamics_) : scene(scene_), dynamics(dynamics_) {}
+  Implementation(const Scene& scene_, Dynamics& dynamics_)
+      : scene(scene_), dynamics(dynamics_), motion_limits(scene_, dynamics_) {}
   ~Implementation() {
     CVodeFree(&cvode);
     if (iteration != nullptr) SUNNonlinSolFree(iteration);
@@ -74,6 +76,9 @@ struct CvodeIntegrator::Implementation {
   int rate(double t, N_Vector state, N_Vector out);
   int assemble(double t, N_Vector state);
   void choose_matrix_interval();
+  std::optional<std::string> follow_motions();
+  void begin_anew();
+  IntegratorCounts counts() const;
   int veto(double t, N_Vector state);
   void accept(double t);
   std::string worst_place() const;
@@ -87,6 +92,7 @@ struct CvodeIntegrator::Implementation {
 
   const Scene& scene;
   Dynamics& dynamics;
+  MotionLimits motion_limits;
   SUNContext context = nullptr;
   void* cvode = nullptr;
   N_Vector y = nullptr, work = nullptr;
@@ -99,6 +105,7 @@ struct CvodeIntegrator::Implementation {
   double accepted_time = 0, previous_time = 0;
   std::vector<double> previous_state;
   std::int64_t vetoes = 0;
+  IntegratorCounts earlier;                          // what CVODE counted before it began anew
   int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
   long iterations_before_step = 0, failures_before_step = 0;
   int steps_in_window = 0;
@@ -238,9 +245,31 @@ void CvodeIntegrator::Implementation::choose_matrix_interval() {
   CVodeSetLSetupFrequency(cvode, matrix_interval);
 }
 
+// Tells CVODE where its next step must end, and where what it knows of the past is of no use.
+std::optional<std::string> CvodeIntegrator::Implementation::follow_motions() {
+  if (accepted_time > 0 && motion_limits.jumps_at(accepted_time)) begin_anew();
+  dynamics.begin_step(accepted_time);
+  double next = 0;
+  CVodeGetCurrentStep(cvode, &next);
+  const double wanted =
+      accepted_time + (next > 0 ? 2 * next : std::max(scene.source.time.duration, 0.0));
+  const auto end = motion_limits.latest_end(accepted_time, wanted, accepted_state);
+  if (!end) return motion_limits.failure(accepted_time);
+  CVodeSetStopTime(cvode, *end);
+  return std::nullopt;
+}
+
+void CvodeIntegrator::Implementation::begin_anew() {
+  dynamics.place_pins(accepted_time, accepted_state);
+  std::copy(accepted_state.begin(), accepted_state.end(), values(y).begin());
+  earlier = counts();
+  CVodeReInit(cvode, accepted_time, y);
+  iterations_before_step = failures_before_step = 0;
+}
+
 int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   dynamics.expand(t, values(state), trial_position, scratch_velocity);
-  auto fault = dynamics.contact()->check_path(accepted_position, trial_position);
+  auto fault = dynamics.check_path(accepted_time, accepted_position, t, trial_position);
   if (!fault) return 0;
   ++vetoes;
   last_veto = fault;
@@ -321,6 +350,9 @@ CvodeIntegrator::~CvodeIntegrator() = default;
 std::optional<std::string> CvodeIntegrator::step() {
   Implementation& self = *implementation_;
   self.last_fault.reset();
+  if (self.motion_limits.apply()) {
+    if (auto reason = self.follow_motions()) return reason;
+  }
   // The time asked for only tells CVODE the direction; steps end where they fall.
   const int flag = CVode(self.cvode, self.time + 1, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
@@ -345,31 +377,37 @@ int CvodeIntegrator::last_order() const {
 
 std::span<const double> CvodeIntegrator::state() const { return implementation_->accepted_state; }
 
-void CvodeIntegrator::state_at(double time, std::span<double> y) const {
+std::optional<std::string> CvodeIntegrator::state_at(double time, std::span<double> y) const {
   Implementation& self = *implementation_;
   assert(time >= self.previous_time && time <= self.accepted_time &&
          y.size() == self.accepted_state.size());
   CVodeGetDky(self.cvode, time, 0, self.work);
   std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
-  if (self.dynamics.contact() == nullptr) return;
+  if (self.dynamics.contact() == nullptr) return std::nullopt;
+  Contact& contact = *self.dynamics.contact();
   self.dynamics.expand(time, y, self.trial_position, self.scratch_velocity);
-  if (!self.dynamics.contact()->check_path(self.previous_position, self.trial_position)) return;
+  if (!contact.check_path(self.previous_position, self.trial_position)) return std::nullopt;
   const double s = (time - self.previous_time) / (self.accepted_time - self.previous_time);
   for (std::size_t i = 0; i < y.size(); ++i) {
     y[i] = (1 - s) * self.previous_state[i] + s * self.accepted_state[i];
   }
+  self.dynamics.expand(time, y, self.trial_position, self.scratch_velocity);
+  const auto fault = contact.check_crossing(self.previous_position, self.trial_position);
+  return fault ? std::optional(frame_failure(self.scene, *fault, time)) : std::nullopt;
 }
 
-IntegratorCounts CvodeIntegrator::counts() const {
-  const Implementation& self = *implementation_;
+IntegratorCounts CvodeIntegrator::counts() const { return implementation_->counts(); }
+
+IntegratorCounts CvodeIntegrator::Implementation::counts() const {
   IntegratorCounts counts;
-  counts.steps = self.count(CVodeGetNumSteps);
-  counts.vetoed_steps = self.vetoes;
-  counts.error_test_failures = self.count(CVodeGetNumErrTestFails);
-  counts.convergence_failures = self.count(CVodeGetNumNonlinSolvConvFails);
-  counts.newton_iterations = self.count(CVodeGetNumNonlinSolvIters);
-  counts.linear_iterations = self.count(CVodeGetNumLinIters);
-  counts.linear_setups = self.count(CVodeGetNumLinSolvSetups);
+  counts.steps = earlier.steps + count(CVodeGetNumSteps);
+  counts.vetoed_steps = vetoes;
+  counts.error_test_failures = earlier.error_test_failures + count(CVodeGetNumErrTestFails);
+  counts.convergence_failures =
+      earlier.convergence_failures + count(CVodeGetNumNonlinSolvConvFails);
+  counts.newton_iterations = earlier.newton_iterations + count(CVodeGetNumNonlinSolvIters);
+  counts.linear_iterations = earlier.linear_iterations + count(CVodeGetNumLinIters);
+  counts.linear_setups = earlier.linear_setups + count(CVodeGetNumLinSolvSetups);
   return counts;
 }
 

@@ -13,7 +13,9 @@ namespace weft::sim {
 // Integrates from t = 0 and the scene's initial state. Tolerances: the local error of a step,
 // divided by position_tolerance (m) for positions and by velocity_tolerance + relative_tolerance
 // |v| (m/s) for velocities, has a root mean square of at most 1 over all components of all
-// particles together. Independent of where the origin lies and of how the axes are turned.
+// particles together. Independent of where the origin lies and of how the axes are turned. Steps
+// are bounded by prescribed motions (motion_limits.h), and begin anew where one of their velocities
+// jumps.
 class CvodeIntegrator final : public Integrator {
  public:
   CvodeIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -25,7 +27,8 @@ class CvodeIntegrator final : public Integrator {
   int last_order() const override;
   std::span<const double> state() const override;
   // Interpolated to the order of the method.
-  void state_at(double time, std::span<double> y) const override;
+  [[nodiscard]] std::optional<std::string> state_at(double time,
+                                                    std::span<double> y) const override;
   IntegratorCounts counts() const override;
 
  private:

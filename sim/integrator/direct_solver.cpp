@@ -86,13 +86,16 @@ void DirectSolver::Implementation::compress(int size) {
 // M b_v - gamma K b_x, as in VelocitySystem.
 Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const StateView& b) const {
   const int count = dynamics.particle_count();
-  std::vector<Vec3> product(count);
-  dynamics.stiffness().multiply(b.position, product, dynamics.threads());
+  std::vector<Vec3> product(count), position(b.position.begin(), b.position.end());
+  for (int i = 0; i < count; ++i) {
+    if (dynamics.scene().pinned[i] != 0) position[i].setZero();
+  }
+  dynamics.stiffness().multiply(position, product, dynamics.threads());
   for (Vec3& p : product) p *= -gamma;
   const std::span<const Vec3> damping = dynamics.damping_product();
   for (std::size_t i = 0; i < damping.size(); ++i) product[i] -= damping[i];
   if (dynamics.contact() != nullptr)
-    dynamics.contact()->subtract_stiffness(gamma, b.position, product);
+    dynamics.contact()->subtract_stiffness(gamma, position, product);
   Eigen::VectorXd result(3 * count);
   for (int i = 0; i < count; ++i) {
     const bool held = dynamics.scene().pinned[i] != 0;
@@ -127,9 +130,10 @@ bool DirectSolver::solve(double gamma, std::span<const double> b, std::span<doub
   const int count = self.dynamics.particle_count();
   auto* x = reinterpret_cast<Vec3*>(correction.data());
   for (int i = 0; i < count; ++i) {
-    x[count + i] = dv.segment<3>(3 * i);
-    x[i] = self.dynamics.scene().pinned[i] != 0 ? Vec3(Vec3::Zero())
-                                                : Vec3(right.position[i] + gamma * x[count + i]);
+    const bool held = self.dynamics.scene().pinned[i] != 0, moves = self.dynamics.pins_move();
+    x[count + i] = held && moves ? right.velocity[i] : Vec3(dv.segment<3>(3 * i));
+    x[i] = right.position[i] + gamma * x[count + i];
+    if (held) x[i] = moves ? right.position[i] : Vec3(Vec3::Zero());
   }
   return true;
 }

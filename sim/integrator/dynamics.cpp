@@ -27,7 +27,10 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
       threads_(scene.source.compute.threads),
       forces_(make_forces(scene)),
       pins_move_(std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
-                             [](const PrescribedMotion& held) { return held.moves; })) {
+                             [&](const PrescribedMotion& held) {
+                               return held.moves && !held.particles.empty() &&
+                                      held.particles[0] < scene.dynamic_particles;
+                             })) {
   for (const auto& force : forces_) {
     if (force->name() == "drag") drag_ = force.get();
   }
@@ -58,9 +61,9 @@ std::vector<double> Dynamics::initial_state() const {
   y.reserve(state_size());
   const auto append = [&](const Vec3& v) { y.insert(y.end(), v.begin(), v.end()); };
   for (int i = 0; i < scene_.dynamic_particles; ++i) append(scene_.initial_position[i]);
-  // Prescribed particles take no part in the integration: their velocity stays zero in the state.
   for (int i = 0; i < scene_.dynamic_particles; ++i)
     append(scene_.is_free(i) ? scene_.initial_velocity(i) : Vec3(Vec3::Zero()));
+  place_pins(0, y);
   return y;
 }
 
@@ -93,7 +96,7 @@ void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>&
     if (held.moves) {
       moved.resize(held.start.size());
       rate.resize(held.start.size());
-      held.motion.apply(time, held.start, moved, rate);
+      held.motion.apply(time, held.start, moved, rate, is_before_jump(time));
     }
     for (std::size_t i = 0; i < held.particles.size(); ++i) {
       position[held.particles[i]] = held.moves ? moved[i] : held.start[i];
@@ -108,7 +111,71 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   std::copy(velocity.begin(), velocity.end(), rate.begin());
   auto* x_rate = reinterpret_cast<Vec3*>(rate.data());
   for (const int i : held_) x_rate[i].setZero();
-  return acceleration(time, y, {x_rate + scene_.dynamic_particles, velocity.size() / 3});
+  auto fault = acceleration(time, y, {x_rate + scene_.dynamic_particles, velocity.size() / 3});
+  if (pins_move_ && !load_ && !fault) advance_pins(time, 1, rate);
+  return fault;
+}
+
+// Calls visit(motion) for those that hold dynamic particles.
+template <class Visit>
+void Dynamics::visit_moving_pins(const Visit& visit) const {
+  if (!pins_move_) return;
+  for (const PrescribedMotion& held : scene_.prescribed) {
+    if (held.moves && !held.particles.empty() && held.particles[0] < scene_.dynamic_particles)
+      visit(held);
+  }
+}
+
+void Dynamics::place_pins(double time, std::span<double> y) const {
+  auto* const x = reinterpret_cast<Vec3*>(y.data());
+  Vec3* const v = x + scene_.dynamic_particles;
+  visit_moving_pins([&](const PrescribedMotion& held) {
+    std::vector<Vec3> position(held.start.size()), velocity(held.start.size());
+    held.motion.apply(time, held.start, position, velocity);
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      x[held.particles[i]] = position[i];
+      v[held.particles[i]] = velocity[i];
+    }
+  });
+}
+
+void Dynamics::advance_pins(double time, double factor, std::span<double> y) const {
+  auto* const x = reinterpret_cast<Vec3*>(y.data());
+  Vec3* const v = x + scene_.dynamic_particles;
+  visit_moving_pins([&](const PrescribedMotion& held) {
+    std::vector<Vec3> velocity(held.start.size()), acceleration(held.start.size());
+    held.motion.rates(time, held.start, velocity, acceleration, is_before_jump(time));
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      x[held.particles[i]] += factor * velocity[i];
+      v[held.particles[i]] += factor * acceleration[i];
+    }
+  });
+}
+
+// Of particles that follow prescribed motions.
+PathStray Dynamics::path_stray(double from, double to) {
+  bool is_straight = true;
+  for (const PrescribedMotion& held : scene_.prescribed) {
+    if (!held.moves || held.particles.empty()) continue;
+    const double stray = held.motion.bounds(from, to, held.radius).stray;
+    if (stray > 0 && is_straight) {
+      is_straight = false;
+      body_stray_.assign(scene_.bodies.size(), 0.0);
+      particle_stray_.assign(scene_.particle_count, 0.0);
+    }
+    if (!(stray > 0)) continue;
+    double& largest = body_stray_[scene_.body_index_of_particle(held.particles[0])];
+    largest = std::max(largest, stray);
+    for (const int particle : held.particles) particle_stray_[particle] = stray;
+  }
+  if (is_straight) return {};
+  return {body_stray_, particle_stray_};
+}
+
+std::optional<ContactFault> Dynamics::check_path(double start_time, std::span<const Vec3> start,
+                                                 double end_time, std::span<const Vec3> end) {
+  assert(contact_);
+  return contact_->check_path(start, end, path_stray(start_time, end_time));
 }
 
 std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const double> y,

@@ -1,6 +1,7 @@
 // The equations of motion: y = (x, v), x' = v, M v' = forces.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,7 +18,9 @@
 namespace weft::sim {
 
 // A state as the integrator holds it: positions (m), then velocities (m/s) of the dynamic
-// particles. Pinned ones are carried along unchanged; where they are is known from the time alone.
+// particles. Where pinned ones are is known from the time alone: forces never take it from here.
+// Those that move are carried along with their prescribed rates, so that a method's error control
+// sees what they do; those at rest unchanged.
 struct StateView {
   std::span<const Vec3> position;
   std::span<const Vec3> velocity;
@@ -77,6 +80,23 @@ class Dynamics {
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
   Contact* contact() { return contact_ ? &*contact_ : nullptr; }
 
+  // Does a pin of a dynamic body move?
+  bool pins_move() const { return pins_move_; }
+  // The step to come starts at this time: where a prescribed velocity jumps, later times have the
+  // one before the jump, which the step ends at. Without, all times have the one after.
+  void begin_step(double time) { step_start_ = time; }
+  double step_start() const { return step_start_; }
+  // Puts moving pins where they are after any jump.
+  void place_pins(double time, std::span<double> y) const;
+  // y += factor rate(time), of moving pins alone.
+  void advance_pins(double time, double factor, std::span<double> y) const;
+  // Is every pair of surfaces certain to keep apart from `start` at one time to `end` at a later one
+  // (positions of all particles), free particles on straight paths and prescribed ones on their own?
+  // With contact.
+  [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
+                                                       std::span<const Vec3> start,
+                                                       double end_time, std::span<const Vec3> end);
+
   // Positions and velocities of all particles, prescribed ones put where they belong. Both lists
   // must be empty or come from an earlier call: obstacles at rest are written once, however many
   // they are.
@@ -107,6 +127,10 @@ class Dynamics {
   bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
   void assemble(double time, std::span<const double> y, Definiteness definiteness,
                 const Derivatives& into);
+  bool is_before_jump(double time) const { return time > step_start_; }
+  template <class Visit>
+  void visit_moving_pins(const Visit& visit) const;
+  PathStray path_stray(double from, double to);
 
   const Scene& scene_;
   Statistics& statistics_;
@@ -124,6 +148,8 @@ class Dynamics {
   double hardness_ = 1;
   std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
   std::vector<Vec3> position_, velocity_;  // of all, where the state does not do
+  double step_start_ = std::numeric_limits<double>::infinity();  // s
+  std::vector<double> body_stray_, particle_stray_;              // m
 };
 
 }  // namespace weft::sim

@@ -29,9 +29,10 @@ class EulerIntegrator final : public StageIntegrator {
 
   // The local error, h^2 y'' / 2, from the slopes of this step and the last one.
   Trouble test_error(double h, std::span<const double> y) {
-    if (last_step() == 0 && dynamics().rate(0, state(), rate_)) return Trouble::surfaces;
+    const bool starts_anew = last_step() == 0 || jump_time_ == time();
+    if (starts_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
     if (!error_weights(scene().source.time, state(), weight_)) return Trouble::not_finite;
-    const double factor = h * h / (h + last_step());
+    const double factor = h * h / (h + (starts_anew ? 0 : last_step()));
     double sum = 0;
     for (std::size_t i = 0; i < y.size(); ++i) {
       error_[i] = factor * ((y[i] - state()[i]) / h - rate_[i]);
@@ -46,8 +47,10 @@ class EulerIntegrator final : public StageIntegrator {
     for (std::size_t i = 0; i < y.size(); ++i) rate_[i] = (y[i] - state()[i]) / h;
     return Trouble::none;
   }
+  void forget_slopes() override { jump_time_ = time(); }
 
-  std::vector<double> rate_;            // slope of the step before; at the start, of the motion
+  double jump_time_ = -1;               // s, of the last jump of a prescribed velocity
+  std::vector<double> rate_;            // slope of the step before; where none, of the motion
   std::vector<double> weight_, error_;  // all: without a fixed step
 };
 

@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "sim/case/case_text.h"
 #include "sim/integrator/cvode_integrator.h"
 #include "sim/integrator/integrator_makers.h"
 
@@ -29,6 +30,11 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynami
   }
   assert(false && "a method without a maker");
   return nullptr;
+}
+
+std::string frame_failure(const Scene& scene, const ContactFault& fault, double time) {
+  return "no frame at t = " + number_text(time) + " s keeps the surfaces apart: " +
+         fault.describe(scene);
 }
 
 }  // namespace weft::sim

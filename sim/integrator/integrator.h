@@ -40,9 +40,11 @@ class Integrator {
   virtual int last_order() const = 0;
   virtual std::span<const double> state() const = 0;  // at time()
   // State at a time within the last step, interpolated (after one that failed, at time() alone);
-  // where contact is on and the interpolated
-  // path is not certain to keep surfaces apart, along the straight path that is.
-  virtual void state_at(double time, std::span<double> y) const = 0;
+  // where contact is on and the interpolated path is not certain to keep surfaces apart, along the
+  // straight path that is. That is looked at, too, with prescribed points where they are at `time`:
+  // returns what stands in the way, if anything does.
+  [[nodiscard]] virtual std::optional<std::string> state_at(double time,
+                                                            std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
   // Asked by one-step methods between the tries of a step, of which there may be many: the reason
   // not to go on that it gives, if any, is then that of step(). May be empty.
@@ -59,6 +61,9 @@ class Integrator {
  private:
   ReasonToStop reason_to_stop_;
 };
+
+// Why there is no frame at `time`.
+std::string frame_failure(const Scene& scene, const ContactFault& fault, double time);
 
 // The integrator of `time.method`: one line a method in the table of integrator.cpp. Both arguments
 // must outlive it.

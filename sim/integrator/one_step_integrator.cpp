@@ -25,6 +25,7 @@ constexpr int most_vetoes = 100, many_vetoes = 8;
 OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
     : scene_(scene),
       dynamics_(dynamics),
+      motion_limits_(scene, dynamics),
       step_(scene.source.time.method == TimeMethod::static_loads
                 ? std::optional(1 / scene.source.time.frames_per_second)
                 : scene.source.time.step),
@@ -44,8 +45,23 @@ double OneStepIntegrator::grid_time() const {
                   scene_.source.time.duration);
 }
 
-// The end of the next try. Times of the grid are exact multiples, however they are reached.
-double OneStepIntegrator::next_time() const {
+std::optional<double> OneStepIntegrator::latest_end(double wanted) {
+  const auto end = motion_limits_.latest_end(time_, wanted, state_);
+  if (!end) stopped_ = motion_limits_.failure(time_);
+  return end;
+}
+
+// The end of the next try, if there is any.
+std::optional<double> OneStepIntegrator::next_time() {
+  const double wanted = wanted_time();
+  if (!motion_limits_.apply()) return wanted;
+  const auto end = latest_end(wanted);
+  if (end) allowed_ = *end - time_;
+  return end;
+}
+
+// Times of the grid are exact multiples, however they are reached.
+double OneStepIntegrator::wanted_time() const {
   if (!is_fixed()) {
     const auto longest = scene_.source.time.maximum_step;
     return time_ + (longest ? std::min(size_, *longest) : size_);
@@ -63,7 +79,10 @@ std::optional<std::string> OneStepIntegrator::step() {
     if (auto reason = refusal()) return reason;
   }
   for (;;) {
-    double end = next_time();
+    dynamics_.begin_step(time_);
+    const auto next = next_time();
+    if (!next) return stopped_;
+    double end = *next;
     has_previous_ = false;
     Trouble trouble = attempt(end, other_state_);
     if (trouble == Trouble::none) trouble = check_path(end);
@@ -86,7 +105,7 @@ OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time) {
   if (dynamics_.contact() == nullptr) return Trouble::none;
   dynamics_.expand(time, other_state_, trial_position_, scratch_velocity_);
   if (checks_its_own_path()) return Trouble::none;
-  const auto fault = dynamics_.contact()->check_path(position_, trial_position_);
+  const auto fault = dynamics_.check_path(time_, position_, time, trial_position_);
   if (!fault) return Trouble::none;
   fault_ = fault;
   return fault->kind == ContactFault::Kind::not_finite ? Trouble::not_finite : Trouble::surfaces;
@@ -100,6 +119,11 @@ void OneStepIntegrator::accept(double time) {
   previous_position_.swap(position_);
   position_.swap(trial_position_);
   ++counts_.steps;
+  if (motion_limits_.apply()) {
+    window_allowed_ += allowed_;
+    dynamics_.place_pins(time, state_);
+    if (motion_limits_.jumps_at(time)) forget_slopes();
+  }
   if (!is_fixed()) return;
   if (time == grid_time()) ++completed_steps_;
   if (++successes_ < patience_) return;
@@ -128,9 +152,12 @@ std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
   if (counts_.steps % veto_window != 0) return std::nullopt;
   const std::int64_t recent = counts_.vetoed_steps - vetoes_before_window_;
   const double advance = time_ - window_start_;
+  const double enough = motion_limits_.apply() ? 2 * window_allowed_ / veto_window
+                                               : 2 * step_.value_or(0);
+  window_allowed_ = 0;
   vetoes_before_window_ = counts_.vetoed_steps;
   window_start_ = time_;
-  const bool creeps = is_fixed() && recent > many_vetoes && advance < 2 * *step_;
+  const bool creeps = is_fixed() && recent > many_vetoes && advance < enough;
   if (!creeps && recent <= most_vetoes) return std::nullopt;
   return number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
          number_text(veto_window) + " to keep surfaces apart at t = " + number_text(time_) + " s" +
@@ -166,13 +193,13 @@ std::string OneStepIntegrator::failure(Trouble trouble) const {
   }
 }
 
-void OneStepIntegrator::state_at(double time, std::span<double> y) const {
+std::optional<std::string> OneStepIntegrator::state_at(double time, std::span<double> y) const {
   assert(time >= previous_time_ && time <= time_ && y.size() == state_.size());
   const double h = time_ - previous_time_;
   if (!has_previous_) {
     assert(time == time_);
     std::copy(state_.begin(), state_.end(), y.begin());
-    return;
+    return std::nullopt;
   }
   const double s = (time - previous_time_) / h;
   const std::size_t half = y.size() / 2;
@@ -184,10 +211,13 @@ void OneStepIntegrator::state_at(double time, std::span<double> y) const {
     y[half + i] =
         6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1;
   }
-  if (dynamics_.contact() == nullptr) return;
+  if (dynamics_.contact() == nullptr) return std::nullopt;
   dynamics_.expand(time, y, interpolated_, scratch_velocity_);
-  if (!dynamics_.contact()->check_path(previous_position_, interpolated_)) return;
+  if (!dynamics_.contact()->check_path(previous_position_, interpolated_)) return std::nullopt;
   for (std::size_t i = 0; i < y.size(); ++i) y[i] = (1 - s) * other_state_[i] + s * state_[i];
+  dynamics_.expand(time, y, interpolated_, scratch_velocity_);
+  const auto fault = dynamics_.contact()->check_crossing(previous_position_, interpolated_);
+  return fault ? std::optional(frame_failure(scene_, *fault, time)) : std::nullopt;
 }
 
 }  // namespace weft::sim

@@ -6,13 +6,16 @@
 #include <vector>
 
 #include "sim/integrator/integrator.h"
+#include "sim/integrator/motion_limits.h"
 
 namespace weft::sim {
 
 // With `time.step`, times are its multiples (of `static`: of the time between frames); a step that
 // fails is taken in shorter parts, halved until they succeed, and doubled again up to the next
 // multiple: after one success at first, after two, four .. 16 where the double fails again.
-// Without, the method says how long the next step should be. More than 100 cuts to keep surfaces
+// Without, the method says how long the next step should be. Where pins or obstacles move, steps
+// of either kind end earlier (motion_limits.h), and those of a grid go on from there to its next
+// time. More than 100 cuts to keep surfaces
 // apart in 200 steps that were taken end the run.
 class OneStepIntegrator : public Integrator {
  public:
@@ -23,7 +26,8 @@ class OneStepIntegrator : public Integrator {
   double last_step() const final { return time_ - previous_time_; }
   std::span<const double> state() const final { return state_; }
   // Cubic in the positions and their rates at both ends, and its rate for the velocities.
-  void state_at(double time, std::span<double> y) const override;
+  [[nodiscard]] std::optional<std::string> state_at(double time,
+                                                    std::span<double> y) const override;
   IntegratorCounts counts() const override { return counts_; }
 
  protected:
@@ -34,6 +38,8 @@ class OneStepIntegrator : public Integrator {
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // The method has checked the way it took, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
+  // A prescribed velocity jumps at time(): what the method knows of earlier slopes is of no use.
+  virtual void forget_slopes() {}
   // Said before the first step; a reason not to begin.
   virtual std::optional<std::string> refusal() { return std::nullopt; }
 
@@ -50,6 +56,11 @@ class OneStepIntegrator : public Integrator {
     return stopped_.has_value();
   }
 
+  // The latest end of a step that is to end at `wanted`, where motions limit it; nothing, and a
+  // reason that step() fails with, where it cannot be short enough.
+  std::optional<double> latest_end(double wanted);
+  bool motions_limit_steps() const { return motion_limits_.apply(); }
+
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }
   // All particles, at time(); empty without contact, where no path is checked.
@@ -57,7 +68,8 @@ class OneStepIntegrator : public Integrator {
 
  private:
   double grid_time() const;
-  double next_time() const;
+  double wanted_time() const;
+  std::optional<double> next_time();
   Trouble check_path(double time);
   void accept(double time);
   void count(Trouble trouble);
@@ -66,6 +78,7 @@ class OneStepIntegrator : public Integrator {
 
   const Scene& scene_;
   Dynamics& dynamics_;
+  MotionLimits motion_limits_;
   std::optional<double> step_;  // s, of the grid
   double time_ = 0, previous_time_ = 0;
   double size_ = 0;                   // s, of the next try
@@ -80,7 +93,9 @@ class OneStepIntegrator : public Integrator {
   IntegratorCounts counts_;
   std::optional<ContactFault> fault_, last_veto_;
   std::int64_t vetoes_before_window_ = 0;
-  double window_start_ = 0;  // s
+  double window_start_ = 0;     // s
+  double window_allowed_ = 0;   // s: what its steps might have advanced within the motions' limits
+  double allowed_ = 0;          // s, of the step in hand
   int place_ = -1;
   std::optional<std::string> stopped_;  // why this step is to be left
 };

@@ -73,6 +73,7 @@ struct StageSolver::Implementation {
   void assemble_joined();
   bool make_definite();
   void guess(std::span<double> y);
+  void guess_pins(std::span<double> y);
   void limit(std::span<double> correction);
   bool path_is_safe(std::span<const double> state);
   Outcome outcome(int flag) const;
@@ -93,7 +94,7 @@ struct StageSolver::Implementation {
   std::int64_t newton_iterations = 0, linear_iterations = 0, linear_setups = 0;
 
   // Of the stage in hand.
-  double time = 0, gamma = 0;
+  double time = 0, gamma = 0, start_time = 0;
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
@@ -180,7 +181,7 @@ bool StageSolver::Implementation::make_definite() {
 
 bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
   dynamics.expand(time, state, position, velocity);
-  auto crossing = dynamics.contact()->check_path(*start, position);
+  auto crossing = dynamics.check_path(start_time, *start, time, position);
   if (crossing) fault = crossing;
   return !crossing;
 }
@@ -192,6 +193,20 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
 void StageSolver::Implementation::guess(std::span<double> y) {
   std::copy(right_side.begin(), right_side.end(), y.begin());
   for (std::size_t i = 0; i < slope.size(); ++i) y[i] += gamma * slope[i];
+  if (dynamics.pins_move()) guess_pins(y);
+}
+
+// Their rows know no other unknown: this is the solution.
+void StageSolver::Implementation::guess_pins(std::span<double> y) {
+  const auto* const from = reinterpret_cast<const Vec3*>(right_side.data());
+  auto* const to = reinterpret_cast<Vec3*>(y.data());
+  const int count = scene.dynamic_particles;
+  for (int i = 0; i < count; ++i) {
+    if (scene.pinned[i] == 0) continue;
+    to[i] = from[i];
+    to[count + i] = from[count + i];
+  }
+  dynamics.advance_pins(time, gamma, y);
 }
 
 void StageSolver::Implementation::limit(std::span<double> correction) {
@@ -287,6 +302,7 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
                                         const std::vector<Vec3>& start, std::span<double> y) {
   Implementation& self = *implementation_;
   self.time = t;
+  self.start_time = std::min(self.dynamics.step_start(), t);
   self.gamma = gamma;
   self.right_side = a;
   self.start = &start;
@@ -295,6 +311,7 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   self.fault.reset();
   if (self.newton_count > 0) {
     std::copy(a.begin(), a.end(), y.begin());
+    if (self.dynamics.pins_move()) self.guess_pins(y);
     return self.iterate_by_number(y);
   }
   const std::span<double> u = values(self.u);
@@ -306,6 +323,7 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   Outcome outcome = self.iterate(KIN_NONE, most_whole_corrections);
   if (outcome == Outcome::not_converged) {
     std::copy(a.begin(), a.end(), u.begin());
+    if (self.dynamics.pins_move()) self.guess_pins(u);
     outcome = self.iterate(KIN_LINESEARCH, largest_newton_count);
   }
   if (outcome != Outcome::solved) {

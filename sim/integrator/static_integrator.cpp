@@ -72,6 +72,7 @@ class StaticIntegrator final : public OneStepIntegrator {
     std::copy(state().begin(), state().begin() + half, y.begin());
     std::fill(y.begin() + half, y.end(), 0.0);
     from_ = positions();
+    from_time_ = time();
     pseudo_steps_ = indefinite_steps_ = 0;
     pseudo_step_ = first_pseudo_step;
     const double least = least_hardness();
@@ -187,8 +188,9 @@ class StaticIntegrator final : public OneStepIntegrator {
   bool path_is_safe(double end, std::span<const double> y) {
     if (dynamics().contact() == nullptr) return true;
     dynamics().expand(end, y, to_, scratch_);
-    set_fault(dynamics().contact()->check_path(from_, to_));
+    set_fault(dynamics().check_path(from_time_, from_, end, to_));
     if (fault()) return false;
+    from_time_ = end;  // what is prescribed has arrived
     from_.swap(to_);
     return true;
   }
@@ -234,6 +236,7 @@ class StaticIntegrator final : public OneStepIntegrator {
   std::vector<double> rate_, right_, correction_, reached_;
   std::vector<double> weight_;  // all 1
   std::vector<Vec3> from_, to_, scratch_;
+  double from_time_ = 0;  // s
   double gravity_ = 0;  // m/s^2
   double mass_ = 0;     // kg
 };

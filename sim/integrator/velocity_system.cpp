@@ -176,6 +176,16 @@ double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3*
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
+// Forces take where moving pins are from the time: their rows are y' = f(t), and K does not see them.
+StateView VelocitySystem::with_free_positions(const StateView& right) {
+  if (!dynamics_.pins_move()) return right;
+  free_position_.assign(right.position.begin(), right.position.end());
+  for (std::size_t i = 0; i < free_position_.size(); ++i) {
+    if (dynamics_.scene().pinned[i] != 0) free_position_[i].setZero();
+  }
+  return {free_position_, right.velocity};
+}
+
 // r = M b_v - gamma K b_x; K b_x comes from the block matrix, less what damping is joined to it,
 // and the contact pairs' own stiffness.
 void VelocitySystem::form_right_side(const StateView& right) {
@@ -350,7 +360,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   auto* dx = reinterpret_cast<Vec3*>(correction.data());
   const std::span<Vec3> dv(dx + count, count);
   prepare(outcome);
-  form_right_side(right);
+  form_right_side(with_free_positions(right));
   // Nothing of an earlier solve goes on into this one, were it not even finite.
   for (const std::span<Vec3> start : {dv, std::span(direction_), std::span(product_)})
     std::fill(start.begin(), start.end(), Vec3::Zero());
@@ -369,7 +379,10 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
     }
   }
   for (int i = 0; i < count; ++i) {
-    if (pinned[i] != 0) {
+    if (pinned[i] != 0 && dynamics_.pins_move()) {
+      dx[i] = right.position[i];
+      dv[i] = right.velocity[i];
+    } else if (pinned[i] != 0) {
       dx[i].setZero();
     } else {
       dx[i] = right.position[i] + gamma * dv[i];

@@ -66,6 +66,7 @@ class VelocitySystem {
   bool factorise(double gamma, std::span<const double> b, std::span<double> correction,
                  Outcome& outcome);
   void form_right_side(const StateView& right);
+  StateView with_free_positions(const StateView& right);
   void form_residual(std::span<const Vec3> dv);
   void iterate(std::span<const Vec3> weight, const Goal& goal, std::span<Vec3> dv,
                Outcome& outcome);
@@ -94,6 +95,7 @@ class VelocitySystem {
   std::vector<double> gains_;         // of the iterations of this solve
   double dv_square_ = 0;              // dv . M dv
   std::vector<Vec3> right_side_, residual_, direction_, product_, preconditioned_;
+  std::vector<Vec3> free_position_;  // of b, zero where particles are pinned; where pins move
 
   // Of the multigrid's coarse matrices.
   bool is_set_up_ = false;

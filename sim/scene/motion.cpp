@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -24,6 +25,26 @@ Vec3 turn_between(const Vec3& from, const Vec3& to) {
   return shortest.axis() * shortest.angle();
 }
 
+// The easing between two keyframes, s in 0 .. 1, and its first two derivatives.
+double eased(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
+double eased_slope(double s) { return 30 * s * s * (1 - s) * (1 - s); }
+double eased_curvature(double s) { return 60 * s * (1 - s) * (1 - 2 * s); }
+
+// The largest of both in an interval: the slope rises to the middle and falls from there; the
+// curvature has its extremes, +-10 / sqrt(3), at (3 -+ sqrt(3)) / 6.
+double largest_slope(double from, double to) { return eased_slope(std::clamp(0.5, from, to)); }
+double largest_curvature(double from, double to) {
+  double largest = std::max(std::abs(eased_curvature(from)), std::abs(eased_curvature(to)));
+  for (const double sign : {-1.0, 1.0}) {
+    const double extreme = (3 + sign * std::numbers::sqrt3) / 6;
+    if (from < extreme && extreme < to) largest = std::max(largest, 10 / std::numbers::sqrt3);
+  }
+  return largest;
+}
+
+// No point of an arc is further from where it began than its length and its diameter.
+double arc_travel(double angle, double radius) { return radius * std::min(angle, 2.0); }
+
 }  // namespace
 
 Eigen::Matrix3d rotation_from_degrees(const Vec3& rotation_deg) {
@@ -42,17 +63,18 @@ RigidMotion::RigidMotion(const MotionCase& motion, const Vec3& centre)
   }
 }
 
-RigidMotion::Pose RigidMotion::pose(double time) const {
-  return keys_.empty() ? constant_velocity_pose(time) : keyframe_pose(time);
+RigidMotion::Pose RigidMotion::pose(double time, bool before_jump) const {
+  return keys_.empty() ? constant_velocity_pose(time, before_jump) : keyframe_pose(time);
 }
 
-RigidMotion::Pose RigidMotion::constant_velocity_pose(double time) const {
+RigidMotion::Pose RigidMotion::constant_velocity_pose(double time, bool before_jump) const {
   const double elapsed =
       std::clamp(time, start_time_, std::max(start_time_, stop_time_)) - start_time_;
   Pose pose;
   pose.rotation = angle_axis(angular_velocity_ * elapsed).toRotationMatrix();
   pose.translation = velocity_ * elapsed;
-  if (time >= start_time_ && time < stop_time_) {
+  if (before_jump ? time > start_time_ && time <= stop_time_
+                  : time >= start_time_ && time < stop_time_) {
     pose.velocity = velocity_;
     pose.angular_velocity = angular_velocity_;
   }
@@ -73,25 +95,112 @@ RigidMotion::Pose RigidMotion::keyframe_pose(double time) const {
   const Key& to = *after;
   const double span = to.time - from.time;
   const double s = (time - from.time) / span;
-  const double eased = s * s * s * (10 + s * (6 * s - 15));
-  const double rate = 30 * s * s * (1 - s) * (1 - s) / span;
+  const double rate = eased_slope(s) / span, change = eased_curvature(s) / (span * span);
   const Vec3 turn = turn_between(from.rotation, to.rotation);
-  pose.rotation = (angle_axis(turn * eased) * angle_axis(from.rotation)).toRotationMatrix();
-  pose.translation = from.translation + eased * (to.translation - from.translation);
-  pose.velocity = rate * (to.translation - from.translation);
+  const Vec3 way = to.translation - from.translation;
+  pose.rotation = (angle_axis(turn * eased(s)) * angle_axis(from.rotation)).toRotationMatrix();
+  pose.translation = from.translation + eased(s) * way;
+  pose.velocity = rate * way;
   pose.angular_velocity = turn * rate;
+  pose.acceleration = change * way;
+  pose.angular_acceleration = turn * change;
   return pose;
 }
 
 void RigidMotion::apply(double time, std::span<const Vec3> start, std::span<Vec3> position,
-                        std::span<Vec3> velocity) const {
+                        std::span<Vec3> velocity, bool before_jump) const {
   assert(start.size() == position.size() && start.size() == velocity.size());
-  const Pose now = pose(time);
+  const Pose now = pose(time, before_jump);
   for (std::size_t i = 0; i < start.size(); ++i) {
     const Vec3 arm = now.rotation * (start[i] - centre_);
     position[i] = arm + centre_ + now.translation;
     velocity[i] = now.velocity + now.angular_velocity.cross(arm);
   }
+}
+
+void RigidMotion::rates(double time, std::span<const Vec3> start, std::span<Vec3> velocity,
+                        std::span<Vec3> acceleration, bool before_jump) const {
+  assert(start.size() == velocity.size() && start.size() == acceleration.size());
+  const Pose now = pose(time, before_jump);
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const Vec3 arm = now.rotation * (start[i] - centre_);
+    const Vec3 turning = now.angular_velocity.cross(arm);
+    velocity[i] = now.velocity + turning;
+    acceleration[i] =
+        now.acceleration + now.angular_acceleration.cross(arm) + now.angular_velocity.cross(turning);
+  }
+}
+
+std::optional<MotionEvent> RigidMotion::next_event(double time) const {
+  for (const Key& key : keys_) {
+    if (key.time > time) return MotionEvent{key.time, false};
+  }
+  if (!keys_.empty() || (velocity_.isZero(0) && angular_velocity_.isZero(0))) return std::nullopt;
+  for (const double jump : {start_time_, stop_time_}) {
+    if (jump > time && std::isfinite(jump)) return MotionEvent{jump, true};
+  }
+  return std::nullopt;
+}
+
+MotionBounds RigidMotion::bounds(double from, double to, double radius) const {
+  return keys_.empty() ? constant_velocity_bounds(from, to, radius)
+                       : keyframe_bounds(from, to, radius);
+}
+
+// On a path of length L, a point is at most 2 q (1 - q) L from the point of its chord at the part q
+// of the time where its speed is bounded by L / h; with an acceleration of at most a throughout,
+// q (1 - q) a h^2 / 2, and where it would have to go on moving for that, twice the way it then
+// would go more; and never further than both ends are from where it goes.
+MotionBounds RigidMotion::constant_velocity_bounds(double from, double to, double radius) const {
+  const double begin = std::max(from, start_time_), end = std::min(to, stop_time_);
+  if (!(begin < end)) return {};
+  const double speed = velocity_.norm(), turn = angular_velocity_.norm();
+  MotionBounds bounds;
+  bounds.angle = turn * (end - begin);
+  bounds.travel = speed * (end - begin) + arc_travel(bounds.angle, radius);
+  bounds.acceleration = turn * turn * radius;
+  const double h = to - from, fastest = speed + turn * radius;
+  const double at_rest = begin - from + to - end;
+  bounds.stray = std::min({bounds.travel, fastest * h / 2,
+                           bounds.acceleration * h * h / 8 + 2 * fastest * at_rest});
+  return bounds;
+}
+
+MotionBounds RigidMotion::keyframe_bounds(double from, double to, double radius) const {
+  MotionBounds bounds;
+  for (std::size_t k = 0; k + 1 < keys_.size(); ++k) {
+    const double span = keys_[k + 1].time - keys_[k].time;
+    const double s0 = std::clamp((from - keys_[k].time) / span, 0.0, 1.0);
+    const double s1 = std::clamp((to - keys_[k].time) / span, 0.0, 1.0);
+    if (!(s0 < s1)) continue;
+    const double way = (keys_[k + 1].translation - keys_[k].translation).norm();
+    const double turn = turn_between(keys_[k].rotation, keys_[k + 1].rotation).norm();
+    const double part = std::max(0.0, eased(s1) - eased(s0));
+    bounds.angle += turn * part;
+    bounds.travel += way * part + arc_travel(turn * part, radius);
+    const double rate = largest_slope(s0, s1) / span;
+    bounds.acceleration =
+        std::max(bounds.acceleration,
+                 (way + radius * turn) * largest_curvature(s0, s1) / (span * span) +
+                     radius * turn * turn * rate * rate);
+  }
+  bounds.stray = std::min(bounds.travel, bounds.acceleration * (to - from) * (to - from) / 8);
+  return bounds;
+}
+
+Vec3 RigidMotion::velocity_at(double time, const Vec3& place) const {
+  const Pose now = pose(time);
+  return now.velocity + now.angular_velocity.cross(place - centre_ - now.translation);
+}
+
+double RigidMotion::distance_from_centre(double time, const Vec3& place) const {
+  return (place - centre_ - pose(time).translation).norm();
+}
+
+double RigidMotion::radius_of(std::span<const Vec3> start) const {
+  double largest = 0;
+  for (const Vec3& place : start) largest = std::max(largest, (place - centre_).squaredNorm());
+  return std::sqrt(largest);
 }
 
 }  // namespace weft::sim

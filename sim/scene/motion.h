@@ -3,12 +3,28 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "sim/case/case.h"
 
 namespace weft::sim {
+
+// How far the points of a motion go in an interval of time: upper bounds, over all points within
+// the radius they were asked for.
+struct MotionBounds {
+  double angle = 0;   // rad, turned
+  double travel = 0;  // m, from where a point is at the start
+  double stray = 0;   // m, from the point of its chord at the same part of the time
+  double acceleration = 0;  // m/s^2, where the velocity does not jump
+};
+
+// A time at which a motion changes its course.
+struct MotionEvent {
+  double time = 0;     // s
+  bool jumps = false;  // the velocity does, too
+};
 
 // x(t) = R(t) (x0 - centre) + centre + d(t). With keyframes each stretch between two frames is
 // eased by 6 s^5 - 15 s^4 + 10 s^3, so that velocity and acceleration are continuous and zero at
@@ -22,9 +38,25 @@ class RigidMotion {
   // `centre` is used where the case names none.
   RigidMotion(const MotionCase& motion, const Vec3& centre);
 
-  // Moves points and gives their velocities (m, m/s). Sizes must agree.
+  // Moves points and gives their velocities (m, m/s). Sizes must agree. Where the velocity jumps it
+  // is the one after the jump, or with `before_jump` the one before.
   void apply(double time, std::span<const Vec3> start, std::span<Vec3> position,
-             std::span<Vec3> velocity) const;
+             std::span<Vec3> velocity, bool before_jump = false) const;
+  // The rates of both (m/s, m/s^2).
+  void rates(double time, std::span<const Vec3> start, std::span<Vec3> velocity,
+             std::span<Vec3> acceleration, bool before_jump = false) const;
+
+  // The first start, stop or keyframe after `time`, if any.
+  std::optional<MotionEvent> next_event(double time) const;
+  // For points up to `radius` (m) from the centre at the start, from one time to a later one. All
+  // are zero where nothing moves in between. Never too small, whatever events lie in between.
+  MotionBounds bounds(double from, double to, double radius) const;
+  // Of a point that is at `place` and moved along (m/s, after a jump), and how far from the centre
+  // such a point starts (m).
+  Vec3 velocity_at(double time, const Vec3& place) const;
+  double distance_from_centre(double time, const Vec3& place) const;
+  // The largest distance of these from the centre: the radius of points that start there.
+  double radius_of(std::span<const Vec3> start) const;
 
  private:
   struct Key {
@@ -37,10 +69,14 @@ class RigidMotion {
     Vec3 translation{0, 0, 0};
     Vec3 velocity{0, 0, 0};
     Vec3 angular_velocity{0, 0, 0};  // rad/s
+    Vec3 acceleration{0, 0, 0};
+    Vec3 angular_acceleration{0, 0, 0};  // rad/s^2
   };
-  Pose pose(double time) const;
-  Pose constant_velocity_pose(double time) const;
+  Pose pose(double time, bool before_jump = false) const;
+  Pose constant_velocity_pose(double time, bool before_jump) const;
   Pose keyframe_pose(double time) const;
+  MotionBounds constant_velocity_bounds(double from, double to, double radius) const;
+  MotionBounds keyframe_bounds(double from, double to, double radius) const;
 
   Vec3 centre_{0, 0, 0};
   Vec3 velocity_{0, 0, 0};

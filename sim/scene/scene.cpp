@@ -143,6 +143,7 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
     for (int i = 0; i < count; ++i) moved.particles.push_back(body.first_particle + i);
     moved.start.assign(scene.initial_position.end() - count, scene.initial_position.end());
     moved.motion = RigidMotion(*from.motion, mean_of(moved.start));
+    moved.radius = moved.motion.radius_of(moved.start);
     scene.prescribed.push_back(std::move(moved));
   }
   scene.bodies.push_back(std::move(body));
@@ -161,7 +162,10 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body) {
       held.start.push_back(scene.initial_position[particle]);
     }
     held.moves = pin.motion.has_value();
-    if (held.moves) held.motion = RigidMotion(*pin.motion, mean_of(held.start));
+    if (held.moves) {
+      held.motion = RigidMotion(*pin.motion, mean_of(held.start));
+      held.radius = held.motion.radius_of(held.start);
+    }
     scene.prescribed.push_back(std::move(held));
   }
 }

@@ -37,6 +37,7 @@ struct PrescribedMotion {
   bool moves = true;
   std::vector<int> particles;  // global indices
   std::vector<Vec3> start;     // positions at t = 0, m
+  double radius = 0;           // of these, about the centre of the motion, m
 };
 
 // Particles are numbered through: those of the dynamic bodies first, then those of the obstacles.

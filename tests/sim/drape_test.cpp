@@ -21,7 +21,7 @@ void expect_nothing_passes_through(const std::string& name, const Overrides& ove
       ASSERT_FALSE(failure) << *failure;
       smallest_gap = std::min(smallest_gap, dynamics.contact()->smallest_gap().value_or(1));
     }
-    integrator->state_at(frame, y);
+    ASSERT_EQ(integrator->state_at(frame, y), std::nullopt);
     dynamics.expand(frame, y, position, velocity);
     ASSERT_EQ(crossings(*scene, position), 0) << "t = " << frame;
     EXPECT_LT(dynamics.largest_stretch(position), 0.05);

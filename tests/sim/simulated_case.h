@@ -59,7 +59,9 @@ class SimulatedCase {
         return y;
       }
     }
-    if (time > 0) integrator_->state_at(time, y);
+    if (time > 0) {
+      if (const auto failure = integrator_->state_at(time, y)) ADD_FAILURE() << *failure;
+    }
     return y;
   }
   // All particles, prescribed ones where they belong.
