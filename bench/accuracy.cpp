@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <span>
 
 #include "bench/cloth_peers.h"
+#include "bench/cost_ratios.h"
 #include "bench/experiments.h"
 #include "bench/medians.h"
 #include "bench/method_ladders.h"
@@ -24,11 +24,6 @@ namespace weft::bench {
 namespace {
 
 using namespace sim;
-
-// Steps of other libraries: from the first down by the divisor, as far as the budget allows.
-constexpr double first_peer_step = 1.0 / 30;
-constexpr double peer_divisor = std::numbers::sqrt2;
-constexpr int peer_steps = 26;
 
 struct Row {
   std::string method, setting;
@@ -49,6 +44,7 @@ struct Result {
   std::string name;
   Reference reference;
   std::vector<Row> rows;
+  std::vector<CostLadder> ladders;
 };
 
 void tell(const Row& row) {
@@ -91,20 +87,31 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
 }
 
 // From coarse to fine, to the end of the ladder or where the error is lost in that of the
-// reference: of such a row no more is said than that it is less than ten times that.
-void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& options,
-           Result& result) {
-  double setting = ladder.first;
+// reference: of such a row no more is said than that it is less than ten times that. The rules are
+// the same for Weft's methods and for those of other libraries.
+template <class Measure>
+void climb_rungs(const CostLadder& climbed, double setting, double divisor, int count,
+                 const AccuracyOptions& options, const Measure& measure_at, Result& result) {
+  CostLadder& ladder = result.ladders.emplace_back(climbed);
   LadderEnd end;
-  for (int i = 0; i < ladder.count; ++i, setting /= ladder.divisor) {
-    Row row = measure(source, ladder, setting, result.reference, options);
+  for (int i = 0; i < count; ++i, setting /= divisor) {
+    Row row = measure_at(setting);
     tell(row);
     const double smallest = 10 * result.reference.agreement;
     row.is_bound = row.error && *row.error < smallest;
     if (row.is_bound) row.error = smallest;
+    ladder.points.push_back({row.cpu, row.error});
     result.rows.push_back(row);
     if (end.is_reached(row.cpu > options.budget) || row.is_bound) break;
   }
+}
+
+void climb(const Case& source, const Ladder& ladder, const AccuracyOptions& options,
+           Result& result) {
+  climb_rungs(
+      {ladder.name, ladder.kind, false, {}}, ladder.first, ladder.divisor, ladder.count, options,
+      [&](double setting) { return measure(source, ladder, setting, result.reference, options); },
+      result);
 }
 
 Row measure_peer(const ClothMethod& method, const std::string& program, const ClothProblem& problem,
@@ -136,18 +143,7 @@ Row measure_peer(const ClothMethod& method, const std::string& program, const Cl
   return row;
 }
 
-// What is worth its cost: rows by growing cost, each more exact than all before.
-std::vector<Row> best_of(std::vector<Row> rows) {
-  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.cpu < b.cpu; });
-  std::vector<Row> best;
-  for (Row& row : rows) {
-    if (best.empty() || *row.error < *best.back().error) best.push_back(std::move(row));
-  }
-  return best;
-}
-
-// Its steps in each variant, down to where the budget is spent. Of these, what is
-// worth its cost and nearer to the reference than the start is.
+// Its steps in each variant, each of which is a ladder of its own.
 void climb(const Scene& scene, const ClothMethod& method, const AccuracyOptions& options,
            Result& result) {
   const auto program = cloth_program(method);
@@ -158,47 +154,27 @@ void climb(const Scene& scene, const ClothMethod& method, const AccuracyOptions&
     return;
   }
   const ClothProblem problem = cloth_problem(scene);
-  const double moved = rms_distance(
-      std::span(scene.initial_position).first(static_cast<std::size_t>(scene.dynamic_particles)),
-      result.reference.positions.back());
-  std::vector<Row> rows;
   for (const ClothVariant& variant : method.variants) {
-    double step = first_peer_step;
-    for (int i = 0; i < peer_steps; ++i, step /= peer_divisor) {
-      const Row row =
-          measure_peer(method, *program, problem, step, variant, result.reference, options);
-      tell(row);
-      if (row.error && *row.error<moved&& * row.error> 10 * result.reference.agreement)
-        rows.push_back(row);
-      if (row.cpu > options.budget) break;
-    }
+    climb_rungs(
+        {method.name, StepKind::implicit, true, {}}, first_step, step_divisor, step_count, options,
+        [&](double step) {
+          return measure_peer(method, *program, problem, step, variant, result.reference, options);
+        },
+        result);
   }
-  for (Row& row : best_of(std::move(rows))) result.rows.push_back(std::move(row));
 }
 
-// What a method takes for this error, between two rungs of its ladder on logarithmic scales;
-// nothing where its ladder does not reach it.
-std::optional<double> cost_at(const std::vector<Row>& rows, const char* method, double error) {
-  std::optional<double> best;
-  const Row* before = nullptr;
-  for (const Row& row : rows) {
-    if (row.method != method) continue;
-    if (row.error && *row.error <= error) {
-      double cost = row.cpu;
-      if (before != nullptr && *before->error > error) {
-        const double part =
-            std::log(error / *before->error) / std::log(*row.error / *before->error);
-        // Where the coarser setting costs more, this one is the better choice.
-        cost = std::min(cost, before->cpu * std::pow(row.cpu / before->cpu, part));
-      }
-      if (!best || cost < *best) best = cost;
-    }
-    before = row.error ? &row : nullptr;
+// Of a ladder for a picture: rows by growing cost, each more exact than all before.
+std::vector<Row> best_of(std::vector<Row> rows) {
+  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.cpu < b.cpu; });
+  std::vector<Row> best;
+  for (Row& row : rows) {
+    if (best.empty() || *row.error < *best.back().error) best.push_back(std::move(row));
   }
   return best;
 }
 
-constexpr int name_width = 18;
+constexpr int name_width = 18, ratio_width = 32;
 constexpr double shown_errors[] = {2e-2, 1e-2, 1e-3, 1e-4, 1e-5};
 
 void print_table(const Result& result) {
@@ -224,54 +200,42 @@ void print_table(const Result& result) {
   }
 }
 
-// Costs of the shown errors.
-using Costs = std::array<std::optional<double>, std::size(shown_errors)>;
-
-void print_costs(const std::string& name, const Costs& costs) {
-  std::printf("\n%-*s", name_width, name.c_str());
-  for (const auto& cost : costs) {
-    if (cost)
-      std::printf(" %10.4f", *cost);
-    else
-      std::printf(" %10s", "-");
+void print_numbers(const std::string& name, const char* format,
+                   const std::array<std::optional<double>, std::size(shown_errors)>& numbers) {
+  std::printf("\n%-*s", ratio_width, name.c_str());
+  for (const auto& number : numbers) {
+    char text[32] = "-";
+    if (number) std::snprintf(text, sizeof text, format, *number);
+    std::printf(" %10s", text);
   }
 }
 
-void print_ratios(const char* name, const Costs& others, const Costs& weft) {
-  std::printf("\n%-*s", name_width, name);
-  for (std::size_t i = 0; i < weft.size(); ++i) {
-    if (weft[i] && others[i])
-      std::printf(" %9.1fx", *others[i] / *weft[i]);
-    else
-      std::printf(" %10s", "-");
-  }
-}
-
-// Weft's methods, of which a tolerance chooses the steps, beside the cheapest implicit one of fixed
-// steps, and beside the cheapest of other libraries.
+// The cost of each method, and how they compare: steps that are fixed, implicit or of any kind,
+// over those that a tolerance chooses, and over Verlet's.
 void print_ratios(const Result& result) {
-  std::printf("\nCPU s for an error of at most\n%-*s", name_width, "");
+  std::printf("\nCPU s for an error of at most\n%-*s", ratio_width, "");
   for (const double error : shown_errors) std::printf(" %10.0e", error);
-  Costs weft, fixed, peers;
-  const auto add = [&](const char* name, Costs* best) {
-    Costs costs;
-    for (std::size_t i = 0; i < costs.size(); ++i) {
-      costs[i] = cost_at(result.rows, name, shown_errors[i]);
-      if (best == nullptr || !costs[i]) continue;
-      auto& slot = (*best)[i];
-      if (!slot || *costs[i] < *slot) slot = costs[i];
-    }
-    print_costs(name, costs);
+  const auto print = [](const std::string& name, const char* format, const auto& number_at) {
+    std::array<std::optional<double>, std::size(shown_errors)> numbers;
+    std::transform(std::begin(shown_errors), std::end(shown_errors), numbers.begin(), number_at);
+    print_numbers(name, format, numbers);
   };
-  for (const Ladder& ladder : method_ladders())
-    add(ladder.name, !ladder.baseline ? &weft : ladder.implicit ? &fixed : nullptr);
-  const bool has_peers =
-      std::any_of(result.rows.begin(), result.rows.end(), [](const Row& row) { return !row.own; });
-  if (has_peers) {
-    for (const ClothMethod& method : cloth_methods()) add(method.name, &peers);
+  for (const std::string& method : accuracy_methods()) {
+    const auto is_it = [&](const CostLadder& ladder) { return ladder.method == method; };
+    if (std::none_of(result.ladders.begin(), result.ladders.end(), is_it)) continue;
+    print(method, "%.4f", [&](double error) { return least_cost(result.ladders, error, is_it); });
   }
-  print_ratios("fixed / weft", fixed, weft);
-  if (has_peers) print_ratios("peers / weft", peers, weft);
+  const auto print_ratio = [&](const char* name, std::optional<double> CostRatios::*ratio) {
+    print(name, "%.2fx", [&](double error) { return cost_ratios(result.ladders, error).*ratio; });
+  };
+  print_ratio("any fixed step / tolerance", &CostRatios::fixed_over_controlled);
+  print_ratio("implicit fixed step / tolerance", &CostRatios::implicit_over_controlled);
+  print_ratio("implicit fixed step / verlet", &CostRatios::implicit_over_explicit);
+  if (std::any_of(result.ladders.begin(), result.ladders.end(),
+                  [](const CostLadder& ladder) { return ladder.is_peer; })) {
+    print_ratio("peers / tolerance", &CostRatios::peers_over_controlled);
+    print_ratio("peers / verlet", &CostRatios::peers_over_explicit);
+  }
   std::printf("\n");
 }
 
@@ -306,8 +270,13 @@ void plot(const Result& result, const std::filesystem::path& path) {
   chart.y.title = "CPU time, s";
   for (const std::string& method : accuracy_methods()) {
     Series series{method, {}, {}};
+    std::vector<Row> rows;
     for (const Row& row : result.rows) {
-      if (row.method != method || !row.error || *row.error <= 0) continue;
+      if (row.method == method && row.error && *row.error > 0) rows.push_back(row);
+    }
+    // The variants of another library's method share one line.
+    if (!rows.empty() && !rows.front().own) rows = best_of(std::move(rows));
+    for (const Row& row : rows) {
       series.dashed = !row.own;
       series.x.push_back(*row.error);
       series.y.push_back(row.cpu);
@@ -344,7 +313,8 @@ int run_accuracy(const AccuracyOptions& options) {
   for (const std::string& path : options.cases) {
     // The case's own method and what belongs to it give way to the ladders.
     const Case source = read_case(path, options.overrides);
-    Result result{std::filesystem::path(path).stem().string(), reference_of(source, options), {}};
+    Result result{
+        std::filesystem::path(path).stem().string(), reference_of(source, options), {}, {}};
     if (result.reference.positions.empty()) {
       std::fprintf(stderr, "%s: the references agree nowhere within %s m\n", path.c_str(),
                    number_text(options.certainty).c_str());

@@ -117,6 +117,7 @@ int run_scaling(const ScalingOptions& options);
 struct StabilityOptions {
   std::vector<std::string> slices;  // empty: all
   bool quick = false;               // a small grid, in which all should be well
+  int every = 1;                    // every n-th cell alone
   // s of CPU time, of a run of 81 vertices; nothing: measured, 45 times the median, or a minute for
   // the small grid
   std::optional<double> limit;

@@ -189,6 +189,9 @@ void add_stability(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--slice", options.slices, "Slices (default: all)")
       ->delimiter(',')
       ->check(is_slice);
+  sub.add_option("--every", options.every, "Every n-th cell alone: a sample of the grid")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
   sub.add_option("--limit", options.limit,
                  "CPU time at which a run of 81 vertices ends, s (default: 45 times the median, "
                  "measured)")

@@ -21,22 +21,22 @@ void set_step(TimeCase& time, TimeMethod method, double step, int newton) {
 }
 
 constexpr Ladder ladders[] = {
-    {"cvode", false, true, false, 1e-2, std::sqrt(10.0), 11,
+    {"cvode", StepKind::controlled, false, 1e-2, std::sqrt(10.0), 11,
      [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::cvode, setting); }},
-    {"arkode", false, true, false, 1e-2, std::sqrt(10.0), 11,
+    {"arkode", StepKind::controlled, false, 1e-2, std::sqrt(10.0), 11,
      [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::arkode, setting); }},
-    {"euler", false, true, false, 1e-2, std::sqrt(10.0), 7,
+    {"euler", StepKind::controlled, false, 1e-2, std::sqrt(10.0), 7,
      [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::euler, setting); }},
-    {"linear-euler", true, true, true, 1.0 / 30, 2, 9,
+    {"linear-euler", StepKind::implicit, true, first_step, step_divisor, step_count,
      [](TimeCase& time, double setting) { set_step(time, TimeMethod::euler, setting, 1); }},
-    {"backward-euler", true, true, true, 1.0 / 30, 2, 9,
+    {"backward-euler", StepKind::implicit, true, first_step, step_divisor, step_count,
      [](TimeCase& time, double setting) { set_step(time, TimeMethod::euler, setting, 0); }},
-    {"implicit-midpoint", true, true, true, 1.0 / 30, 2, 9,
+    {"implicit-midpoint", StepKind::implicit, true, first_step, step_divisor, step_count,
      [](TimeCase& time, double setting) {
        set_step(time, TimeMethod::implicit_midpoint, setting, 0);
      }},
     // From nine tenths of its longest stable step.
-    {"verlet", false, false, false, 2.1e-4, 4, 5,
+    {"verlet", StepKind::explicit_, false, 2.1e-4, 4, 5,
      [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::verlet, setting); }},
 };
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "bench/cost_ratios.h"
 #include "sim/case/case.h"
 
 namespace weft::bench {
@@ -11,8 +12,7 @@ namespace weft::bench {
 // How a method is set for a given accuracy: by a tolerance (m) or by a step (s).
 struct Ladder {
   const char* name;
-  bool baseline;  // steps given, as others do
-  bool implicit;
+  StepKind kind;
   bool by_step;
   double first;    // its coarsest setting
   double divisor;  // from one to the next
@@ -21,6 +21,12 @@ struct Ladder {
 };
 
 std::span<const Ladder> method_ladders();
+
+// Steps that are given, of Weft's methods and of other libraries': from the first down by the
+// divisor, 14 of them, as far as the budget allows.
+inline constexpr double first_step = 1.0 / 30;  // s
+inline constexpr double step_divisor = 2;
+inline constexpr int step_count = 14;
 
 // When to leave a ladder: two settings in a row have spent the budget. Coarse ones may fail to come
 // to an end where finer ones do: these do not count before one has.

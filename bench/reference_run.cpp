@@ -37,7 +37,7 @@ Reference find_reference(const Case& source, std::vector<double> times,
   const std::size_t reached = std::min(one.positions.size(), other.positions.size());
   for (std::size_t i = 0; i < reached; ++i) {
     const double apart = rms_distance(one.positions[i], other.positions[i]);
-    if (apart > options.certainty) break;
+    if (!(apart <= options.certainty)) break;  // NaN, too
     reference.horizon = reference.times[i];
     reference.agreement = std::max(reference.agreement, apart);
     reference.positions.push_back(one.positions[i]);

@@ -2,6 +2,8 @@
 // clearly why it does not.
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -12,6 +14,7 @@
 #include "bench/plot.h"
 #include "bench/stability_cell.h"
 #include "bench/stability_grid.h"
+#include "bench/stability_verdict.h"
 #include "sim/case/case_text.h"
 
 namespace weft::bench {
@@ -24,6 +27,8 @@ using sim::number_text;
 constexpr double first_limit_in_medians = 30, limit_in_medians = 45;
 static_assert(limit_in_medians < most_medians);
 constexpr double generous_limit = 60;  // s
+// Of the converged runs, m: a hundredth, or a tenth, of that of most cells.
+constexpr double reference_tolerance = 1e-7, quick_reference_tolerance = 1e-6;
 
 struct Run {
   Slice slice;
@@ -60,15 +65,25 @@ double median_cost(const std::vector<Run>& runs) {
   for (const Run& run : runs) {
     for (std::size_t i = 0; i < run.results.size(); ++i) {
       const Outcome outcome = run.results[i].outcome;
-      if (outcome == Outcome::finished || outcome == Outcome::failed)
+      if (outcome <= Outcome::inexact || outcome == Outcome::failed)
         costs.push_back(run.results[i].cpu / run.slice.cells[i].size);
     }
   }
   return costs.empty() ? 0 : median(costs);
 }
 
-void print_counts(const std::string& slice, const std::string& method, const Counts& counts) {
-  std::printf("%-24s %-18s", slice.c_str(), method.c_str());
+// "0.1", or "0.001..0.1" where they differ.
+std::string times_text(const Run& run, const std::string& method) {
+  SimulatedTimes times;
+  for (const Cell& cell : run.slice.cells)
+    if (cell.method == method) times.add(cell);
+  const std::string longest = number_text(times.longest);
+  return times.shortest == times.longest ? longest : number_text(times.shortest) + ".." + longest;
+}
+
+void print_counts(const std::string& slice, const std::string& method, const std::string& times,
+                  const Counts& counts) {
+  std::printf("%-24s %-18s %-14s", slice.c_str(), method.c_str(), times.c_str());
   for (const int each : counts)
     std::printf(" %10s", each == 0 ? "." : std::to_string(each).c_str());
   std::printf("\n");
@@ -91,7 +106,7 @@ void find_slow(std::vector<Run>& runs, double limit) {
 }
 
 void print_table(const std::vector<Run>& runs, double limit) {
-  std::printf("%-24s %-18s", "slice", "method");
+  std::printf("%-24s %-18s %-14s", "slice", "method", "simulated, s");
   for (int i = 0; i < outcome_count; ++i)
     std::printf(" %10s", outcome_name(static_cast<Outcome>(i)));
   std::printf("\n");
@@ -99,11 +114,11 @@ void print_table(const std::vector<Run>& runs, double limit) {
   for (const Run& run : runs) {
     for (const std::string& method : run.slice.methods) {
       const Counts counts = count(run, method);
-      print_counts(run.slice.name, method, counts);
+      print_counts(run.slice.name, method, times_text(run, method), counts);
       for (std::size_t i = 0; i < counts.size(); ++i) all[i] += counts[i];
     }
   }
-  print_counts("all", "", all);
+  print_counts("all", "", "", all);
   const double median = median_cost(runs);
   std::printf(
       "median cost %.2g s of CPU time; a cell of 81 vertices is limited to %.3g s, %.0f times as "
@@ -111,11 +126,49 @@ void print_table(const std::vector<Run>& runs, double limit) {
       median, limit, median > 0 ? limit / median : 0);
 }
 
+SimulatedTimes simulated_times(const std::vector<Run>& runs) {
+  SimulatedTimes times;
+  for (const Run& run : runs)
+    for (const Cell& cell : run.slice.cells) times.add(cell);
+  return times;
+}
+
+Shares shares_of(const std::vector<Run>& runs) {
+  Shares shares;
+  for (const Run& run : runs)
+    for (std::size_t i = 0; i < run.results.size(); ++i)
+      shares.add(run.slice.cells[i], run.results[i]);
+  return shares;
+}
+
+void print_verdict(const std::vector<Run>& runs, double wall) {
+  const SimulatedTimes times = simulated_times(runs);
+  std::printf("simulated %s to %s s; %d of %d cells for 1 s and more\n",
+              number_text(times.shortest).c_str(), number_text(times.longest).c_str(),
+              times.long_cells, times.cells);
+  const Shares shares = shares_of(runs);
+  const double percent = 100.0 / std::max(1, shares.cells);
+  const auto print = [&](const char* what, int count, double most) {
+    std::printf("  %s %d, %.1f %% (at most %.0f %%)\n", what, count, percent * count, 100 * most);
+  };
+  std::printf("of %d cells in which obstacles and pins are at rest (%s):\n", shares.cells,
+              shares.are_small() ? "passed" : "not passed");
+  print("failed", shares.failed, Shares::most_failed);
+  print("limited", shares.limited, Shares::most_limited);
+  print("inexact, with a tolerance", shares.inexact, Shares::most_inexact);
+  std::size_t with_reference = 0;
+  for (const Run& run : runs)
+    for (const CellResult& result : run.results) with_reference += std::isnan(result.error) ? 0 : 1;
+  std::printf("%zu ends were compared with a converged run; %.0f s by the clock\n", with_reference,
+              wall);
+}
+
 void print_unfinished(const std::vector<Run>& runs) {
   for (const Run& run : runs) {
     for (std::size_t i = 0; i < run.results.size(); ++i) {
       const CellResult& result = run.results[i];
-      if (result.outcome < Outcome::limited) continue;
+      const bool strayed = result.outcome == Outcome::inexact && run.slice.cells[i].tolerance > 0;
+      if (result.outcome < Outcome::limited && !strayed) continue;
       std::printf("%s: %s\n  %s\n", outcome_name(result.outcome), result.message.c_str(),
                   run.slice.cells[i].command().c_str());
     }
@@ -136,13 +189,23 @@ nlohmann::ordered_json json_of(const std::vector<Run>& runs, double limit) {
                       {"forbidden", is_forbidden(result.outcome)},
                       {"message", result.message},
                       {"cpu_s", result.cpu},
+                      {"duration_s", cell.duration},
                       {"reached_s", result.reached},
                       {"steps", result.steps},
                       {"energy_share", result.energy},
+                      {"energy_lost", result.lost},
+                      {"error_m", result.error},
                       {"command", cell.command()}});
     }
   }
-  return {{"limit_s", limit}, {"median_cpu_s", median_cost(runs)}, {"rows", std::move(rows)}};
+  const Shares shares = shares_of(runs);
+  return {{"limit_s", limit},
+          {"median_cpu_s", median_cost(runs)},
+          {"cells_at_rest", shares.cells},
+          {"failed_at_rest", shares.failed},
+          {"limited_at_rest", shares.limited},
+          {"inexact_at_rest", shares.inexact},
+          {"rows", std::move(rows)}};
 }
 
 std::string in_csv(std::string text) {
@@ -153,24 +216,28 @@ std::string in_csv(std::string text) {
 
 std::string csv_of(const std::vector<Run>& runs) {
   std::ostringstream out;
-  out << "slice,method,x,y,outcome,cpu_s,reached_s,steps,energy_share,message,command\n";
+  out << "slice,method,x,y,outcome,cpu_s,duration_s,reached_s,steps,energy_share,energy_lost,"
+         "error_m,message,command\n";
   for (const Run& run : runs) {
     for (std::size_t i = 0; i < run.results.size(); ++i) {
       const Cell& cell = run.slice.cells[i];
       const CellResult& result = run.results[i];
-      char cost[32], share[32];
+      char cost[32], share[32], lost[32] = "", error[32] = "";
       std::snprintf(cost, sizeof cost, "%.3f", result.cpu);
       std::snprintf(share, sizeof share, "%.3g", result.energy);
+      if (!std::isnan(result.lost)) std::snprintf(lost, sizeof lost, "%.3g", result.lost);
+      if (!std::isnan(result.error)) std::snprintf(error, sizeof error, "%.3g", result.error);
       out << cell.slice << ',' << cell.method << ',' << x_label(run.slice, cell) << ','
           << y_label(run.slice, cell) << ',' << outcome_name(result.outcome) << ',' << cost << ','
-          << number_text(result.reached) << ',' << result.steps << ',' << share << ','
-          << in_csv(result.message) << ',' << in_csv(cell.command()) << '\n';
+          << number_text(cell.duration) << ',' << number_text(result.reached) << ',' << result.steps
+          << ',' << share << ',' << lost << ',' << error << ',' << in_csv(result.message) << ','
+          << in_csv(cell.command()) << '\n';
     }
   }
   return out.str();
 }
 
-// Of the picture: finished, refused, failed, limited, and all that must never be.
+// Of the picture: finished, inexact, refused, failed, limited, and all that must never be.
 int class_of(Outcome outcome) {
   return std::min(static_cast<int>(outcome), static_cast<int>(Outcome::too_slow));
 }
@@ -192,6 +259,7 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
   HeatMap map;
   map.title = "Stability: what becomes of a run";
   map.classes = {{"finished, checked", "#009e73"},
+                 {"inexact at its end", "#8fd3b6"},
                  {"refused at the start", "#9fc9e8"},
                  {"failed, and said why", "#0072b2"},
                  {"ended at its limit", "#f0e442"},
@@ -229,7 +297,7 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
 double usual_limit(int jobs) {
   std::vector<Run> runs;
   for (const Slice& slice : make_slices({}, true))
-    runs.push_back({slice, run_cells(slice.cells, generous_limit, jobs, [](auto&, auto&) {})});
+    runs.push_back({slice, run_cells(slice.cells, {}, generous_limit, jobs, [](auto&, auto&) {})});
   return first_limit_in_medians * median_cost(runs);
 }
 
@@ -240,7 +308,8 @@ double limit_of(const StabilityOptions& options) {
 
 // Those that have ended at their limit once more, with one that goes by the median of all: the
 // machine may have been faster when that of the small grid was measured. Returns the limit.
-double run_limited_again(std::vector<Run>& runs, double limit, int jobs) {
+double run_limited_again(std::vector<Run>& runs, const ConvergedEnds& converged, double limit,
+                         int jobs) {
   const double usual = limit_in_medians * median_cost(runs);
   if (usual <= limit) return limit;
   limit = usual;
@@ -252,27 +321,42 @@ double run_limited_again(std::vector<Run>& runs, double limit, int jobs) {
       cells.push_back(run.slice.cells[i]);
       results.push_back(&run.results[i]);
     }
-    const std::vector<CellResult> again = run_cells(cells, limit, jobs, tell);
+    const std::vector<CellResult> again = run_cells(cells, converged, limit, jobs, tell);
     for (std::size_t i = 0; i < again.size(); ++i) *results[i] = again[i];
   }
   return limit;
 }
 
+// Shares are asked of the whole grid, or of every n-th of its cells: a slice may be one in which
+// most must fail.
+bool is_passed(const std::vector<Run>& runs, const StabilityOptions& options) {
+  for (const Run& run : runs)
+    for (const CellResult& result : run.results)
+      if (is_forbidden(result.outcome)) return false;
+  return !options.slices.empty() || shares_of(runs).are_small();
+}
+
 }  // namespace
 
 int run_stability(const StabilityOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
   double limit = limit_of(options);
   std::vector<Run> runs;
   const auto keep = [&] {
     if (!options.csv.empty()) write_text(csv_of(runs), options.csv);
     if (!options.plot.empty()) draw(runs, options.plot);
   };
-  for (const Slice& slice : make_slices(options.slices, options.quick)) {
-    runs.push_back({slice, run_cells(slice.cells, limit, options.jobs, tell)});
+  const std::vector<Slice> slices =
+      every_nth(make_slices(options.slices, options.quick), options.every);
+  const double tolerance = options.quick ? quick_reference_tolerance : reference_tolerance;
+  ConvergedEnds converged;
+  for (const Slice& slice : slices) converged.find(slice.cells, tolerance, limit, options.jobs);
+  for (const Slice& slice : slices) {
+    runs.push_back({slice, run_cells(slice.cells, converged, limit, options.jobs, tell)});
     keep();  // what has been run, whatever comes
   }
   if (!options.limit) {
-    limit = run_limited_again(runs, limit, options.jobs);
+    limit = run_limited_again(runs, converged, limit, options.jobs);
     find_slow(runs, limit);
   }
   keep();
@@ -280,16 +364,11 @@ int run_stability(const StabilityOptions& options) {
     std::printf("%s\n", json_of(runs, limit).dump(2).c_str());
   } else {
     print_table(runs, limit);
+    print_verdict(runs,
+                  std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     print_unfinished(runs);
   }
-  return std::any_of(runs.begin(), runs.end(),
-                     [](const Run& run) {
-                       return std::any_of(
-                           run.results.begin(), run.results.end(),
-                           [](const CellResult& result) { return is_forbidden(result.outcome); });
-                     })
-             ? 1
-             : 0;
+  return is_passed(runs, options) ? 0 : 1;
 }
 
 }  // namespace weft::bench

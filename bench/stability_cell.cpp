@@ -1,18 +1,11 @@
 #include "bench/stability_cell.h"
 
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <cstring>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
+#include "bench/child_runs.h"
 #include "bench/medians.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
@@ -25,16 +18,18 @@ namespace {
 
 using namespace sim;
 
-constexpr int looks = 25;              // at states of a run, before the last
+// At states of a run, before the last; where obstacles or pins move, these pass in less time.
+constexpr int looks_at_rest = 25, looks_at_motion = 200;
 constexpr double patience = 3;         // limits after which a step that does not end is a hang
 constexpr double least_patience = 10;  // s
 
-constexpr const char* names[outcome_count] = {"finished", "refused", "failed",     "limited",
-                                              "too slow", "hung",    "not finite", "wrong",
-                                              "unclear",  "crashed"};
+constexpr const char* names[outcome_count] = {"finished", "inexact",  "refused", "failed",
+                                              "limited",  "too slow", "hung",    "not finite",
+                                              "wrong",    "unclear",  "crashed"};
 
 // Steps to the end of the case, a failure, or its limit.
-void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, CellResult& result) {
+void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge,
+             const ConvergedEnd* converged, double tolerance, CellResult& result) {
   const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
   const TimeCase& options = dynamics.scene().source.time;
   CpuLimit limit(dynamics.scene().source.compute.cpu_limit.value());
@@ -46,6 +41,7 @@ void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, CellResul
   });
   EnergyWatch watch(dynamics.scene(), dynamics.energies(0, integrator.state()));
   double next_look = 0, judging = 0;
+  const int looks = something_is_moved(dynamics.scene()) ? looks_at_motion : looks_at_rest;
   const auto end_with = [&](Outcome outcome, std::string message) {
     result.outcome = outcome;
     result.message = std::move(message);
@@ -76,11 +72,17 @@ void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge, CellResul
   if (options.method == TimeMethod::static_loads) {
     if (auto fault = judge.check_rest(options.duration, integrator.state()))
       return end_with(Outcome::wrong, *fault);
+    return end_with(Outcome::finished, "");
   }
-  result.outcome = Outcome::finished;
+  std::vector<double> last(dynamics.state_size());
+  integrator.state_at(options.duration, last);
+  const std::string reason =
+      inexactness(dynamics.scene(), judge, converged, tolerance, options.duration, last, result);
+  end_with(reason.empty() ? Outcome::finished : Outcome::inexact, reason);
 }
 
-CellResult run_here(const std::string& path, const std::vector<std::string>& overrides) {
+CellResult run_here(const std::string& path, const std::vector<std::string>& overrides,
+                    const ConvergedEnd* converged, double tolerance) {
   CellResult result;
   try {
     const auto scene = build_scene(read_case(path, overrides));
@@ -89,7 +91,7 @@ CellResult run_here(const std::string& path, const std::vector<std::string>& ove
     Dynamics dynamics(*scene, statistics);
     const auto integrator = make_integrator(*scene, dynamics);
     Judge judge(*scene);
-    advance(dynamics, *integrator, judge, result);
+    advance(dynamics, *integrator, judge, converged, tolerance, result);
     integrator->set_reason_to_stop({});
     result.steps = integrator->counts().steps;
     result.energy = judge.largest_share();
@@ -106,7 +108,9 @@ std::string text_of(const CellResult& result) {
                         result.cpu,
                         result.reached,
                         result.energy,
-                        result.steps}
+                        result.steps,
+                        result.error,
+                        result.lost}
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -124,61 +128,20 @@ CellResult result_of(const std::string& text) {
   result.reached = number_of(json[3]);
   result.energy = number_of(json[4]);
   result.steps = json[5].get<std::int64_t>();
+  result.error = number_of(json[6]);
+  result.lost = number_of(json[7]);
   return result;
 }
 
-[[noreturn]] void be_the_child(int pipe_end, const Cell& cell, double limit) {
-  const auto hang = static_cast<rlim_t>(std::ceil(least_patience + patience * limit));
-  const rlimit cpu{hang, hang + 1};
-  setrlimit(RLIMIT_CPU, &cpu);
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
-  std::vector<std::string> overrides = cell.overrides;
-  overrides.push_back("compute.cpu_limit=" + number_text(limit));
-  const std::string text = text_of(run_here(WEFT_SOURCE_DIR "/" + cell.path, overrides));
-  const bool written =
-      write(pipe_end, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  _exit(written ? 0 : 1);
-}
-
-std::string read_all(int descriptor) {
-  std::string text;
-  char buffer[4096];
-  for (ssize_t count; (count = read(descriptor, buffer, sizeof buffer)) > 0;)
-    text.append(buffer, static_cast<std::size_t>(count));
-  return text;
-}
-
-struct Child {
-  pid_t process = 0;
-  int pipe_end = 0;
-  std::size_t cell = 0;
-  double limit = 0;  // s of CPU time
-};
-
-Child start(const Cell& cell, double limit, std::size_t index) {
-  int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
-  std::fflush(nullptr);
-  const pid_t process = fork();
-  if (process < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
-  if (process == 0) be_the_child(ends[1], cell, limit);
-  close(ends[1]);
-  return {process, ends[0], index, limit};
-}
-
-// Of a child that has ended.
-CellResult collect(const Child& child, int status) {
-  const std::string text = read_all(child.pipe_end);
-  close(child.pipe_end);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return result_of(text);
+CellResult result_of(const ChildEnd& end, double hang) {
+  if (end.is_well) return result_of(end.result);
   CellResult result;
-  if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
+  if (end.signal == SIGXCPU || end.signal == SIGKILL) {
     result.outcome = Outcome::hung;
-    result.cpu = least_patience + patience * child.limit;
+    result.cpu = hang;
     result.message = "a step did not end";
   } else {
-    result.message = WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "the process ended";
+    result.message = end.signal != 0 ? strsignal(end.signal) : "the process ended";
   }
   return result;
 }
@@ -187,25 +150,25 @@ CellResult collect(const Child& child, int status) {
 
 const char* outcome_name(Outcome outcome) { return names[static_cast<int>(outcome)]; }
 
-std::vector<CellResult> run_cells(std::span<const Cell> cells, double limit, int jobs,
+std::vector<CellResult> run_cells(std::span<const Cell> cells, const ConvergedEnds& converged,
+                                  double limit, int jobs,
                                   const std::function<void(const Cell&, const CellResult&)>& done) {
   std::vector<CellResult> results(cells.size());
-  std::map<pid_t, Child> running;
-  for (std::size_t next = 0; next < cells.size() || !running.empty();) {
-    if (next < cells.size() && running.size() < static_cast<std::size_t>(jobs)) {
-      const Child child = start(cells[next], limit * cells[next].size, next);
-      running[child.process] = child;
-      ++next;
-      continue;
-    }
-    int status = 0;
-    const pid_t ended = waitpid(-1, &status, 0);
-    if (ended < 0) throw std::runtime_error(std::string("waitpid: ") + std::strerror(errno));
-    const Child child = running.at(ended);
-    running.erase(ended);
-    results[child.cell] = collect(child, status);
-    done(cells[child.cell], results[child.cell]);
-  }
+  const auto hang = [&](std::size_t i) {
+    return least_patience + patience * limit * cells[i].size;
+  };
+  run_children(
+      cells.size(), jobs, hang,
+      [&](std::size_t i) {
+        std::vector<std::string> overrides = cells[i].overrides;
+        overrides.push_back("compute.cpu_limit=" + number_text(limit * cells[i].size));
+        return text_of(run_here(WEFT_SOURCE_DIR "/" + cells[i].path, overrides,
+                                converged.at_end_of(cells[i]), cells[i].tolerance));
+      },
+      [&](std::size_t i, const ChildEnd& end) {
+        results[i] = result_of(end, hang(i));
+        done(cells[i], results[i]);
+      });
   return results;
 }
 

@@ -32,6 +32,7 @@ struct Scene {
   double duration;                     // s
   double path = 0;                     // m: how far what is thrown goes at most
   const char* velocity = nullptr;      // how a speed becomes a velocity
+  bool has_moving_parts = false;
 };
 
 const Scene hang{"hang", "sheet", {"cloth"}, 0.1};
@@ -42,6 +43,9 @@ const Scene crumple{"crumple", "sheet", {"cloth"}, 0.1, 0.3, "[0, -*, 0]"};
 const Scene impact{"impact", "sheet", {"cloth"}, 0.1, 0.3, "[0, 0, -*]"};
 const Scene load{"load", "load", {"heavy", "light"}, 0.1};
 const Scene fly{"free", "sheet", {"cloth"}, 0.1};
+const Scene ball{"ball", "sheet", {"cloth"}, 1.0, 0, nullptr, true};
+const Scene paddle{"paddle", "sheet", {"cloth"}, 1.0, 0, nullptr, true};
+const Scene pole{"pole", "sheet", {"cloth"}, 1.0, 0, nullptr, true};
 
 struct Method {
   const char* name;
@@ -161,20 +165,43 @@ Axis spin(std::vector<double> values) {
           }};
 }
 
+// The ball passes the sheet and stops, 0.8 m from where it was.
+Axis ball_speed(std::vector<double> values) {
+  return {"speed of the ball, m/s", std::move(values), [](Setup& setup, double value) {
+            setup.keys.set("obstacle.ball.motion.velocity", "[0, 0, " + number_text(value) + "]");
+            setup.keys.set("obstacle.ball.motion.stop_time", 0.8 / value);
+          }};
+}
+
+Axis paddle_rate(std::vector<double> values) {
+  return {"rate of the paddle, degrees/s", std::move(values), [](Setup& setup, double value) {
+            setup.keys.set("obstacle.paddle.motion.angular_velocity_deg",
+                           "[" + number_text(value) + ", 0, 0]");
+          }};
+}
+
+Axis pole_rate(std::vector<double> values) {
+  return {"rate of the pins, degrees/s", std::move(values), [](Setup& setup, double value) {
+            setup.keys.set("body.sheet.pin.0.motion.angular_velocity_deg",
+                           "[0, " + number_text(value) + ", 0]");
+          }};
+}
+
 Axis compression(std::vector<double> values) {
   return {"load / weight", std::move(values), [](Setup& setup, double value) {
             setup.keys.set("world.gravity", "[0, " + number_text(-9.81 * value) + ", 0]");
           }};
 }
 
-// A tolerance, or a tenth of a step. Runs of short steps are cut to 500.
+// A tolerance, or a tenth of a step. Runs of short steps are cut to 500 where nothing moves but
+// what is simulated: there, a tenth of a second shows what becomes of it.
 void apply_setting(const Method& method, Setup& setup) {
   Keys& keys = setup.keys;
   keys.set("time.method", method.key);
   if (method.by_step) {
     const double step = 10 * setup.setting;
     keys.set("time.step", step);
-    setup.duration = std::min(setup.duration, 500 * step);
+    if (!setup.scene.has_moving_parts) setup.duration = std::min(setup.duration, 500 * step);
     if (step < 1e-5) keys.set("time.minimum_step", 1e-3 * step);
     keys.set("time.position_tolerance", std::clamp(1e-3 * step, 1e-9, 1e-5));
     keys.set("time.relative_tolerance", 1e-3);
@@ -207,6 +234,8 @@ std::vector<Plan> plans() {
   const std::vector<double> speeds{0.1, 1, 3, 10, 30, 100};
   const std::vector<double> loads{1, 10, 100, 1e3, 1e4};
   const std::vector<double> stiff{1, 1e3, 1e6, 1e9};
+  const std::vector<double> ball_speeds{0.1, 0.3, 1, 3, 10, 30};
+  const std::vector<double> rates{30, 90, 360, 1080, 3600};
   return {
       {"stiffness", hang, stiffness(decades(0, 9)), {}, true, 1e6},
       {"setting", hang, setting(decades(-2, -8)), {}, true, 1e-6},
@@ -231,6 +260,11 @@ std::vector<Plan> plans() {
       {"compression-resolution", buckle, compression(loads), {resolution({5, 17, 65})}, true},
       {"inversion-stiffness", invert, speed(speeds), {stiffness(stiff)}},
       {"crumpling-stiffness", crumple, speed(speeds), {stiffness(stiff)}},
+      {"ball", ball, ball_speed(ball_speeds), {}, false, 1},
+      {"paddle", paddle, paddle_rate(rates), {}, false, 360},
+      {"pole", pole, pole_rate(rates), {}, false, 360},
+      {"ball-stiffness", ball, ball_speed(ball_speeds), {stiffness(stiff)}},
+      {"pole-stiffness", pole, pole_rate(rates), {stiffness(stiff)}},
   };
 }
 
@@ -261,10 +295,20 @@ Slice slice_of(const Plan& plan, bool quick) {
         apply_setting(method, setup);
         // Equilibria take no less for a shorter time.
         if (is_static) setup.size *= setup.size;
-        slice.cells.push_back({plan.name, method.name,
-                               std::string("bench/stability/") + plan.scene.name + ".toml",
-                               static_cast<int>(x), y_axis == nullptr ? index : static_cast<int>(y),
-                               setup.keys.texts(), setup.size});
+        // Limits are those of a tenth of a second.
+        if (plan.scene.has_moving_parts) setup.size *= setup.duration / 0.1;
+        Cell& cell = slice.cells.emplace_back();
+        cell.slice = plan.name;
+        cell.method = method.name;
+        cell.path = std::string("bench/stability/") + plan.scene.name + ".toml";
+        cell.x = static_cast<int>(x);
+        cell.y = y_axis == nullptr ? index : static_cast<int>(y);
+        cell.overrides = setup.keys.texts();
+        cell.size = setup.size;
+        cell.duration = setup.duration;
+        cell.tolerance = method.by_step || is_static ? 0 : setup.setting;
+        cell.has_moving_parts = plan.scene.has_moving_parts;
+        cell.is_static = is_static;
       }
     }
   }
@@ -283,6 +327,14 @@ std::string Cell::command() const {
   return text;
 }
 
+std::vector<std::string> Cell::physics() const {
+  std::vector<std::string> keys{path};
+  for (const std::string& each : overrides)
+    if (!each.starts_with("time.")) keys.push_back(each);
+  std::sort(keys.begin() + 1, keys.end());
+  return keys;
+}
+
 std::vector<std::string> slice_names() {
   std::vector<std::string> names;
   for (const Plan& plan : plans()) names.emplace_back(plan.name);
@@ -299,6 +351,14 @@ std::vector<Slice> make_slices(const std::vector<std::string>& names, bool quick
     }
     slices.push_back(slice_of(plan, quick));
   }
+  return slices;
+}
+
+std::vector<Slice> every_nth(std::vector<Slice> slices, int n) {
+  int index = 0;
+  for (Slice& slice : slices)
+    std::erase_if(slice.cells, [&](const Cell&) { return index++ % n != 0; });
+  std::erase_if(slices, [](const Slice& slice) { return slice.cells.empty(); });
   return slices;
 }
 

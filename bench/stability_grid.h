@@ -11,9 +11,15 @@ struct Cell {
   std::string slice, method, path;
   int x = 0, y = 0;  // along the axes of the slice; of a sweep, y is the method
   std::vector<std::string> overrides;
-  double size = 1;  // what its limit is multiplied by
+  double size = 1;                // what its limit is multiplied by
+  double duration = 0;            // s, simulated
+  double tolerance = 0;           // m, of a method that controls its error; 0: of fixed steps
+  bool has_moving_parts = false;  // obstacles or pins that move
+  bool is_static = false;
 
   std::string command() const;  // that reproduces it, but for its limit
+  // The file and the keys but those of [time]: cells in which the same happens, by whatever method.
+  std::vector<std::string> physics() const;
 };
 
 struct Slice {
@@ -28,5 +34,7 @@ std::vector<std::string> slice_names();
 // All slices, or those named; `quick`: of the sweeps the start and a point up to which the methods
 // that control their error, and backward Euler, are known to do well.
 std::vector<Slice> make_slices(const std::vector<std::string>& names, bool quick);
+// Every n-th cell of the slices, counted through all of them; slices that have none are left out.
+std::vector<Slice> every_nth(std::vector<Slice> slices, int n);
 
 }  // namespace weft::bench

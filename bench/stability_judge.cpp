@@ -5,6 +5,7 @@
 
 #include "bench/stability_cell.h"
 #include "sim/case/case_text.h"
+#include "sim/error_estimate.h"
 #include "sim/integrator/tolerances.h"
 #include "sim/trajectory/crossings.h"
 
@@ -16,10 +17,23 @@ using namespace sim;
 
 constexpr double momentum_share = 1e-3;
 constexpr double rest_share = 1e-3;  // of gravity
+constexpr double hundred_tolerances = 100;
 
 bool nothing_acts(const Scene& scene) {
   return !scene.source.contact.enabled && scene.source.world.gravity.isZero() &&
          scene.prescribed.empty();
+}
+
+// No force but those of gravity and the material's own elasticity, and nothing that moves by
+// itself.
+bool nothing_takes_energy(const Scene& scene) {
+  const auto damps = [](const MaterialCase& material) {
+    return material.mass_damping > 0 || material.stiffness_damping > 0 ||
+           material.bending_damping > 0 || material.normal_drag > 0 || material.tangential_drag > 0;
+  };
+  for (int b = 0; b < scene.dynamic_bodies; ++b)
+    if (damps(*scene.bodies[b].material)) return false;
+  return !scene.source.contact.enabled && !something_is_moved(scene);
 }
 
 std::string three_digits(double value) {
@@ -29,6 +43,11 @@ std::string three_digits(double value) {
 }
 
 }  // namespace
+
+bool something_is_moved(const Scene& scene) {
+  return std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
+                     [](const PrescribedMotion& motion) { return motion.moves; });
+}
 
 bool all_finite(std::span<const double> y) {
   return std::all_of(y.begin(), y.end(), [](double value) { return std::isfinite(value); });
@@ -44,12 +63,43 @@ Judge::Judge(const Scene& scene)
       dynamics_(scene, statistics_),
       mass_(std::accumulate(scene.mass.begin(), scene.mass.end(), 0.0)),
       keeps_momentum_(nothing_acts(scene)),
+      keeps_energy_(nothing_takes_energy(scene)),
       start_(dynamics_.energies(0, dynamics_.initial_state())),
       start_momentum_(momentum(dynamics_.initial_state())),
-      energy_watch_(scene, start_) {}
+      energy_watch_(scene, start_) {
+  most_kinetic_ = start_.kinetic;
+}
+
+double Judge::energy_lost(double time, std::span<const double> y) {
+  if (!keeps_energy_) return std::numeric_limits<double>::quiet_NaN();
+  const Energies now = dynamics_.energies(time, y);
+  const double most = std::max(most_kinetic_, now.kinetic);
+  return most > 0 ? (start_.total() - now.total()) / most : 0;
+}
+
+std::string inexactness(const Scene& scene, Judge& judge, const ConvergedEnd* converged,
+                        double tolerance, double time, std::span<const double> y,
+                        CellResult& result) {
+  result.lost = judge.energy_lost(time, y);
+  if (converged != nullptr) {
+    result.error = rms_distance(StateView::of(y).position, converged->position);
+    const double moved = rms_distance(
+        std::span(scene.initial_position).first(converged->position.size()), converged->position);
+    const double allowed =
+        strayed_share * moved + hundred_tolerances * tolerance + converged->agreement;
+    if (!(result.error <= allowed))
+      return three_digits(result.error) + " m from a converged run, which has moved by " +
+             three_digits(moved) + " m";
+  }
+  if (result.lost > lost_share)
+    return "has lost " + three_digits(100 * result.lost) + " % of the largest kinetic energy";
+  return "";
+}
 
 std::optional<std::string> Judge::check(double time, std::span<const double> y) {
-  if (auto reason = energy_watch_.check(time, y, dynamics_.energies(time, y))) return reason;
+  const Energies now = dynamics_.energies(time, y);
+  most_kinetic_ = std::max(most_kinetic_, now.kinetic);
+  if (auto reason = energy_watch_.check(time, y, now)) return reason;
   if (keeps_momentum_) return check_momentum(y);
   return scene_.source.contact.enabled ? check_surfaces(time, y) : std::nullopt;
 }
@@ -65,8 +115,8 @@ std::optional<std::string> Judge::check_surfaces(double time, std::span<const do
   const std::string when = " at t = " + three_digits(time) + " s";
   if (const auto crossings = find_crossings(surfaces); !crossings.empty())
     return std::to_string(crossings.size()) + " pairs of triangles cross" + when;
-  if (surfaces.size() < 2) return std::nullopt;
-  // The scenes put the first surface above the second.
+  // Scenes in which nothing prescribed moves put the first surface above the second.
+  if (surfaces.size() < 2 || something_is_moved(scene_)) return std::nullopt;
   Vec3 centre = Vec3::Zero();
   for (const Vec3& x : surfaces[0].positions) centre += x;
   centre /= static_cast<double>(surfaces[0].positions.size());

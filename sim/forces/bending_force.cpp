@@ -277,11 +277,11 @@ class BendingForce final : public Force {
     return strains;
   }
 
-  [[gnu::flatten]] Lanes batch_energy(int first, std::span<const Vec3> position) const {
+  WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
     const BendingBatch& batch = batches_[first / lane_count];
     return batch.energy(batch.strains(hinge_vectors(quads_.gather(first, position))));
   }
-  [[gnu::flatten]] void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+  WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
     const HingeVectors hinges = hinge_vectors(quads_.gather(first, state.position));
     const Slopes slopes(hinges);
     Hinges pulls = batches_[first / lane_count].moments(strains(first, hinges, slopes, state));
@@ -289,9 +289,9 @@ class BendingForce final : public Force {
     quads_.scatter(first, slopes.times(pulls), force);
   }
 
-  [[gnu::flatten]] void add_batch_derivatives(int first, const Kinematics& state,
-                                              const Derivatives& into,
-                                              Definiteness definiteness) const {
+  WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
+                                          const Derivatives& into,
+                                          Definiteness definiteness) const {
     const BendingBatch& batch = batches_[first / lane_count];
     const Nodes x = quads_.gather(first, state.position);
     const HingeVectors hinges = hinge_vectors(x);

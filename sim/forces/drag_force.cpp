@@ -47,7 +47,7 @@ class DragForce final : public Force {
  private:
   using Corners = NodesOf<Lanes, 4>;
 
-  [[gnu::flatten]] void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+  WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
     const Corners x = quads_.gather(first, state.position);
     const Corners v = quads_.gather(first, state.velocity);
     const DragOf<Lanes> drag = batch(first);
@@ -58,8 +58,8 @@ class DragForce final : public Force {
     quads_.scatter(first, shared(third(0), third(1)), force);
   }
 
-  [[gnu::flatten]] void add_batch_derivatives(int first, const Kinematics& state,
-                                              const Derivatives& into) const {
+  WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
+                                          const Derivatives& into) const {
     const Corners x = quads_.gather(first, state.position);
     const Corners v = quads_.gather(first, state.velocity);
     const Mat3Of<Lanes> one = damping_of(first, x, v, 0), other = damping_of(first, x, v, 1);

@@ -92,7 +92,7 @@ class MembraneForce final : public Force {
   using TriangleBlocks = materials::StencilMatrix<Lanes, 3>;
 
   // Each in one piece: calls would hand all their vectors over in memory.
-  [[gnu::flatten]] Lanes batch_energy(int first, std::span<const Vec3> position) const {
+  WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
     if (quads_.is_run(first)) return energy_of(first, quads_.gather_run(first, position));
     return energy_of(first, quads_.gather(first, position));
   }
@@ -101,7 +101,7 @@ class MembraneForce final : public Force {
     return materials::membrane_energy(one, triangle_nodes(x, 0)) +
            materials::membrane_energy(other, triangle_nodes(x, 1));
   }
-  [[gnu::flatten]] void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+  WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
     const Corners x = quads_.gather(first, state.position);
     const Corners v = quads_.gather(first, state.velocity);
     const auto& [one, other] = membranes_[first / lane_count];
@@ -111,8 +111,8 @@ class MembraneForce final : public Force {
                materials::membrane_forces(other, triangle_nodes(x, 1), triangle_nodes(v, 1))),
         force);
   }
-  [[gnu::flatten]] void add_undamped_chunk(int first, int last, std::span<const Vec3> position,
-                                           std::span<Vec3> force) const {
+  WEFT_FLATTEN void add_undamped_chunk(int first, int last, std::span<const Vec3> position,
+                                       std::span<Vec3> force) const {
     Quads::RunScatter run(quads_, force);
     for (int batch = first; batch < last; batch += lane_count) {
       if (quads_.is_run(batch)) {
@@ -132,8 +132,8 @@ class MembraneForce final : public Force {
     return materials::undamped_membrane_forces(one, other, x);
   }
 
-  [[gnu::flatten]] void add_batch_derivatives(int first, const Kinematics& state,
-                                              const Derivatives& into, bool pull_only) const {
+  WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
+                                          const Derivatives& into, bool pull_only) const {
     const Corners x = quads_.gather(first, state.position);
     const Corners v = quads_.gather(first, state.velocity);
     QuadBlocks blocks = material_blocks(first, x);

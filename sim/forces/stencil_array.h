@@ -11,6 +11,15 @@
 #include "sim/forces/block_matrix.h"
 #include "sim/forces/force.h"
 
+// Marks a function that takes a batch of stencils: all that it calls becomes part of it, so that
+// numbers stay in registers. Sanitizers check every access in it, which keeps the compiler busy for
+// 20 minutes with eight lanes: with them, the compiler chooses what to put in.
+#if defined(WEFT_SANITIZED)
+#define WEFT_FLATTEN
+#else
+#define WEFT_FLATTEN [[gnu::flatten]]
+#endif
+
 namespace weft::sim {
 
 // How a stencil lies in an image: which pairs of nodes it couples, and which nodes follow the one

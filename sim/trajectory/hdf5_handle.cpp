@@ -5,6 +5,11 @@
 namespace weft::sim::hdf5 {
 namespace {
 
+// HDF5 1.10 keeps a little memory for every piece with a wrong checksum and, when it closes itself
+// at exit, complains of that on stderr ("infinite loop closing library"). It is not asked to: every
+// handle of ours closes itself, and what a writer has committed is in the file.
+[[maybe_unused]] const herr_t no_closing_at_exit = H5dont_atexit();
+
 herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
   if (position == 0 && error->desc != nullptr) *static_cast<std::string*>(text) = error->desc;
   return 0;

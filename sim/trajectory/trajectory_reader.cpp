@@ -38,13 +38,14 @@ Handle open_for_reading(const Access& access) {
 }
 
 // A piece of metadata that a running writer replaces just as it is read has a wrong checksum, and
-// is whole a moment later. One that stays wrong is broken.
-constexpr std::chrono::milliseconds patience(250), pause(1);
+// is whole a moment later. One that stays wrong is broken. The pauses double, since HDF5 1.10 loses
+// a kilobyte of memory with every attempt that fails.
+constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
 template <class Read>
 auto read_whole(const Read& read) {
   const auto deadline = std::chrono::steady_clock::now() + patience;
-  for (;;) {
+  for (auto pause = first_pause;; pause *= 2) {
     try {
       return read();
     } catch (const TrajectoryError& error) {

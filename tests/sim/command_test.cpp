@@ -211,6 +211,23 @@ TEST_F(Command, InfoAndRenderRefuseWhatIsNoTrajectory) {
   }
 }
 
+// HDF5 1.10 loses memory where a checksum is wrong, and would complain of it at exit; the leak
+// sanitizer would, too.
+TEST_F(Command, InfoSaysInOneLineThatAFileIsDamaged) {
+  write("sheet.toml", sheet_case);
+  ASSERT_EQ(weft({"run", "sheet.toml", "--quiet"}).code, exit_code::done);
+  std::string bytes = read_bytes(path("out/sheet.h5"));
+  const std::size_t header = bytes.find("OHDR");
+  ASSERT_NE(header, std::string::npos);
+  bytes[header + 24] = static_cast<char>(~bytes[header + 24]);
+  write("damaged.h5", bytes);
+  const Result result =
+      weft({"info", "damaged.h5"}, [] { setenv("ASAN_OPTIONS", "detect_leaks=0", 1); });
+  EXPECT_EQ(result.code, exit_code::input_output);
+  EXPECT_TRUE(contains(result.err, "checksum")) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+}
+
 TEST_F(Command, PrintsTheSchema) {
   const Result result = weft({"schema"});
   EXPECT_EQ(result.code, exit_code::done);

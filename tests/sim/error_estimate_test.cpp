@@ -79,7 +79,7 @@ std::pair<Errors, Errors> estimated_and_true(const std::string& text, const Over
     truth.largest = std::max(truth.largest, truth.last);
   }
   EXPECT_EQ(monitor.estimate().failure, "");
-  const BodyError& body = monitor.estimate().bodies.at(0);
+  const BodyError body = monitor.estimate().bodies.at(0);
   return {{body.largest, body.last}, truth};
 }
 

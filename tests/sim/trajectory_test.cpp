@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/lsan_interface.h>
+#endif
 
 #include <algorithm>
 #include <chrono>
@@ -231,8 +234,23 @@ TEST_F(Trajectory, RefusesTruncatedFiles) {
   }
 }
 
+// While it lives, the leak sanitizer leaves out what this thread allocates: HDF5 1.10 does not free
+// the headers that it has read with a wrong checksum. Handles are counted instead.
+class HeadersThatHdf5Loses {
+ public:
+#if defined(__SANITIZE_ADDRESS__)
+  HeadersThatHdf5Loses() { __lsan_disable(); }
+  ~HeadersThatHdf5Loses() { __lsan_enable(); }
+#else
+  HeadersThatHdf5Loses() {}
+#endif
+  HeadersThatHdf5Loses(const HeadersThatHdf5Loses&) = delete;
+  HeadersThatHdf5Loses& operator=(const HeadersThatHdf5Loses&) = delete;
+};
+
 // A piece that its writer was just replacing when it was looked at is whole the next time.
 TEST_F(Trajectory, LooksAgainAtAPieceThatIsBeingReplaced) {
+  const HeadersThatHdf5Loses lost;
   write(path("run.h5"), 3, {});
   const std::string whole = contents(path("run.h5"));
   // In the header of the first object in the file.
@@ -248,6 +266,7 @@ TEST_F(Trajectory, LooksAgainAtAPieceThatIsBeingReplaced) {
   const std::string message = message_of([&] { const TrajectoryReader reader(path("run.h5")); });
   EXPECT_NE(message.find("checksum"), std::string::npos) << message;
   EXPECT_GT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(100));
+  EXPECT_EQ(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);
   std::thread writer([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     put(whole[inside]);

@@ -1,0 +1,32 @@
+// Whether the stability grid as a whole is passed.
+#pragma once
+
+#include <span>
+
+#include "bench/stability_cell.h"
+
+namespace weft::bench {
+
+// Of the cells in which obstacles and pins are at rest: most fail only where a method cannot do
+// what it is asked, and few are so slow that they are ended. `inexact` counts runs of methods with
+// a tolerance alone: a fixed step is as exact as it is.
+struct Shares {
+  int cells = 0, failed = 0, limited = 0, inexact = 0;
+  static constexpr double most_failed = 0.15, most_limited = 0.05, most_inexact = 0.1;
+
+  void add(const Cell& cell, const CellResult& result);
+  bool are_small() const {
+    return failed <= most_failed * cells && limited <= most_limited * cells &&
+           inexact <= most_inexact * cells;
+  }
+};
+
+// Of all cells: how many are simulated for a second and more, and for how long.
+struct SimulatedTimes {
+  int cells = 0, long_cells = 0;
+  double shortest = 0, longest = 0;  // s
+
+  void add(const Cell& cell);
+};
+
+}  // namespace weft::bench

@@ -1,0 +1,72 @@
+// Every pair of features of a scene, looked at one by one: what the contact search and the check of
+// paths are held against. O(n^2) in the features; for scenes of some hundred vertices.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/contact/contact_search.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// A vertex and a triangle, or two edges, that may touch.
+struct OraclePair {
+  std::size_t list = 0;  // of searched_pairs()
+  int kind = 0;      // 0: vertex of body a, triangle of b; 1: vertex of b, triangle of a; 2: edges
+  int a = 0, b = 0;  // the features, as in FeaturePair
+  std::array<int, 4> nodes{};  // global particles
+  double thickness = 0;        // m
+
+  bool edges() const { return kind == 2; }
+  double distance(std::span<const Vec3> position) const;
+};
+
+// How near the features of a pair come on straight paths, m. The path is cut into equal parts; no
+// distance in between is smaller than that of the nearest cut by more than `uncertainty`.
+struct PathDistances {
+  double start = 0, end = 0;
+  double least = 0;        // at the cuts
+  double uncertainty = 0;  // half of what two particles of the pair can approach within one part
+};
+
+class ContactOracle {
+ public:
+  explicit ContactOracle(const Scene& scene);
+
+  // All pairs without a common vertex, with at least one free particle, of bodies that may touch.
+  const std::vector<OraclePair>& pairs() const { return pairs_; }
+
+  // The pairs closer than thickness + range at `position`.
+  std::vector<OraclePair> in_reach(std::span<const Vec3> position) const;
+  // The first pair within reach at `position` that `lists` lack, or whose bound there is larger
+  // than its distance, in words; or a list that is not sorted. Empty where the lists are complete.
+  std::string missing(std::span<const CandidateList> lists, std::span<const Vec3> position) const;
+  // The smallest distance less thickness, m.
+  double smallest_gap(std::span<const Vec3> position) const;
+
+  // What a path must be answered with: `refused`, where a pair ends without a gap or is at a cut
+  // closer than half of its thickness; `accepted`, where every pair ends with a gap and keeps, less
+  // half of the thickness, a quarter of its distance at the start; nothing in between, where
+  // continuous collision may be as careful as it likes.
+  enum class Verdict { refused, accepted };
+  std::optional<Verdict> verdict(std::span<const Vec3> start, std::span<const Vec3> end) const;
+
+ private:
+  static PathDistances distances(const OraclePair& pair, std::span<const Vec3> start,
+                                 std::span<const Vec3> end);
+  void add_vertices(std::size_t list, int kind, const SceneBody& vertices,
+                    const SceneBody& triangles);
+  void add_edges(std::size_t list, const SceneBody& first, const SceneBody& second);
+  void add(const OraclePair& pair);
+
+  const Scene& scene_;
+  double range_;
+  std::vector<CandidateList> searched_;
+  std::vector<OraclePair> pairs_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,312 @@
+// The contact search and the check of paths against every pair of features, at rest and on the way:
+// of a sheet folded on itself, of a crumpled one, of two bodies and of three.
+#include "tests/sim/contact_oracle.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "sim/case/case_reader.h"
+#include "sim/contact/contact.h"
+
+namespace weft::sim {
+namespace {
+
+using Positions = std::vector<Vec3>;
+
+constexpr double thickness = 0.004, range = 0.03, slack = 0.02;  // m, of all scenes
+constexpr double reach = thickness + range;
+
+const std::string one_sheet = R"(
+[time]
+duration = 1
+[contact]
+range = 0.03
+search_slack = 0.02
+[[body]]
+name = "sheet"
+thickness = 0.004
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+)";
+
+// Two strips in line, whose bounding spheres are as far apart as they are, within 2 mm.
+const std::string two_strips = R"(
+[time]
+duration = 1
+[contact]
+range = 0.03
+search_slack = 0.02
+[[body]]
+name = "left"
+thickness = 0.004
+shape = { type = "rectangle", size = [1, 0.06], resolution = [2, 17] }
+[[body]]
+name = "right"
+thickness = 0.004
+shape = { type = "rectangle", size = [1, 0.06], resolution = [2, 17] }
+)";
+
+const std::string three_plates = R"(
+[time]
+duration = 1
+[contact]
+range = 0.03
+search_slack = 0.02
+[[body]]
+name = "upper"
+thickness = 0.004
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [4, 4] }
+[[body]]
+name = "middle"
+thickness = 0.004
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [4, 4] }
+[[body]]
+name = "lower"
+thickness = 0.004
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [4, 4] }
+)";
+
+std::unique_ptr<const Scene> scene_of(const std::string& text) {
+  return build_scene(parse_case(text, "test.toml"));
+}
+
+Positions shifted(Positions positions, double amplitude, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> shift(-amplitude, amplitude);
+  for (Vec3& x : positions) {
+    const double along_x = shift(random), along_y = shift(random), along_z = shift(random);
+    x += Vec3(along_x, along_y, along_z);
+  }
+  return positions;
+}
+
+// The sheet, folded along its middle column into two layers `gap` apart, the middle of the body
+// where it was.
+Positions folded(const Scene& scene, double gap) {
+  Positions positions = scene.initial_position;
+  for (Vec3& x : positions) {
+    const double side = std::abs(x.x()) < 1e-9 ? 0 : x.x() < 0 ? -1 : 1;
+    x = Vec3(-std::abs(x.x()) + 0.01 * side, x.y() + 0.015 * side, 0.5 * gap * side);
+  }
+  return positions;
+}
+
+// In narrow pleats, and squeezed along them until opposite edges of one quad are in reach.
+Positions crumpled(const Scene& scene, unsigned seed) {
+  Positions positions = scene.initial_position;
+  for (Vec3& x : positions) {
+    const bool odd = std::lround(8 * (x.x() + 0.5)) % 2 == 1;
+    x = Vec3(0.12 * x.x(), 0.2 * x.y(), odd ? 0.12 : 0);
+  }
+  return shifted(positions, 0.003, seed);
+}
+
+Positions strips(const Scene& scene, const Vec3& between) {
+  Positions positions = scene.initial_position;
+  const int count = scene.bodies[0].particle_count();
+  for (int i = 0; i < scene.particle_count; ++i)
+    positions[i] += i < count ? Vec3(-0.5, 0, 0) : Vec3(Vec3(0.5, 0, 0) + between);
+  return positions;
+}
+
+// The middle plate at the origin, the upper one above it, the lower one below its edge.
+Positions plates(const Scene& scene, double upper, double lower) {
+  Positions positions = scene.initial_position;
+  const Vec3 places[] = {{0, 0, upper}, {0, 0, 0}, {0.45, 0, -lower}};
+  for (int b = 0; b < 3; ++b) {
+    const SceneBody& body = scene.bodies[b];
+    for (int i = 0; i < body.particle_count(); ++i) positions[body.first_particle + i] += places[b];
+  }
+  return positions;
+}
+
+class Searched {
+ public:
+  explicit Searched(const std::string& text)
+      : scene(scene_of(text)),
+        oracle(*scene),
+        search(*scene, statistics, {make_cpu_search(*scene), {}}) {}
+
+  // How many pairs are in reach at `positions`, for which the lists must be complete.
+  std::size_t update(const Positions& positions) {
+    EXPECT_FALSE(search.update(positions));
+    EXPECT_EQ(oracle.missing(search.lists(), positions), "");
+    return oracle.in_reach(positions).size();
+  }
+  // The same at every point of a path.
+  std::size_t update_path(const Positions& start, const Positions& end) {
+    EXPECT_FALSE(search.update_path(start, end));
+    std::size_t in_reach = 0;
+    for (const double t : {0.0, 0.3, 0.5, 0.8, 1.0}) {
+      Positions between = start;
+      for (std::size_t i = 0; i < start.size(); ++i) between[i] += t * (end[i] - start[i]);
+      EXPECT_EQ(oracle.missing(search.lists(), between), "") << t;
+      in_reach += oracle.in_reach(between).size();
+    }
+    return in_reach;
+  }
+  // All states of a motion one after another; then along the paths from each to the next, after a
+  // path that is tried and given up.
+  void follow(int states, const std::function<Positions(int)>& state) {
+    std::size_t in_reach = 0;
+    for (int k = 0; k < states; ++k) in_reach += update(state(k));
+    EXPECT_GT(in_reach, 0U);
+    // Lists are kept for some of the states.
+    EXPECT_LT(statistics.counters.rebuilds, states * static_cast<int>(scene->bodies.size()));
+    for (int k = 0; k + 1 < states; ++k) {
+      const Positions start = state(k), end = state(k + 1);
+      update_path(start, shifted(end, 0.3 * slack, 100 + k));
+      in_reach += update_path(start, end);
+    }
+    EXPECT_GT(in_reach, 0U);
+  }
+
+  std::unique_ptr<const Scene> scene;
+  ContactOracle oracle;
+  Statistics statistics;
+  ContactSearch search;
+};
+
+// Both layers go the same way towards each other: a distance changes by twice as much as each
+// moves.
+TEST(ContactOracle, ListsOfAFoldedSheetAreComplete) {
+  Searched folding(one_sheet);
+  folding.follow(24, [&](int k) {
+    const double gap = reach + slack * (1.3 - 0.2 * (k < 12 ? k : 24 - k));
+    return shifted(folded(*folding.scene, gap), 0.0005, 7 + k);
+  });
+}
+
+TEST(ContactOracle, ListsOfACrumpledSheetAreComplete) {
+  Searched crumpling(one_sheet);
+  const Positions start = crumpled(*crumpling.scene, 1), end = crumpled(*crumpling.scene, 2);
+  // Opposite edges at the border belong to one quad.
+  const bsi::Mesh& mesh = crumpling.scene->bodies[0].mesh;
+  std::vector<int> quad_of_edge(mesh.edges.size(), -1);
+  for (std::size_t q = 0; q + 1 < mesh.owned_edge_start.size(); ++q)
+    for (const int e : mesh.edges_of_quad(static_cast<int>(q)))
+      quad_of_edge[e] = static_cast<int>(q);
+  int of_one_quad = 0;
+  for (const OraclePair& pair : crumpling.oracle.in_reach(start))
+    of_one_quad += pair.edges() && quad_of_edge[pair.a] == quad_of_edge[pair.b] ? 1 : 0;
+  ASSERT_GT(of_one_quad, 0);
+  crumpling.follow(12, [&](int k) {
+    Positions between = start;
+    for (std::size_t i = 0; i < start.size(); ++i)
+      between[i] += 0.3 * k * (end[i] - start[i]) + Vec3(0, 0, 0.01 * k);
+    return between;
+  });
+}
+
+// From beyond the slack into reach and back, so slowly that what is out of reach is known for long.
+TEST(ContactOracle, ListsOfTwoBodiesAreComplete) {
+  Searched approaching(two_strips);
+  approaching.follow(40, [&](int k) {
+    const double gap = 0.008 + 0.004 * std::abs(k - 20);
+    return strips(*approaching.scene, {gap, 0.003 * k - 0.05, 0.0005 * k});
+  });
+}
+
+// The upper plate comes until it may have met the middle one, though not yet the lower one: the
+// lists of the middle plate are built anew, while the lower one is nearly its whole slack away from
+// where it was when its own were; then it returns.
+TEST(ContactOracle, ListsOfThreeBodiesAreCompleteWhenOneOfThemComes) {
+  Searched coming(three_plates);
+  const double near = reach + 0.15 * slack;
+  coming.update(plates(*coming.scene, 2, near));
+  coming.update(plates(*coming.scene, 2, near + 0.9 * slack));
+  coming.update(plates(*coming.scene, 0.7, near + 0.9 * slack));
+  EXPECT_GT(coming.update(plates(*coming.scene, 0.7, near - 0.3 * slack)), 0U);
+}
+
+TEST(ContactOracle, TheSmallestGapIsThatOfAllPairs) {
+  const auto scene = scene_of(one_sheet);
+  const ContactOracle oracle(*scene);
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    for (const Positions& positions :
+         {crumpled(*scene, seed), shifted(folded(*scene, 0.02), 0.004, seed)}) {
+      double gap = 0;
+      EXPECT_FALSE(contact.check_state(positions, &gap));
+      EXPECT_NEAR(gap, oracle.smallest_gap(positions), 1e-12);
+    }
+  }
+}
+
+// How many paths were refused and accepted that had to be.
+struct Answers {
+  int refused = 0, accepted = 0;
+};
+
+Answers answers_to_paths(const Scene& scene, const std::function<Positions(unsigned)>& start_of,
+                         const std::function<Positions(const Positions&, unsigned)>& end_of) {
+  const ContactOracle oracle(scene);
+  Statistics statistics;
+  Contact contact(scene, statistics);
+  Answers answers;
+  for (unsigned seed = 0; seed < 24; ++seed) {
+    const Positions start = start_of(seed), end = end_of(start, seed);
+    EXPECT_GT(oracle.smallest_gap(start), 0);
+    const auto verdict = oracle.verdict(start, end);
+    const bool refused = contact.check_path(start, end).has_value();
+    if (!verdict) continue;
+    EXPECT_EQ(refused, *verdict == ContactOracle::Verdict::refused) << seed;
+    ++(refused ? answers.refused : answers.accepted);
+  }
+  return answers;
+}
+
+// From hardly any motion to more than the width of a pleat.
+Positions shaken(const Positions& start, unsigned seed) {
+  return shifted(start, 2e-4 * std::pow(1.25, seed), 50 + seed);
+}
+
+TEST(ContactOracle, PathsOfAFoldedSheetAreAnsweredRightly) {
+  const auto scene = scene_of(one_sheet);
+  const Answers answers = answers_to_paths(
+      *scene, [&](unsigned seed) { return shifted(folded(*scene, 0.02), 0.002, seed); }, shaken);
+  EXPECT_GT(answers.refused, 3);
+  EXPECT_GT(answers.accepted, 3);
+}
+
+TEST(ContactOracle, PathsOfACrumpledSheetAreAnsweredRightly) {
+  const auto scene = scene_of(one_sheet);
+  const Answers answers = answers_to_paths(
+      *scene, [&](unsigned seed) { return crumpled(*scene, seed); }, shaken);
+  EXPECT_GT(answers.refused, 3);
+  EXPECT_GT(answers.accepted, 3);
+}
+
+// One strip goes by the end of the other, from above to below, at half a millimetre and more: with
+// less than half of the thickness between them, the path cuts through.
+TEST(ContactOracle, PathsBesideABodyKeepHalfOfTheThickness) {
+  const auto scene = scene_of(two_strips);
+  const auto by = [&](double gap, double height) { return strips(*scene, {gap, 0, height}); };
+  const Answers answers = answers_to_paths(
+      *scene, [&](unsigned seed) { return by(0.0005 + 0.00025 * seed, 0.013); },
+      [&](const Positions&, unsigned seed) { return by(0.0005 + 0.00025 * seed, -0.017); });
+  EXPECT_GT(answers.refused, 3);
+  EXPECT_GT(answers.accepted, 3);
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  EXPECT_TRUE(contact.check_path(by(0.25 * thickness, 0.013), by(0.25 * thickness, -0.017)));
+  EXPECT_FALSE(contact.check_path(by(0.9 * thickness, 0.004), by(0.9 * thickness, -0.004)));
+}
+
+// The end of a path must keep all of the thickness.
+TEST(ContactOracle, PathsThatEndWithoutAGapAreRefused) {
+  const auto scene = scene_of(two_strips);
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  const Positions start = strips(*scene, {2 * thickness, 0, 0});
+  const auto fault = contact.check_path(start, strips(*scene, {0.75 * thickness, 0, 0}));
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->kind, ContactFault::Kind::touching);
+  EXPECT_FALSE(contact.check_path(start, strips(*scene, {1.25 * thickness, 0, 0})));
+}
+
+}  // namespace
+}  // namespace weft::sim
