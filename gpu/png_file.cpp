@@ -1,9 +1,15 @@
 #include <png.h>
 
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 
@@ -24,6 +30,23 @@ void keep_error(png_structp png, png_const_charp reason) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
+// A text chunk with this key and value signs what write_png makes.
+constexpr char signature_key[] = "Software";
+constexpr char signature[] = "Weft";
+
+void sign(png_structp png, png_infop info) {
+  std::array<char, sizeof signature_key> key{};
+  std::array<char, sizeof signature> value{};
+  std::copy(std::begin(signature_key), std::end(signature_key), key.begin());
+  std::copy(std::begin(signature), std::end(signature), value.begin());
+  png_text text{};
+  text.compression = PNG_TEXT_COMPRESSION_NONE;
+  text.key = key.data();
+  text.text = value.data();
+  text.text_length = sizeof signature - 1;
+  png_set_text(png, info, &text, 1);
+}
+
 // False on an error. Nothing with a destructor lives in here, because of the longjmp.
 bool write_rows(png_structp png, png_infop info, std::FILE* file, const Picture& picture) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
@@ -35,6 +58,7 @@ bool write_rows(png_structp png, png_infop info, std::FILE* file, const Picture&
                static_cast<png_uint_32>(picture.height), 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  sign(png, info);
   png_write_info(png, info);
   for (int row = 0; row < picture.height; ++row) {
     png_write_row(png, picture.rgb.data() + std::size_t{3} * picture.width * row);
@@ -64,6 +88,30 @@ void write_png(const std::string& path, const Picture& picture) {
   const int close_error = errno;
   if (!written) fail(failure.reason.empty() ? "libpng has no memory" : failure.reason);
   if (!closed) fail(std::strerror(close_error));
+}
+
+bool is_own_png(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  const std::string chunk = std::string(signature_key) + '\0' + signature;
+  std::string start(8, '\0');
+  if (!file.read(start.data(), 8) || start != "\x89PNG\r\n\x1a\n") return false;
+  // Chunks: length, type, data, checksum.
+  for (std::array<unsigned char, 8> head{}; file.read(reinterpret_cast<char*>(head.data()), 8);) {
+    const std::uint32_t length = std::uint32_t{head[0]} << 24 | std::uint32_t{head[1]} << 16 |
+                                 std::uint32_t{head[2]} << 8 | std::uint32_t{head[3]};
+    const std::string type(head.begin() + 4, head.end());
+    if (type == "IDAT" || type == "IEND") return false;
+    if (type == "tEXt" && length == chunk.size()) {
+      std::string data(length, '\0');
+      if (file.read(data.data(), length) && data == chunk) return true;
+      file.seekg(4, std::ios::cur);
+    } else {
+      file.seekg(std::streamoff{length} + 4, std::ios::cur);
+    }
+  }
+  return false;
 }
 
 }  // namespace weft::gpu

@@ -90,5 +90,8 @@ class Renderer {
 
 // 8-bit sRGB. Throws std::runtime_error, which names the file, when it cannot be written.
 void write_png(const std::string& path, const Picture& picture);
+// Whether there is a PNG file at `path` that write_png made: it signs them with a text chunk,
+// Software = "Weft". Reads no further than the first pixels. False for whatever cannot be read.
+bool is_own_png(const std::string& path);
 
 }  // namespace weft::gpu

@@ -5,9 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <vector>
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to us
@@ -15,12 +18,15 @@ extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leav
 namespace weft::sim {
 namespace {
 
+constexpr const char* signature = "made by weft render";
+
 std::vector<std::string> ffmpeg_arguments(int pictures, double frames_per_second) {
   return {"ffmpeg", "-nostdin", "-y", "-loglevel", "error", "-framerate",
           std::to_string(frames_per_second), "-start_number", "0", "-i", "frame_%05d.png",
           // Pictures of another rendering may follow.
           "-frames:v", std::to_string(pictures), "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v",
-          "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "movie.mp4"};
+          "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-metadata",
+          std::string("comment=") + signature, "movie.mp4"};
 }
 
 // Starts ffmpeg in `directory`, where the names of its files need no quoting, with its messages
@@ -83,7 +89,26 @@ MovieResult write_movie(const std::string& directory, int pictures, double frame
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {true, ""};
   const std::string end = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
                                             : "signal " + std::to_string(WTERMSIG(status));
+  std::error_code ignored;
+  std::filesystem::remove(std::filesystem::path(directory) / "movie.mp4", ignored);
   return {false, "ffmpeg failed (" + end + ")" + (messages.empty() ? "" : ": " + messages)};
+}
+
+bool is_own_movie(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  constexpr std::streamoff reach = 1 << 20;
+  const auto size = static_cast<std::streamoff>(std::filesystem::file_size(path, error));
+  for (const std::streamoff start :
+       {std::streamoff{0}, std::max<std::streamoff>(0, size - reach)}) {
+    std::string part(static_cast<std::size_t>(std::min(size, reach)), '\0');
+    file.seekg(start);
+    if (file.read(part.data(), std::ssize(part)) && part.find(signature) != std::string::npos) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace weft::sim

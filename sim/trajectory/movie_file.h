@@ -12,7 +12,12 @@ struct MovieResult {
 
 // Makes directory/movie.mp4 (H.264, yuv420p) of the first `pictures` pictures
 // directory/frame_00000.png, ... An odd width or height gets a black line, since yuv420p needs even
-// ones. Waits for ffmpeg, which is looked for in PATH and run without a shell.
+// ones. Signs it in its metadata (comment). What a failed ffmpeg leaves is removed. Waits for
+// ffmpeg, which is looked for in PATH and run without a shell.
 MovieResult write_movie(const std::string& directory, int pictures, double frames_per_second);
+
+// Whether there is a movie at `path` that write_movie made. Reads a mebibyte at both ends of the
+// file at the most.
+bool is_own_movie(const std::string& path);
 
 }  // namespace weft::sim

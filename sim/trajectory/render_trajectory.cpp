@@ -94,7 +94,7 @@ std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   return most;
 }
 
-std::vector<RenderedBody> rendered_bodies(const TrajectoryReader& reader) {
+std::vector<RenderedBody> rendered_bodies(const std::string& path, const TrajectoryReader& reader) {
   std::vector<RenderedBody> bodies;
   const std::vector<double> most = most_deviation(reader.bodies());
   int coloured = 0;
@@ -105,7 +105,11 @@ std::vector<RenderedBody> rendered_bodies(const TrajectoryReader& reader) {
     rendered.moves = body.moves;
     rendered.is_obstacle = body.is_obstacle;
     rendered.most_deviation = most[index];
-    rendered.mesh = bsi::build_mesh(body.atlas);
+    try {
+      rendered.mesh = bsi::build_mesh(body.atlas);
+    } catch (const std::invalid_argument& error) {
+      throw TrajectoryError(path + ": body '" + body.name + "': " + error.what());
+    }
     if (body.is_obstacle) {
       rendered.colours = gpu::obstacle_colours();
     } else {
@@ -197,10 +201,31 @@ std::string picture_path(const std::string& directory, int number) {
   return (std::filesystem::path(directory) / name.data()).string();
 }
 
-// As many as follow without a gap.
+// As many as follow without a gap, but for those that no rendering made.
 void remove_older_pictures(const std::string& directory, int first) {
-  for (int number = first; std::filesystem::remove(picture_path(directory, number)); ++number) {
+  for (int number = first;; ++number) {
+    const std::string path = picture_path(directory, number);
+    if (!std::filesystem::exists(std::filesystem::symlink_status(path))) return;
+    if (gpu::is_own_png(path)) std::filesystem::remove(path);
   }
+}
+
+bool is_in_the_way(const std::string& path, bool is_own) {
+  return !is_own && std::filesystem::exists(std::filesystem::symlink_status(path));
+}
+
+// Before anything is drawn.
+void refuse_foreign_files(const std::string& directory, const std::string& movie, int pictures) {
+  const auto refuse = [](const std::string& path) {
+    throw std::runtime_error(path +
+                             ": was not made by weft render, and is only overwritten by force "
+                             "(--force)");
+  };
+  for (int number = 0; number < pictures; ++number) {
+    const std::string path = picture_path(directory, number);
+    if (is_in_the_way(path, gpu::is_own_png(path))) refuse(path);
+  }
+  if (is_in_the_way(movie, is_own_movie(movie))) refuse(movie);
 }
 
 double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames,
@@ -220,10 +245,14 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   const TrajectoryReader reader(trajectory);
   std::vector<int> frames;
   for (int frame = 0; frame < reader.frames(); frame += options.every) frames.push_back(frame);
-  std::vector<RenderedBody> bodies = rendered_bodies(reader);
-  if (frames.empty() || bodies.empty()) {
+  if (frames.empty() || reader.bodies().empty()) {
     throw std::runtime_error("'" + trajectory + "' has no complete frame to draw");
   }
+  const std::filesystem::path movie_path = std::filesystem::path(directory) / "movie.mp4";
+  if (!options.force) {
+    refuse_foreign_files(directory, movie_path.string(), static_cast<int>(frames.size()));
+  }
+  std::vector<RenderedBody> bodies = rendered_bodies(trajectory, reader);
   // Before the scan for the camera, so that what cannot be done fails at once.
   gpu::Renderer renderer(options.width, options.height);
   std::filesystem::create_directories(directory);
@@ -249,8 +278,8 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }
   remove_older_pictures(directory, report.pictures);
-  const std::filesystem::path movie_path = std::filesystem::path(directory) / "movie.mp4";
-  std::filesystem::remove(movie_path);  // it would show other pictures than these
+  // It would show other pictures than these. Without a new one, a foreign movie may stay.
+  if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);
   if (!options.movie) return report;

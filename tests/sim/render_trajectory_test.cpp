@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "bsi/shapes.h"
 #include "sim/trajectory/trajectory.h"
@@ -192,6 +193,53 @@ TEST_F(RenderTrajectory, LeavesOutFramesAndRemovesLeftOvers) {
   options.every = 2;
   EXPECT_EQ(render_trajectory(path, pictures(), options).pictures, 3);
   EXPECT_EQ(picture_count(), 3);
+}
+
+std::string text_of(const files::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Nothing is drawn, so that nothing is half another rendering's.
+TEST_F(RenderTrajectory, RefusesToOverwriteWhatItDidNotMake) {
+  const std::string path = write_trajectory(3);
+  install_ffmpeg("echo \"$@\" > movie.mp4");
+  for (const char* name : {"frame_00002.png", "movie.mp4"}) {
+    files::remove_all(pictures());
+    files::create_directory(pictures());
+    const files::path mine = files::path(pictures()) / name;
+    std::ofstream(mine) << "mine";
+    try {
+      render_trajectory(path, pictures(), small_pictures());
+      ADD_FAILURE() << name;
+    } catch (const std::runtime_error& error) {
+      EXPECT_EQ(error.what(), mine.string() +
+                                  ": was not made by weft render, and is only overwritten by force "
+                                  "(--force)");
+    }
+    EXPECT_EQ(text_of(mine), "mine");
+    EXPECT_FALSE(files::exists(files::path(pictures()) / "frame_00000.png"));
+    RenderOptions options = small_pictures();
+    options.force = true;
+    EXPECT_EQ(render_trajectory(path, pictures(), options).pictures, 3);
+    EXPECT_NE(text_of(mine), "mine");
+    // By now both are its own.
+    EXPECT_EQ(render_trajectory(path, pictures(), small_pictures()).pictures, 3);
+    EXPECT_NE(text_of(files::path(pictures()) / "movie.mp4").find("comment=made by weft render"),
+              std::string::npos);
+  }
+}
+
+TEST_F(RenderTrajectory, LeavesPicturesOfOthersBehindItsOwn) {
+  render_trajectory(write_trajectory(5), pictures(), small_pictures());
+  const files::path mine = files::path(pictures()) / "frame_00003.png";
+  std::ofstream(mine) << "mine";
+  files::remove(folder_.path("run.h5"));
+  files::remove(folder_.path("run.xdmf"));
+  const RenderReport report = render_trajectory(write_trajectory(2), pictures(), small_pictures());
+  EXPECT_EQ(report.pictures, 2);
+  EXPECT_EQ(picture_count(), 3);
+  EXPECT_EQ(text_of(mine), "mine");
 }
 
 TEST_F(RenderTrajectory, SaysThatThereIsNoFfmpeg) {
