@@ -3,6 +3,7 @@
 #include "sim/contact/contact.h"
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "sim/case/case_error.h"
@@ -177,6 +178,88 @@ TEST(Contact, FrictionAndDampingTakeNoPowerFromARigidMotion) {
   }
   ASSERT_GT(largest, 0);
   EXPECT_LT(extra, 1e-9 * largest);
+}
+
+// A sheet over a plane, raised as a whole: the slope of the force in the gap is what the matrix
+// says, at rest and while the sheet comes or goes.
+TEST(Contact, StiffnessBlocksAreTheSlopeOfThePushInTheGap) {
+  const auto scene = build_scene(parse_case(R"(
+[time]
+duration = 1
+[contact]
+range = 0.05
+[material.cloth]
+[[body]]
+name = "sheet"
+position = [0.1, 0.05, 0.03]
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [5, 5] }
+[[obstacle]]
+name = "plane"
+shape = { type = "rectangle", size = [3.0, 3.0], resolution = [4, 4] }
+)",
+                                            "test.toml"));
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  for (double speed : {0.0, -2.0, 1.0}) {
+    RandomState state{scene->initial_position,
+                      std::vector<Vec3>(scene->particle_count, Vec3::Zero())};
+    for (int i = 0; i < 25; ++i) state.velocity[i].z() = speed;
+    const auto sum_raised_by = [&](double height) {
+      RandomState raised = state;
+      for (int i = 0; i < 25; ++i) raised.position[i].z() += height;
+      double sum = 0;
+      for (const Vec3& f : forces_at(contact, *scene, raised)) sum += f.z();
+      return sum;
+    };
+    const double step = 1e-7;
+    const double slope = (sum_raised_by(step) - sum_raised_by(-step)) / (2 * step);
+    forces_at(contact, *scene, state);
+    std::vector<Vec3> product(25, Vec3::Zero());
+    contact.subtract_stiffness(1, std::vector<Vec3>(25, Vec3::UnitZ()), product);
+    double sum = 0;
+    for (const Vec3& p : product) sum += p.z();
+    EXPECT_NE(slope, 0);
+    EXPECT_NEAR(sum, slope, 1e-6 * std::abs(slope)) << speed;
+  }
+}
+
+// Two sheets in a line, edge to edge: the edges cross each other at a small angle. Near parallel
+// their barrier fades, since their closest points run along them.
+TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
+  const auto energy_at_angle = [](double degrees) {
+    const auto scene = build_scene(parse_case(
+        R"(
+[time]
+duration = 1
+[contact]
+range = 0.02
+[material.cloth]
+[[body]]
+name = "first"
+thickness = 0
+position = [0, -5, 0]
+shape = { type = "rectangle", size = [10.0, 10.0], resolution = [2, 2] }
+[[body]]
+name = "second"
+thickness = 0
+position = [0, 5.002, 0]
+rotation_deg = [0, )" +
+            std::to_string(degrees) + R"(, 0]
+shape = { type = "rectangle", size = [10.0, 10.0], resolution = [2, 2] }
+)",
+        "test.toml"));
+    Statistics statistics;
+    Contact contact(*scene, statistics);
+    const RandomState state{scene->initial_position,
+                            std::vector<Vec3>(scene->particle_count, Vec3::Zero())};
+    return energy_at(contact, state);
+  };
+  const double crossing = energy_at_angle(30);
+  EXPECT_GT(crossing, 0);
+  EXPECT_NEAR(energy_at_angle(10), crossing, 1e-9 * crossing);
+  // c / e = 1e3 sin^2, m = 2 c / e at the least
+  const double share = 1e3 * std::pow(std::sin(0.5 * std::numbers::pi / 180), 2);
+  EXPECT_NEAR(energy_at_angle(0.5), share * (2 - share) * crossing, 1e-6 * crossing);
 }
 
 // The lists hold every pair in reach, as the bodies move on from where the lists were built.
