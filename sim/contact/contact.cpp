@@ -193,6 +193,7 @@ void Contact::measure_part(const PairGroup& group, std::size_t first, std::size_
   bsi::find_in_reach(group.kind(), position, {},
                      std::span(group.nodes).subspan(first, last - first),
                      group.thickness + range_of(group), in_reach);
+  SampleScratch scratch;
   std::size_t begin = 0;
   while (begin < in_reach.size() && !found.fault) {
     std::size_t end = begin + 1;
@@ -201,37 +202,36 @@ void Contact::measure_part(const PairGroup& group, std::size_t first, std::size_
     } else {
       const auto vertex = [&](std::size_t i) { return group.nodes[first + in_reach[i].pair][0]; };
       while (end < in_reach.size() && vertex(end) == vertex(begin)) ++end;
-      measure_samples(group, first, std::span(in_reach).subspan(begin, end - begin), position,
-                      velocity, found);
+      measure_sample(group, first, std::span(in_reach).subspan(begin, end - begin), position,
+                     velocity, scratch, found);
     }
     begin = end;
   }
 }
 
 // One sample and the triangles of a surface in its range.
-void Contact::measure_samples(const PairGroup& group, std::size_t first,
-                              std::span<const bsi::PairInReach> in_reach,
-                              std::span<const Vec3> position, std::span<const Vec3> velocity,
-                              Found& found) const {
+void Contact::measure_sample(const PairGroup& group, std::size_t first,
+                             std::span<const bsi::PairInReach> in_reach,
+                             std::span<const Vec3> position, std::span<const Vec3> velocity,
+                             SampleScratch& scratch, Found& found) const {
   const SceneBody& body = scene_.bodies[group.surface];
   const int vertex = group.nodes[first + in_reach[0].pair][0];
-  std::vector<int> triangles;
+  scratch.triangles.clear();
   for (const bsi::PairInReach& near : in_reach) {
-    triangles.push_back(group.triangles[first + near.pair]);
+    scratch.triangles.push_back(group.triangles[first + near.pair]);
     const double gap = near.distance - group.thickness;
     if (gap > 0) continue;
     found.fault = ContactFault{ContactFault::Kind::touching, group.nodes[first + near.pair], gap};
     return;
   }
-  std::vector<bsi::SurfaceTerm> terms;
-  surfaces_[group.surface].find(position[vertex],
-                                group.is_self() ? vertex - body.first_particle : -1, triangles,
-                                position.subspan(body.first_particle, body.particle_count()),
-                                group.thickness + range_, terms);
+  surfaces_[group.surface].find(
+      position[vertex], group.is_self() ? vertex - body.first_particle : -1, scratch.triangles,
+      position.subspan(body.first_particle, body.particle_count()), group.thickness + range_,
+      scratch.terms);
   const ContactLaw law{range_,
                        (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
                        damping_time_, friction_, friction_speed_};
-  for (const bsi::SurfaceTerm& term : terms) {
+  for (const bsi::SurfaceTerm& term : scratch.terms) {
     Pair features{{vertex, 0, 0, 0}, false, group.thickness};
     for (int k = 0; k < 3; ++k)
       features.nodes[k + 1] = body.mesh.triangles[term.triangle][k] + body.first_particle;
@@ -275,8 +275,9 @@ void Contact::add_pair(const ContactLaw& law, const Pair& features, const bsi::C
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
     const auto kind =
         features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
-    const auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity, pair);
+    auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity, pair);
     if (sliding) {
+      if (definite_ && coefficient < 0) sliding->slope.setZero();
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);
     }

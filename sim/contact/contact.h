@@ -155,9 +155,14 @@ class Contact {
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
-  void measure_samples(const PairGroup& group, std::size_t first,
-                       std::span<const bsi::PairInReach> in_reach, std::span<const Vec3> position,
-                       std::span<const Vec3> velocity, Found& found) const;
+  // Lists of one sample, kept from one to the next for their memory.
+  struct SampleScratch {
+    std::vector<int> triangles;
+    std::vector<bsi::SurfaceTerm> terms;
+  };
+  void measure_sample(const PairGroup& group, std::size_t first,
+                      std::span<const bsi::PairInReach> in_reach, std::span<const Vec3> position,
+                      std::span<const Vec3> velocity, SampleScratch& scratch, Found& found) const;
   void measure_pair(const Pair& pair, std::span<const Vec3> position,
                     std::span<const Vec3> velocity, Found& found) const;
   void add_pair(const ContactLaw& law, const Pair& features, const bsi::Closest& closest,

@@ -29,7 +29,8 @@ struct ContactLaw {
 struct Sliding {
   std::array<Mat3, 4> lever;
   Vec3 force{0, 0, 0};        // N, on the first side
-  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m: positive semi-definite across the normal
+  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m: semi-definite across the normal, with the
+                              // coefficient's sign
 };
 
 struct ContactPair {
