@@ -19,6 +19,9 @@ namespace weft::sim {
 
 namespace {
 
+// So much longer than the step the limits of motions are asked for, that rounding cuts nothing.
+constexpr double beyond_rounding = 1.0001;
+
 std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
@@ -200,9 +203,12 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
-  const auto latest = latest_end(std::max(end, time() + 2 * next));
-  if (latest) ARKStepSetStopTime(arkode_, *latest);
-  return latest.has_value();
+  const double wanted = std::max(end, time() + beyond_rounding * next);
+  const auto latest = latest_end(wanted);
+  if (!latest) return false;
+  const bool is_limited = *latest < wanted || next == 0;
+  ARKStepSetStopTime(arkode_, is_limited ? *latest : std::numeric_limits<double>::max());
+  return true;
 }
 
 // Where ARKODE has already tried shorter steps, `end` is put where no shorter one is left.

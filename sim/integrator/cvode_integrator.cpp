@@ -22,6 +22,9 @@ namespace weft::sim {
 
 namespace {
 
+// So much longer than the step the limits of motions are asked for, that rounding cuts nothing.
+constexpr double beyond_rounding = 1.0001;
+
 std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
@@ -252,10 +255,12 @@ std::optional<std::string> CvodeIntegrator::Implementation::follow_motions() {
   double next = 0;
   CVodeGetCurrentStep(cvode, &next);
   const double wanted =
-      accepted_time + (next > 0 ? 2 * next : std::max(scene.source.time.duration, 0.0));
+      accepted_time + (next > 0 ? beyond_rounding * next : scene.source.time.duration);
   const auto end = motion_limits.latest_end(accepted_time, wanted, accepted_state);
   if (!end) return motion_limits.failure(accepted_time);
-  CVodeSetStopTime(cvode, *end);
+  // CVODE cuts the step after the next one by this time, too: one that is not reached is put far
+  // off.
+  CVodeSetStopTime(cvode, *end < wanted ? *end : std::numeric_limits<double>::max());
   return std::nullopt;
 }
 
