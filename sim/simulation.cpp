@@ -72,6 +72,16 @@ void refuse_missing_gaps(const Scene& scene) {
   }
 }
 
+// The path, with its folder made where it is missing: once all else is ready, since what is wrong
+// with a case must leave nothing behind.
+std::string in_folder(const std::string& path) {
+  const auto folder = std::filesystem::path(path).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw TrajectoryError(folder.string() + ": cannot create: " + error.message());
+  return path;
+}
+
 // Steps the integrator and hands its states to the recorder.
 class Run {
  public:
@@ -80,7 +90,7 @@ class Run {
         options_(options),
         dynamics_(scene, report_.statistics),
         integrator_(make_integrator(scene, dynamics_)),
-        recorder_(scene, dynamics_, options.trajectory, options.force, error_series()),
+        recorder_(scene, dynamics_, in_folder(options.trajectory), options.force, error_series()),
         energy_watch_(dynamics_, integrator_->state()) {
     if (options.estimate_error) monitor_.emplace(scene, options.stop_signal);
   }
@@ -101,6 +111,7 @@ class Run {
     cpu_limit_->exclude(-options_.earlier_cpu_time);
     integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
     integrate();
+    recorder_.check_in_place();
     const bool failed = report_.status == RunReport::Status::failed;
     report_.simulated_time =
         failed ? last_recorded_ : std::min(integrator_->time(), scene_.source.time.duration);
@@ -255,10 +266,6 @@ void check_initial_state(const Scene& scene) {
 RunReport run_simulation(const Scene& scene, const RunOptions& options) {
   // Whatever is wrong with the case is said before anything is written.
   check_initial_state(scene);
-  const auto folder = std::filesystem::path(options.trajectory).parent_path();
-  std::error_code error;
-  if (!folder.empty()) std::filesystem::create_directories(folder, error);
-  if (error) throw TrajectoryError(folder.string() + ": cannot create: " + error.message());
   return Run(scene, options).execute();
 }
 

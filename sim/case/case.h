@@ -156,6 +156,7 @@ struct ComputeCase {
   int threads = 1;
   ComputeBackend backend = ComputeBackend::automatic;  // of the contact search
   std::optional<double> cpu_limit;                     // s
+  std::optional<double> memory_limit;                  // MiB; default nine tenths of the machine's
 };
 
 struct Case {

@@ -8,6 +8,7 @@
 #include "sim/case/case_schema.h"
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
+#include "sim/case/memory_estimate.h"
 
 namespace weft::sim {
 
@@ -49,6 +50,7 @@ class Checker {
       check_shape(obstacle.shape, join_path(path, "shape"), case_.path, locations_);
       if (obstacle.motion) motion(*obstacle.motion, join_path(path, "motion"));
     }
+    memory();
   }
 
  private:
@@ -145,6 +147,18 @@ class Checker {
     for (std::size_t i = 0; i < case_.obstacle.size(); ++i) {
       claim(case_.obstacle[i].name, join_path("obstacle", i));
     }
+  }
+
+  // At the shape that takes most of it.
+  void memory() const {
+    const SceneSize size = size_of_case(case_);
+    const std::string reason = reason_of_memory(case_, size);
+    if (reason.empty()) return;
+    const std::size_t shape = largest_shape(case_, size);
+    const std::string owner = shape < size.body.size()
+                                  ? join_path("body", shape)
+                                  : join_path("obstacle", shape - size.body.size());
+    fail(join_path(owner, "shape.resolution"), reason, memory_hint);
   }
 
   void materials() const {

@@ -24,6 +24,9 @@ class Override {
       begin = end + 1;
     }
     value_ = text.substr(equals + 1);
+    if (find_deep_key(value_) != std::string::npos) {
+      fail("a key of too many parts in the value", "expected at most a few");
+    }
     schema_ = describe(prototype_);
   }
 
@@ -51,7 +54,11 @@ class Override {
     } catch (const toml::parse_error&) {
       // Falls through to the string, whose type the reader then judges.
     }
-    return parsed("value = " + toml_string(value_));
+    try {
+      return parsed("value = " + toml_string(value_));
+    } catch (const toml::parse_error&) {
+      fail("the value of " + in_quotes(key()) + " is not UTF-8", "expected text in UTF-8");
+    }
   }
 
   void set(toml::table& table, const std::string& name, toml::table document) const {

@@ -1,12 +1,12 @@
 #include "sim/case/case_reader.h"
 
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "sim/case/accuracy_choice.h"
 #include "sim/case/case_checks.h"
@@ -19,6 +19,9 @@
 namespace weft::sim {
 
 namespace {
+
+// Of a case file, bytes: room for a hundred thousand keyframes. toml++ takes two seconds for it.
+constexpr std::size_t longest_case = std::size_t{8} << 20;
 
 void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations);
@@ -298,13 +301,21 @@ Case read_case(const std::string& path, const std::vector<std::string>& override
     throw CaseError({path}, "is a directory", "expected a case file");
   }
   std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (file) text << file.rdbuf();
-  if (!file) {
+  std::string text;
+  std::array<char, 65536> part{};
+  while (file && text.size() <= longest_case) {
+    file.read(part.data(), part.size());
+    text.append(part.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  if (!file.eof() && text.size() <= longest_case) {
     throw CaseError({path}, std::string("cannot be read: ") + std::strerror(errno),
                     "expected a case file");
   }
-  return parse_case(text.str(), path, overrides);
+  if (text.size() > longest_case) {
+    throw CaseError({path}, "is longer than " + std::to_string(longest_case >> 20) + " MiB",
+                    "expected a case file; large shapes belong into HDF5 files (type = \"file\")");
+  }
+  return parse_case(text, path, overrides);
 }
 
 }  // namespace weft::sim

@@ -160,9 +160,9 @@ Table describe(OutputCase& target) {
 }
 
 Table describe(ComputeCase& target) {
-  auto& [threads, backend, cpu_limit] = target;
+  auto& [threads, backend, cpu_limit, memory_limit] = target;
   return {{
-      field("threads", &threads, "", at_least(1),
+      field("threads", &threads, "", {1, 1024},
             "Threads of one run; the result does not depend on it."),
       field(
           "backend", choice(&backend, {"auto", "gpu", "osmesa", "cpu"}),
@@ -175,6 +175,10 @@ Table describe(ComputeCase& target) {
             "beyond it, the run ends with its last state, says how far it came, and counts as "
             "failed.")
           .with_default("no limit"),
+      field("memory_limit", &memory_limit, "MiB", positive,
+            "Memory that the scene may need by its estimate, which weft check prints; a case that "
+            "needs more is refused before any of it is taken.")
+          .with_default("nine tenths of the machine's"),
   }};
 }
 

@@ -14,18 +14,24 @@ namespace weft::sim {
 namespace {
 
 // Keeps every index of a body within an int with room to spare.
-constexpr std::int64_t most_vertices = 100'000'000;
+constexpr int most_vertices = 100'000'000;
 
+// Wide enough for what any resolution asks for.
 struct ImageSize {
-  int patches;
-  int rows;
-  int cols;
+  std::int64_t patches;
+  std::int64_t rows;
+  std::int64_t cols;
+
+  // As a double, which every product of three fits into.
+  double vertices() const {
+    return static_cast<double>(patches) * static_cast<double>(rows) * static_cast<double>(cols);
+  }
 };
 
 // Nothing for a file, whose size is known once it is opened. The resolution is checked already.
 std::optional<ImageSize> image_size(const ShapeCase& shape) {
   if (shape.type == ShapeType::file) return std::nullopt;
-  const int n = shape.resolution[0];
+  const std::int64_t n = shape.resolution[0];
   if (shape.type == ShapeType::sphere) return ImageSize{6, n, n};
   if (shape.type == ShapeType::blob) return ImageSize{48, 2 * n - 1, n};
   return ImageSize{1, n, shape.resolution[1]};
@@ -53,8 +59,7 @@ void check_resolution(const ShapeCase& shape, const std::string& path, const Loc
                         std::to_string(shape.resolution[1]) + " columns",
                     "expected at least 3: columns go around");
   }
-  const ImageSize size = *image_size(shape);
-  if (std::int64_t{size.patches} * size.rows * size.cols > most_vertices) {
+  if (image_size(shape)->vertices() > most_vertices) {
     throw CaseError(locations.value(place), "too many vertices",
                     "expected at most " + std::to_string(most_vertices));
   }
@@ -114,7 +119,7 @@ class PinChecker {
              (size_->patches > 1 ? " to " + std::to_string(size_->patches - 1) : std::string()));
   }
 
-  void block(const std::string& key, const std::vector<int>& range, int size) const {
+  void block(const std::string& key, const std::vector<int>& range, std::int64_t size) const {
     for (std::size_t i = 0; i < range.size(); ++i) {
       if (range[i] >= -size && range[i] < size) continue;
       fail(join_path(key, i),
@@ -126,10 +131,10 @@ class PinChecker {
   // Negative places can be compared with positive ones only where the size is known.
   void order(const std::string& key, const std::vector<int>& range) const {
     if (range.empty()) return;
-    int first = range[0];
-    int last = range[1];
+    std::int64_t first = range[0];
+    std::int64_t last = range[1];
     if (size_) {
-      const int size = key == "rows" ? size_->rows : size_->cols;
+      const std::int64_t size = key == "rows" ? size_->rows : size_->cols;
       if (first < 0) first += size;
       if (last < 0) last += size;
     } else if ((first < 0) != (last < 0)) {
@@ -177,6 +182,11 @@ void check_shape(const ShapeCase& shape, const std::string& path, const std::str
                     "minor_radius is " + number_text(*shape.minor_radius) + " m",
                     "expected less than major_radius, " + number_text(*shape.major_radius) + " m");
   }
+}
+
+std::optional<double> vertices_of(const ShapeCase& shape) {
+  const auto size = image_size(shape);
+  return size ? std::optional(size->vertices()) : std::nullopt;
 }
 
 void check_pin(const PinCase& pin, const ShapeCase& shape, const std::string& path,

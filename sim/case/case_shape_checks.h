@@ -1,6 +1,7 @@
 // The rules of shapes, and of pins, which choose from a shape's vertices.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "sim/case/case.h"
@@ -15,5 +16,9 @@ void check_shape(const ShapeCase& shape, const std::string& path, const std::str
                  const Locations& locations);
 void check_pin(const PinCase& pin, const ShapeCase& shape, const std::string& path,
                const Locations& locations);
+
+// Vertices that a shape asks for, counting those along seams once for each patch; nothing for a
+// file, whose size is known once it is opened.
+std::optional<double> vertices_of(const ShapeCase& shape);
 
 }  // namespace weft::sim

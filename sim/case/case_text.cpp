@@ -9,6 +9,9 @@ namespace weft::sim {
 
 namespace {
 
+// Longest text that a message quotes in full, bytes.
+constexpr std::size_t longest_quote = 160;
+
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
 // Optimal string alignment distance: Levenshtein's three edits and the swap of two neighbours.
@@ -32,16 +35,66 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return at(a.size(), b.size());
 }
 
+// Length in bytes of the UTF-8 sequence at `start`; 0 where there is none.
+std::size_t utf8_length(const std::string& text, std::size_t start) {
+  const auto byte = [&](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
+  };
+  const unsigned first = byte(start);
+  if (first < 0x80) return 1;
+  const std::size_t length = first < 0xc2 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+  if (length == 0 || first > 0xf4) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(start + i) & 0xc0U) != 0x80) return 0;
+  }
+  const unsigned second = byte(start + 1);
+  const bool too_long = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
+  const bool no_character = (first == 0xed && second >= 0xa0) || (first == 0xf4 && second >= 0x90);
+  return too_long || no_character ? 0 : length;
+}
+
+std::string escape_of(unsigned char code) {
+  if (code == '\n') return "\\n";
+  if (code == '\t') return "\\t";
+  if (code == '\r') return "\\r";
+  constexpr const char* digits = "0123456789abcdef";
+  return std::string("\\x") + digits[code / 16] + digits[code % 16];
+}
+
 }  // namespace
+
+std::string printable(const std::string& text, bool keep_lines) {
+  std::string result;
+  result.reserve(text.size());
+  for (std::size_t i = 0; i < text.size();) {
+    const auto code = static_cast<unsigned char>(text[i]);
+    const std::size_t length = utf8_length(text, i);
+    // The second half of the control characters, U+0080 to U+009F, begins with this byte.
+    const bool upper_control = code == 0xc2 && length == 2 && (text[i + 1] & 0x60) == 0;
+    const bool control = code < 0x20 || code == 0x7f || upper_control;
+    if (length > 0 && (!control || (keep_lines && code == '\n'))) {
+      result.append(text, i, length);
+    } else {
+      for (std::size_t j = 0; j < std::max<std::size_t>(1, length); ++j) {
+        result += escape_of(static_cast<unsigned char>(text[i + j]));
+      }
+    }
+    i += std::max<std::size_t>(1, length);
+  }
+  return result;
+}
 
 std::optional<std::string> nearest_name(const std::string& name,
                                         const std::vector<std::string>& candidates) {
   std::optional<std::string> best;
   std::size_t best_distance = 0;
   for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(name, candidate);
+    const std::size_t shorter = std::min(name.size(), candidate.size());
     const std::size_t longer = std::max(name.size(), candidate.size());
-    if (distance > std::max<std::size_t>(1, longer / 3)) continue;
+    const std::size_t most = std::max<std::size_t>(1, longer / 3);
+    if (longer - shorter > most) continue;  // so many edits are needed at the least
+    const std::size_t distance = edit_distance(name, candidate);
+    if (distance > most) continue;
     if (!best || distance < best_distance) {
       best = candidate;
       best_distance = distance;
@@ -59,7 +112,12 @@ std::string name_hint(const std::string& name, const std::vector<std::string>& c
          quoted_list(candidates);
 }
 
-std::string in_quotes(const std::string& text) { return '"' + text + '"'; }
+std::string in_quotes(const std::string& text) {
+  if (text.size() <= longest_quote) return '"' + printable(text) + '"';
+  std::size_t end = longest_quote / 2;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
+  return '"' + printable(text.substr(0, end)) + "...\" (" + std::to_string(text.size()) + " bytes)";
+}
 
 std::string quoted_list(const std::vector<std::string>& names) {
   std::string list;

@@ -1,5 +1,6 @@
 #include "sim/case/case_tree.h"
 
+#include <algorithm>
 #include <string_view>
 
 #include "sim/case/case_error.h"
@@ -9,8 +10,34 @@ namespace weft::sim {
 namespace {
 
 constexpr std::string_view override_prefix = "--set ";
+constexpr int most_key_parts = 1000;
+
+SourceLocation place_in(const std::string& text, std::size_t byte, const std::string& path) {
+  const auto begin = text.begin();
+  const auto end = begin + static_cast<std::ptrdiff_t>(byte);
+  const std::size_t line = byte == 0 ? std::string::npos : text.rfind('\n', byte - 1);
+  const std::size_t line_start = line == std::string::npos ? 0 : line + 1;
+  return {path, static_cast<int>(std::count(begin, end, '\n')) + 1,
+          static_cast<int>(byte - line_start) + 1};
+}
 
 }  // namespace
+
+std::size_t find_deep_key(const std::string& text) {
+  // Nothing but a key has so many points between two of these.
+  constexpr std::string_view separators = "\n=,[]{}#";
+  std::size_t start = 0;
+  int points = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (separators.find(text[i]) != std::string_view::npos) {
+      start = i + 1;
+      points = 0;
+    } else if (text[i] == '.' && ++points >= most_key_parts) {
+      return start;
+    }
+  }
+  return std::string::npos;
+}
 
 SourceLocation location_of(const toml::source_region& source) {
   SourceLocation where;
@@ -41,6 +68,11 @@ std::string kind_of(const toml::node& node) {
 }
 
 toml::table parse_toml(const std::string& text, const std::string& path) {
+  if (const std::size_t deep = find_deep_key(text); deep != std::string::npos) {
+    throw CaseError(place_in(text, deep, path),
+                    "a key of more than " + std::to_string(most_key_parts) + " parts",
+                    "expected at most a few");
+  }
   try {
     return toml::parse(std::string_view(text), std::string_view(path));
   } catch (const toml::parse_error& error) {

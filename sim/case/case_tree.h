@@ -10,7 +10,8 @@
 
 namespace weft::sim {
 
-// Throws CaseError with the place of a syntax error.
+// Throws CaseError with the place of a syntax error, or of a key with more parts than toml++ can
+// take.
 toml::table parse_toml(const std::string& text, const std::string& path);
 
 // Applies one `KEY=VALUE` (see read_case). Throws CaseError, placed at "--set KEY=VALUE" with line
@@ -20,6 +21,10 @@ void apply_override(toml::table& root, const std::string& text);
 
 // Line 0 for what came from an override, whose file is then `--set KEY=VALUE`.
 SourceLocation location_of(const toml::source_region& source);
+
+// Where a key of more than a thousand parts (a.a.a...) begins in TOML text, as a byte; npos:
+// nowhere. toml++ makes a table for each part and overruns the stack on some ten thousand.
+std::size_t find_deep_key(const std::string& text);
 
 // "a string", "a table", ...: what a value is, for messages.
 std::string kind_of(const toml::node& node);

@@ -6,6 +6,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/command/bench_command.h"
+#include "sim/command/guarded_command.h"
 #include "sim/command/run_command.h"
 #include "sim/trajectory/render_trajectory.h"
 #include "sim/trajectory/trajectory.h"
@@ -30,19 +31,27 @@ Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad cas
 
 using namespace weft::sim;
 
+int refuse_file(const std::string& path, const std::exception& error) {
+  const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+  complain(no_memory ? path + ": needs more memory than there is" : error.what());
+  return exit_code::input_output;
+}
+
+// JSON escapes control characters by itself.
+void show_facts(const auto& facts, bool json) {
+  std::cout << (json ? to_json(facts) : printable(to_text(facts), true));
+}
+
 int show_info(const std::string& path, bool crossings, bool json) {
   try {
-    if (!crossings) {
-      const TrajectorySummary summary = summarise_trajectory(path);
-      std::cout << (json ? to_json(summary) : to_text(summary));
-      return exit_code::done;
+    if (crossings) {
+      show_facts(count_crossings(path), json);
+    } else {
+      show_facts(summarise_trajectory(path), json);
     }
-    const std::vector<FrameCrossings> frames = count_crossings(path);
-    std::cout << (json ? to_json(frames) : to_text(frames));
     return exit_code::done;
-  } catch (const TrajectoryError& error) {
-    std::cerr << error.what() << '\n';
-    return exit_code::input_output;
+  } catch (const std::exception& error) {
+    return refuse_file(path, error);
   }
 }
 
@@ -53,16 +62,15 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
     };
     const RenderReport report = render_trajectory(path, directory, options);
     std::cerr << '\n';
-    std::cout << report.pictures << " pictures in " << directory << '\n';
+    std::cout << report.pictures << " pictures in " << printable(directory) << '\n';
     if (options.detail_pixels) {
       std::cout << report.triangles << " of " << report.all_triangles << " triangles drawn, within "
                 << *options.detail_pixels << " pixels\n";
     }
-    std::cout << (report.movie.empty() ? report.why_no_movie : report.movie) << '\n';
+    std::cout << printable(report.movie.empty() ? report.why_no_movie : report.movie, true) << '\n';
     return exit_code::done;
-  } catch (const std::runtime_error& error) {
-    std::cerr << error.what() << '\n';
-    return exit_code::input_output;
+  } catch (const std::exception& error) {
+    return refuse_file(path, error);
   }
 }
 
@@ -120,7 +128,9 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
                  "Count the triangles that pass through each other, frame by frame, exactly");
   info->add_flag("--json", arguments.json, "Print one JSON object");
   info->callback([&] {
-    arguments.code = show_info(arguments.trajectory, arguments.crossings, arguments.json);
+    arguments.code = run_guarded(arguments.trajectory, false, [&] {
+      return show_info(arguments.trajectory, arguments.crossings, arguments.json);
+    });
   });
 
   CLI::App* pictures = app.add_subcommand("render", "Draw the frames of a trajectory");
@@ -143,8 +153,13 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
                    "and no grid lines; 0.5 is hard to see")
       ->type_name("PIXELS")
       ->check(in_pixels);
-  pictures->callback(
-      [&] { arguments.code = render(arguments.trajectory, arguments.pictures, drawing); });
+  pictures->add_flag("--force", drawing.force,
+                     "Overwrite pictures and a movie that weft render did not make");
+  pictures->callback([&] {
+    arguments.code = run_guarded(arguments.trajectory, true, [&] {
+      return render(arguments.trajectory, arguments.pictures, drawing);
+    });
+  });
 }
 
 void add_schema(CLI::App& app, Arguments& arguments) {
@@ -187,8 +202,8 @@ int refuse_arguments(const CLI::App& app, const CLI::ParseError& error, bool no_
   }
   const std::string hint = hint_for_unknown(app);
   const std::vector<CLI::App*> chosen = app.get_subcommands();
-  std::cerr << "weft: " << (hint.empty() ? error.what() : hint) << '\n'
-            << "See weft " << (chosen.empty() ? "" : chosen.front()->get_name() + " ")
+  complain("weft: " + (hint.empty() ? error.what() : hint));
+  std::cerr << "See weft " << (chosen.empty() ? "" : chosen.front()->get_name() + " ")
             << "--help\n";
   return exit_code::bad_case;
 }
@@ -210,11 +225,9 @@ int main(int argc, char** argv) {
     app.exit(asked);  // prints the help or the version
   } catch (const CLI::ParseError& error) {
     return refuse_arguments(app, error, argc == 1);
-  }
-  // Both streams: results that were not delivered are a failure of their own.
-  if (std::fflush(stdout) != 0 || !std::cout.flush()) {
-    std::cerr << "weft: cannot write to standard output\n";
+  } catch (const std::bad_alloc&) {
+    complain("weft: needs more memory than there is");
     return exit_code::input_output;
   }
-  return arguments.code;
+  return deliver(arguments.code);
 }

@@ -12,8 +12,10 @@
 #include "sim/accuracy_pilot.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/simulation.h"
+#include "sim/trajectory/json_text.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -105,7 +107,7 @@ void print_errors(const ErrorEstimate& estimate) {
 // On standard error, also beside --json.
 void warn_of_errors(const ErrorEstimate& estimate) {
   if (!estimate.failure.empty()) {
-    std::cerr << "weft: the run that measures the error ended early: " << estimate.failure << '\n';
+    complain("weft: the run that measures the error ended early: " + estimate.failure);
   }
   if (!estimate.parted_time) return;
   std::cerr << "weft: from t = " << number_text(*estimate.parted_time)
@@ -127,7 +129,8 @@ void print_summary(const RunReport& report, const PilotReport& pilot) {
   if (report.smallest_gap) std::printf("  smallest gap %.3g mm\n", 1e3 * *report.smallest_gap);
   std::printf("  largest stretch %.2f %%\n", 100 * report.largest_stretch);
   if (report.error_estimate) print_errors(*report.error_estimate);
-  if (!report.trajectory.empty()) std::printf("  trajectory %s\n", report.trajectory.c_str());
+  if (!report.trajectory.empty())
+    std::printf("  trajectory %s\n", printable(report.trajectory).c_str());
 }
 
 // The case and its scene, or the exit code of what is wrong with them.
@@ -138,10 +141,10 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
     const std::unique_ptr<const Scene> scene = build_scene(source);
     return use(*scene);
   } catch (const CaseError& error) {
-    std::cerr << error.what() << '\n';
+    complain(error.what());
     return exit_code::bad_case;
   } catch (const TrajectoryError& error) {
-    std::cerr << error.what() << '\n';
+    complain(error.what());
     return exit_code::input_output;
   }
 }
@@ -156,20 +159,20 @@ void refuse_static(const Case& source) {
 int finish(const RunCommand& command, const Case& source, const RunReport& report,
            const PilotReport& pilot) {
   if (command.json) {
-    std::cout << report_json(report, pilot, source.accuracy_choice).dump(2) << '\n';
+    std::cout << json_text(report_json(report, pilot, source.accuracy_choice)) << '\n';
   } else {
     print_summary(report, pilot);
   }
   if (report.error_estimate) warn_of_errors(*report.error_estimate);
   if (report.status == RunReport::Status::failed) {
-    std::cerr << "weft: " << report.reason << '\n';
+    complain("weft: " + report.reason);
     return exit_code::numerical_failure;
   }
   if (report.status == RunReport::Status::interrupted) return 128 + caught_signal;
   return exit_code::done;
 }
 
-void print_notice(const std::string& text) { std::cerr << "weft: " << text << '\n'; }
+void print_notice(const std::string& text) { complain("weft: " + text); }
 
 // Says each stage and shows a bar for it.
 PilotReport run_pilot(Case& source, bool quiet) {
@@ -233,7 +236,7 @@ int check_case(const RunCommand& command) {
       command, [](Case&) {},
       [&](const Scene& scene) {
         check_initial_state(scene);
-        std::cout << describe_scene(scene);
+        std::cout << printable(describe_scene(scene), true);
         return exit_code::done;
       });
 }

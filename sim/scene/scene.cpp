@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "sim/case/case_error.h"
+#include "sim/case/memory_estimate.h"
 #include "sim/scene/pins.h"
 #include "sim/trajectory/trajectory.h"
 
@@ -13,7 +14,7 @@ namespace weft::sim {
 
 namespace {
 
-bsi::Surface make_shape(const ShapeCase& shape, const std::string& case_path) {
+bsi::Surface make_shape(const ShapeCase& shape, const Case& source) {
   const auto rows = [&] { return shape.resolution[0]; };
   const auto cols = [&] { return shape.resolution[1]; };
   try {
@@ -29,8 +30,8 @@ bsi::Surface make_shape(const ShapeCase& shape, const std::string& case_path) {
       case ShapeType::blob:
         return bsi::make_blob(*shape.radius, shape.resolution[0]);
       case ShapeType::file: {
-        const auto path = std::filesystem::path(case_path).parent_path() / shape.path;
-        const TexelFile file = read_texels(path.string(), shape.dataset);
+        const auto path = std::filesystem::path(source.path).parent_path() / shape.path;
+        const TexelFile file = read_texels(path.string(), shape.dataset, memory_limit(source));
         return bsi::make_from_texels(file.patches, file.rows, file.cols, file.texels, shape.wrap_u,
                                      shape.wrap_v);
       }
@@ -69,8 +70,24 @@ Vec3 mean_of(std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-SceneBody make_body(const std::string& name, const ShapeCase& shape, const Case& source) {
-  bsi::Surface surface = make_shape(shape, source.path);
+// The check of the case (case_checks.cpp) again, now that it is known what the files hold up to
+// this shape, which is the next one that is built.
+void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertices) {
+  if (shape.type != ShapeType::file) return;
+  SceneSize size = size_of_case(scene.source);
+  const auto entry = [&](std::size_t index) -> double& {
+    return index < size.body.size() ? size.body[index] : size.obstacle[index - size.body.size()];
+  };
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) entry(i) = scene.bodies[i].particle_count();
+  entry(scene.bodies.size()) = vertices;
+  const std::string reason = reason_of_memory(scene.source, size);
+  if (!reason.empty()) throw CaseError(shape.location, reason, memory_hint);
+}
+
+SceneBody make_body(const std::string& name, const ShapeCase& shape, const Scene& scene) {
+  const Case& source = scene.source;
+  bsi::Surface surface = make_shape(shape, source);
+  refuse_beyond_memory(scene, shape, surface.atlas.particle_count());
   SceneBody body;
   body.name = name;
   try {
@@ -107,7 +124,7 @@ const MaterialCase* find_material(const Case& source, const std::string& name) {
 }
 
 void add_dynamic_body(Scene& scene, const BodyCase& from) {
-  SceneBody body = make_body(from.name, from.shape, scene.source);
+  SceneBody body = make_body(from.name, from.shape, scene);
   body.first_particle = scene.particle_count;
   body.thickness = from.thickness;
   body.self_contact = from.self_contact && scene.source.contact.enabled;
@@ -128,7 +145,7 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
 }
 
 void add_obstacle(Scene& scene, const ObstacleCase& from) {
-  SceneBody body = make_body(from.name, from.shape, scene.source);
+  SceneBody body = make_body(from.name, from.shape, scene);
   body.first_particle = scene.particle_count;
   body.thickness = from.thickness;
   body.dynamic = false;

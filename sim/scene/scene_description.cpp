@@ -3,6 +3,8 @@
 #include <sstream>
 
 #include "sim/case/case_checks.h"
+#include "sim/case/case_text.h"
+#include "sim/case/memory_estimate.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/forces/force.h"
 #include "sim/scene/scene.h"
@@ -119,12 +121,21 @@ ComputeBackend describe_compute(const Scene& scene, std::ostream& out) {
   return choice.backend;
 }
 
+void describe_memory(const Scene& scene, std::ostream& out) {
+  SceneSize size;
+  for (const SceneBody& body : scene.bodies) {
+    (body.dynamic ? size.body : size.obstacle).push_back(body.particle_count());
+  }
+  out << "memory    about " << memory_text(estimate_memory(scene.source, size)) << " of at most "
+      << memory_text(memory_limit(scene.source)) << '\n';
+}
+
 }  // namespace
 
 std::string describe_scene(const Scene& scene) {
   std::ostringstream out;
   const TimeCase& time = scene.source.time;
-  out << (scene.source.title.empty() ? scene.source.path : scene.source.title) << '\n';
+  out << printable(scene.source.title.empty() ? scene.source.path : scene.source.title) << '\n';
   describe_bodies(scene, out);
   describe_forces(scene, out);
   describe_contact(scene, out);
@@ -137,6 +148,7 @@ std::string describe_scene(const Scene& scene) {
   if (backend == ComputeBackend::cpu) {
     out << "  skipped GL context: pictures are made by `weft render`\n";
   }
+  describe_memory(scene, out);
   if (!scene.source.output.velocity)
     out << "  skipped velocities in the trajectory: output.velocity is false\n";
   return out.str();

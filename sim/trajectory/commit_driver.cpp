@@ -264,6 +264,12 @@ herr_t set_commit_mark(hid_t file, hid_t object) {
   return 0;
 }
 
+int commit_descriptor(hid_t file) {
+  void* handle = nullptr;
+  if (H5Fget_vfd_handle(file, H5P_DEFAULT, &handle) < 0) return -1;
+  return static_cast<const CommitFile*>(handle)->descriptor;
+}
+
 std::string commit_failure(hid_t file) {
   void* handle = nullptr;
   if (H5Fget_vfd_handle(file, H5P_DEFAULT, &handle) < 0) return "the file is closed";

@@ -35,6 +35,8 @@ herr_t set_commit_allocation(hid_t file_creation);
 // Makes `object` (a dataset whose header is one piece) the commit mark of `file`, both open. The
 // header must not be split over several pieces: negative then.
 herr_t set_commit_mark(hid_t file, hid_t object);
+// The descriptor of the open file; -1 where it is closed.
+int commit_descriptor(hid_t file);
 // Why the disk refused to take something, or empty. After a failure nothing more is written, so the
 // file stays as it was last committed; HDF5's functions go on to succeed, and whoever calls them
 // must ask here after each flush.

@@ -24,6 +24,8 @@ class FrameRecorder {
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
                    std::span<const double> more = {});
   int frames() const { return writer_.frames(); }
+  // Throws TrajectoryError unless the file is still where it was made.
+  void check_in_place() const { writer_.check_in_place(); }
 
  private:
   std::vector<TrajectoryWriter::Series> frame_series(

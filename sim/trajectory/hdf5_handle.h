@@ -74,9 +74,16 @@ class Access {
   double read_double(hid_t object, const std::string& name) const;
   std::vector<int> read_integers(hid_t object, const std::string& name) const;
 
+  // The file, read-only and without locks, which a writer does not set either and some network file
+  // systems refuse. Rejects what is not a regular file.
+  Handle open_for_reading() const;
   Handle open_dataset(hid_t parent, const std::string& name) const;
   Handle open_group(hid_t parent, const std::string& name) const;
   std::vector<hsize_t> dimensions(hid_t dataset) const;
+  // Rejects a dataset that stores less than its first `entries` numbers take, or more than the file
+  // holds: a shape is a claim of a few bytes, and memory must not be taken on its word. Compressed
+  // data may stand for two thousand times their size; virtual data lie elsewhere and are believed.
+  void require_stored(hid_t dataset, const std::string& name, double entries) const;
   // Names of the members of a group, in the order they were created.
   std::vector<std::string> members(hid_t group) const;
 
@@ -86,6 +93,13 @@ class Access {
 
 // A simple data space; `maximum` empty: as large as it is.
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
+
+// Whether a shape is that of an image of positions, [rows, cols, 3] or [patches, rows, cols, 3],
+// with no more texels than can be numbered.
+bool is_image(const std::vector<hsize_t>& shape);
+// The product of the sizes.
+hsize_t count_of(const std::vector<hsize_t>& shape);
+bool holds_numbers(hid_t dataset);
 
 // The innermost message of HDF5's error stack, which names the cause.
 std::string error_text();

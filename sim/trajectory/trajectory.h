@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <span>
@@ -66,8 +67,10 @@ class TrajectoryWriter {
     std::vector<Series> step_series = {};
   };
   // Creates `path` (under a temporary name, renamed once complete and flushed) and its sidecar;
-  // throws TrajectoryError when one of them exists without `force`, or cannot be written.
-  // `initial_positions` are by particle, one list a body; only bodies that do not move need one.
+  // throws TrajectoryError when one of them exists without `force`, when the writer of what is
+  // there lives, with `force` too, or when one cannot be written. The file is locked while the
+  // writer lives (file_lock.h). `initial_positions` are by particle, one list a body; only bodies
+  // that do not move need one.
   TrajectoryWriter(const std::string& path, std::vector<TrajectoryBody> bodies,
                    std::vector<Series> series, Options options,
                    const std::vector<std::span<const Vec3>>& initial_positions);
@@ -89,6 +92,9 @@ class TrajectoryWriter {
                    const std::vector<std::span<const Vec3>>& velocities,
                    std::span<const double> series, std::span<const double> step_rows = {});
   int frames() const;
+  // Throws TrajectoryError unless the path still names the file of this writer, which someone may
+  // have moved, removed or replaced.
+  void check_in_place() const;
 
  private:
   struct Implementation;
@@ -124,11 +130,14 @@ class TrajectoryReader {
 };
 
 // A file shape: [rows, cols, 3] or [patches, rows, cols, 3] from an HDF5 file. Throws
-// TrajectoryError.
+// TrajectoryError, also for a file that HDF5 crashes on (a process of its own reads it), and,
+// before memory is taken, for one that stores less than its shape claims or whose numbers take more
+// than `most_bytes`.
 struct TexelFile {
   int patches = 0, rows = 0, cols = 0;
   std::vector<Vec3> texels;
 };
-TexelFile read_texels(const std::string& path, const std::string& dataset);
+TexelFile read_texels(const std::string& path, const std::string& dataset,
+                      double most_bytes = std::numeric_limits<double>::infinity());
 
 }  // namespace weft::sim

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <limits>
+#include <span>
 #include <sstream>
 
+#include "sim/case/case_text.h"
 #include "sim/trajectory/crossings.h"
+#include "sim/trajectory/json_text.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -26,7 +29,9 @@ BodySummary summarise_body(const TrajectoryReader& reader, int index) {
   summary.thickness = body.thickness;
   if (body.moves && reader.frames() == 0) return summary;
   const std::vector<Vec3> positions = reader.positions(index, std::max(0, reader.frames() - 1));
-  summary.has_bounds = true;
+  summary.is_finite = std::ranges::all_of(positions, [](const Vec3& p) { return p.allFinite(); });
+  summary.has_bounds = summary.is_finite;
+  if (!summary.is_finite) return summary;
   summary.lower = summary.upper = positions.front();
   for (const Vec3& position : positions) {
     summary.lower = summary.lower.cwiseMin(position);
@@ -46,6 +51,7 @@ SeriesSummary summarise_series(const TrajectoryReader& reader,
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   if (values.empty()) return summary;
   const auto [minimum, maximum] = std::ranges::minmax(values);
+  summary.has_extremes = true;
   summary.minimum = minimum;
   summary.maximum = maximum;
   return summary;
@@ -69,7 +75,7 @@ std::string to_text(const bsi::Vec3& vector) {
 }
 
 std::string to_text(const CrossingPlace& place) {
-  return place.body + " patch " + std::to_string(place.texel.patch) + " row " +
+  return printable(place.body) + " patch " + std::to_string(place.texel.patch) + " row " +
          std::to_string(place.texel.row) + " col " + std::to_string(place.texel.col);
 }
 
@@ -94,9 +100,35 @@ nlohmann::ordered_json to_object(const CrossingPlace& place) {
           {"col", place.texel.col}};
 }
 
-// Bytes that are not UTF-8 (a name in an old encoding) become the replacement character.
-std::string dump(const nlohmann::ordered_json& object) {
-  return object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+// A gap without a pair in reach is recorded as NaN.
+bool is_gap(const SeriesSummary& series) { return series.name == "smallest_gap"; }
+
+std::string last_of(const SeriesSummary& series) {
+  if (is_gap(series) && std::isnan(series.last)) return "nothing in reach";
+  std::ostringstream text;
+  text << series.last;
+  return text.str();
+}
+
+// Positions of a frame that the referee can judge, or TrajectoryError.
+void require_judgeable(const std::string& path, const TrajectoryBody& body, int frame,
+                       std::span<const Vec3> positions) {
+  // Sizes that a float32 has: the exact determinants are made for them.
+  constexpr double least = std::numeric_limits<float>::denorm_min();
+  constexpr double most = std::numeric_limits<float>::max();
+  const auto is_exact = [](double x) {
+    return x == 0 || (std::abs(x) >= least && std::abs(x) <= most);
+  };
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Vec3& p = positions[i];
+    if (is_exact(p.x()) && is_exact(p.y()) && is_exact(p.z())) continue;
+    const bsi::TexelAddress at = body.atlas.particle_address(static_cast<int>(i));
+    throw TrajectoryError(path + ": crossings cannot be counted: frame " + std::to_string(frame) +
+                          ", body " + in_quotes(body.name) + ", patch " + std::to_string(at.patch) +
+                          " row " + std::to_string(at.row) + " col " + std::to_string(at.col) +
+                          " has a position that is " +
+                          (p.allFinite() ? "beyond the range of float32" : "not finite"));
+  }
 }
 
 }  // namespace
@@ -126,26 +158,34 @@ TrajectorySummary summarise_trajectory(const std::string& path) {
 
 std::string to_text(const TrajectorySummary& summary) {
   std::ostringstream text;
-  text << summary.path << ": Weft trajectory, format " << summary.format_version
-       << ", written by Weft " << summary.weft_version << '\n';
-  if (!summary.title.empty()) text << "title     " << summary.title << '\n';
+  text << printable(summary.path) << ": Weft trajectory, format " << summary.format_version
+       << ", written by Weft " << printable(summary.weft_version) << '\n';
+  if (!summary.title.empty()) text << "title     " << printable(summary.title) << '\n';
   text << "frames    " << summary.frames;
   if (summary.frames > 0) text << ", " << summary.first_time << " to " << summary.last_time << " s";
   text << (summary.has_velocity ? ", with velocities\n" : "\n");
   for (const BodySummary& body : summary.bodies) {
-    text << (body.is_obstacle ? "obstacle  " : "body      ") << body.name << ": " << size_of(body)
-         << ", " << body.particles << " particles, " << body.triangles << " triangles";
+    text << (body.is_obstacle ? "obstacle  " : "body      ") << printable(body.name) << ": "
+         << size_of(body) << ", " << body.particles << " particles, " << body.triangles
+         << " triangles";
     if (body.thickness > 0) text << ", " << body.thickness << " m thick";
     if (!body.moves) text << ", fixed";
     text << '\n';
+    if (!body.is_finite) text << "          not finite at the last frame\n";
     if (body.has_bounds) {
       text << "          from " << to_text(body.lower) << " to " << to_text(body.upper) << " m\n";
     }
   }
   for (const SeriesSummary& series : summary.series) {
-    text << "series    " << series.name << ": last " << series.last << ", " << series.minimum
-         << " to " << series.maximum;
-    if (!series.units.empty()) text << ' ' << series.units;
+    text << "series    " << printable(series.name) << ": ";
+    if (series.has_extremes) {
+      text << "last " << last_of(series) << ", " << series.minimum << " to " << series.maximum;
+      if (!series.units.empty()) text << ' ' << printable(series.units);
+    } else if (summary.frames == 0) {
+      text << "no frame";
+    } else {
+      text << (is_gap(series) ? "nothing was in reach" : "not finite in any frame");
+    }
     text << '\n';
   }
   return text.str();
@@ -175,18 +215,22 @@ std::string to_json(const TrajectorySummary& summary) {
     object["bodies"].push_back(std::move(entry));
   }
   for (const SeriesSummary& series : summary.series) {
-    object["series"].push_back({{"name", series.name},
-                                {"units", series.units},
-                                {"last", series.last},
-                                {"minimum", series.minimum},
-                                {"maximum", series.maximum}});
+    nlohmann::ordered_json entry = {
+        {"name", series.name}, {"units", series.units}, {"last", series.last}};
+    entry["minimum"] = series.has_extremes ? nlohmann::ordered_json(series.minimum) : nullptr;
+    entry["maximum"] = series.has_extremes ? nlohmann::ordered_json(series.maximum) : nullptr;
+    object["series"].push_back(std::move(entry));
   }
-  return dump(object);
+  return json_text(object);
 }
 
 std::vector<FrameCrossings> count_crossings(const std::string& path) {
   const TrajectoryReader reader(path);
   const std::vector<TrajectoryBody>& bodies = reader.bodies();
+  if (reader.frames() == 0) throw TrajectoryError(path + ": has no complete frame to judge");
+  if (std::ranges::all_of(bodies, &TrajectoryBody::is_obstacle)) {
+    throw TrajectoryError(path + ": has no body to judge, only obstacles");
+  }
   const std::vector<bsi::Mesh> meshes = build_meshes(path, bodies);
   const auto place = [&](int body, int triangle) {
     return CrossingPlace{bodies[body].name, bodies[body].atlas.quad_address(triangle / 2)};
@@ -196,7 +240,10 @@ std::vector<FrameCrossings> count_crossings(const std::string& path) {
   for (int f = 0; f < reader.frames(); ++f) {
     std::vector<CrossingSurface> surfaces;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      if (f == 0 || bodies[b].moves) positions[b] = reader.positions(static_cast<int>(b), f);
+      if (f == 0 || bodies[b].moves) {
+        positions[b] = reader.positions(static_cast<int>(b), f);
+        require_judgeable(path, bodies[b], f, positions[b]);
+      }
       surfaces.push_back({positions[b], meshes[b].triangles, !bodies[b].is_obstacle});
     }
     std::vector<Crossing> crossings = find_crossings(surfaces);
@@ -239,7 +286,7 @@ std::string to_json(const std::vector<FrameCrossings>& frames) {
     object["frames"].push_back(std::move(entry));
   }
   object["crossings"] = total;
-  return dump(object);
+  return json_text(object);
 }
 
 }  // namespace weft::sim

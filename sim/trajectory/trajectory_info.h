@@ -15,16 +15,18 @@ struct BodySummary {
   bool moves = true;
   bool is_obstacle = false;
   double thickness = 0;  // m
-  // Bounds at the last frame, m; false where a body that moves has no frame yet.
-  bool has_bounds = false;
+  // Bounds at the last frame, m; false where a body that moves has no frame yet, or where a
+  // position of it is not finite.
+  bool has_bounds = false, is_finite = true;
   bsi::Vec3 lower = bsi::Vec3::Zero(), upper = bsi::Vec3::Zero();
 };
 
 struct SeriesSummary {
   std::string name, units;
   // Over all frames; zero without frames. Values that are not finite do not count for the extremes
-  // (both zero when none is).
+  // (both zero when none is: has_extremes tells).
   double last = 0, minimum = 0, maximum = 0;
+  bool has_extremes = false;
 };
 
 struct TrajectorySummary {
@@ -58,7 +60,9 @@ struct FrameCrossings {
 };
 
 // One entry a frame, by the exact referee (sim/trajectory/crossings.h): positions are those on
-// disk, float32. Throws TrajectoryError.
+// disk, float32. Throws TrajectoryError, also for a file that cannot be judged: without a frame or
+// a body that moves, or with a position that is not finite or beyond the range of float32, which it
+// names.
 std::vector<FrameCrossings> count_crossings(const std::string& path);
 std::string to_text(const std::vector<FrameCrossings>& frames);
 // {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place, place]}...]}; a

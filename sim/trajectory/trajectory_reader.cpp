@@ -2,6 +2,7 @@
 #include <cassert>
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 #include <thread>
 
@@ -15,42 +16,29 @@ using hdf5::Access;
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Without locks, which a writer does not set either and some network file systems refuse.
-Handle open_for_reading(const Access& access) {
-  std::error_code error;
-  const auto status = std::filesystem::status(access.path(), error);
-  if (!std::filesystem::exists(status)) access.reject("no such file");
-  if (std::filesystem::is_directory(status)) access.reject("is a directory");
-  const Handle file_access(H5Pcreate(H5P_FILE_ACCESS));
-#if H5_VERSION_GE(1, 10, 7)
-  H5Pset_file_locking(file_access.get(), false, true);
-#endif
-  // HDF5 asks for the file's size first and reads what it should be at least after that: a file
-  // that grows in between looks truncated. One that has grown is worth another try.
-  for (;;) {
-    const auto size = std::filesystem::file_size(access.path(), error);
-    const hid_t file = H5Fopen(access.path().c_str(), H5F_ACC_RDONLY, file_access.get());
-    if (file >= 0) return Handle(file);
-    if (std::filesystem::file_size(access.path(), error) == size) {
-      access.fail("open as an HDF5 file");
-    }
-  }
-}
-
 // A piece of metadata that a running writer replaces just as it is read has a wrong checksum, and
 // is whole a moment later. One that stays wrong is broken. The pauses double, since HDF5 1.10 loses
 // a kilobyte of memory with every attempt that fails.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
+// Whether someone may be writing the file.
+bool has_changed_lately(const std::string& path) {
+  std::error_code error;
+  const auto changed = std::filesystem::last_write_time(path, error);
+  return !error &&
+         std::filesystem::file_time_type::clock::now() - changed < std::chrono::seconds(10);
+}
+
 template <class Read>
-auto read_whole(const Read& read) {
+auto read_whole(const std::string& path, const Read& read) {
   const auto deadline = std::chrono::steady_clock::now() + patience;
   for (auto pause = first_pause;; pause *= 2) {
     try {
       return read();
     } catch (const TrajectoryError& error) {
       const bool is_torn = std::string_view(error.what()).find("checksum") != std::string::npos;
-      if (!is_torn || std::chrono::steady_clock::now() > deadline) throw;
+      const bool is_late = std::chrono::steady_clock::now() > deadline;
+      if (!is_torn || is_late || !has_changed_lately(path)) throw;
     }
     std::this_thread::sleep_for(pause);
   }
@@ -60,7 +48,7 @@ auto read_whole(const Read& read) {
 // opened for errors, so the frames of a run that goes on are counted first, and the file is then
 // opened again to read them.
 hsize_t count_frames(const Access& access) {
-  const Handle file = open_for_reading(access);
+  const Handle file = access.open_for_reading();
   if (H5Lexists(file.get(), "time", H5P_DEFAULT) <= 0) return 0;
   const std::vector<hsize_t> shape =
       access.dimensions(access.open_dataset(file.get(), "time").get());
@@ -73,27 +61,6 @@ std::vector<Vec3> to_vectors(const std::vector<double>& values) {
     result[i] = Vec3(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
   }
   return result;
-}
-
-// Rows, columns and patches are indices of a texel, so their product must be an int; the file may
-// say anything.
-constexpr hsize_t largest_texel_count = 1 << 30;
-
-bool is_image(const std::vector<hsize_t>& shape) {
-  if (shape.size() < 3 || shape.size() > 4 || shape.back() != 3) return false;
-  hsize_t count = 1;
-  for (std::size_t i = 0; i + 1 < shape.size(); ++i) {
-    if (shape[i] == 0 || shape[i] > largest_texel_count) return false;
-    count *= shape[i];
-    if (count > largest_texel_count) return false;
-  }
-  return true;
-}
-
-bool holds_numbers(hid_t dataset) {
-  const Handle type(H5Dget_type(dataset));
-  const H5T_class_t kind = H5Tget_class(type.get());
-  return kind == H5T_FLOAT || kind == H5T_INTEGER;
 }
 
 }  // namespace
@@ -117,7 +84,7 @@ struct TrajectoryReader::Implementation {
 
 void TrajectoryReader::Implementation::read_header() {
   const hsize_t frames = count_frames(access);
-  file = open_for_reading(access);
+  file = access.open_for_reading();
   if (H5Aexists(file.get(), "format") <= 0 ||
       access.read_string(file.get(), "format") != "weft-trajectory") {
     access.reject("is an HDF5 file, but not a Weft trajectory");
@@ -139,6 +106,9 @@ void TrajectoryReader::Implementation::read_header() {
   case_text = contents == nullptr ? "" : contents;
   H5free_memory(contents);
 
+  if (frames > static_cast<hsize_t>(std::numeric_limits<int>::max())) {
+    access.reject("dataset time claims more frames than can be numbered");
+  }
   times = read_list("time", frames);
   const Handle body_group = access.open_group(file.get(), "body");
   for (const std::string& name : access.members(body_group.get())) {
@@ -159,6 +129,8 @@ std::vector<int> TrajectoryReader::Implementation::read_particles(hid_t group,
   if (H5Sget_simple_extent_npoints(space.get()) != static_cast<hssize_t>(texels)) {
     access.reject("particle and position have different sizes");
   }
+  if (!hdf5::holds_numbers(dataset.get())) access.reject("particle is not a list of numbers");
+  access.require_stored(dataset.get(), "particle", static_cast<double>(texels));
   std::vector<int> particles(texels);
   access.check(
       H5Dread(dataset.get(), H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, particles.data()),
@@ -182,7 +154,12 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
     if (shape[0] < times.size()) access.reject("body " + name + " lacks frames");
     shape.erase(shape.begin());
   }
-  if (!is_image(shape)) access.reject("body " + name + " is not an image of positions");
+  if (!hdf5::is_image(shape) || !hdf5::holds_numbers(position.get())) {
+    access.reject("body " + name + " is not an image of positions");
+  }
+  const auto frames = body.moves ? static_cast<double>(times.size()) : 1.0;
+  access.require_stored(position.get(), "position of body " + name,
+                        frames * static_cast<double>(hdf5::count_of(shape)));
   const std::size_t patch_count = shape.size() == 4 ? shape[0] : 1;
   if (wrap_u.size() != patch_count || wrap_v.size() != patch_count) {
     access.reject("body " + name + " has wraps for another number of patches");
@@ -209,12 +186,13 @@ std::vector<double> TrajectoryReader::Implementation::read_list(const std::strin
                                                                 hsize_t count) const {
   const Handle dataset = access.open_dataset(file.get(), name);
   const std::vector<hsize_t> shape = access.dimensions(dataset.get());
-  if (shape.size() != 1 || !holds_numbers(dataset.get())) {
+  if (shape.size() != 1 || !hdf5::holds_numbers(dataset.get())) {
     access.reject("dataset " + name + " is not a list of numbers");
   }
   if (shape[0] < count) access.reject("dataset " + name + " lacks frames");
+  if (count == 0) return {};
+  access.require_stored(dataset.get(), name, static_cast<double>(count));
   std::vector<double> values(count);
-  if (values.empty()) return values;
   const std::string action = "read dataset " + name;
   const Handle source = access.handle(H5Dget_space(dataset.get()), action);
   const hsize_t start = 0;
@@ -262,7 +240,7 @@ std::vector<Vec3> TrajectoryReader::Implementation::read_image(int body_index, i
 }
 
 TrajectoryReader::TrajectoryReader(const std::string& path)
-    : implementation_(read_whole([&] {
+    : implementation_(read_whole(path, [&] {
         const hdf5::QuietErrors quiet;
         auto implementation = std::make_unique<Implementation>(path);
         implementation->read_header();
@@ -290,14 +268,16 @@ const std::vector<TrajectoryBody>& TrajectoryReader::bodies() const {
 
 std::vector<Vec3> TrajectoryReader::positions(int body, int frame) const {
   const hdf5::QuietErrors quiet;
-  return read_whole([&] { return implementation_->read_image(body, frame, "position"); });
+  return read_whole(implementation_->access.path(),
+                    [&] { return implementation_->read_image(body, frame, "position"); });
 }
 
 std::vector<Vec3> TrajectoryReader::velocities(int body, int frame) const {
   const hdf5::QuietErrors quiet;
   const std::string name = "body/" + implementation_->bodies.at(body).name + "/velocity";
   if (H5Lexists(implementation_->file.get(), name.c_str(), H5P_DEFAULT) <= 0) return {};
-  return read_whole([&] { return implementation_->read_image(body, frame, "velocity"); });
+  return read_whole(implementation_->access.path(),
+                    [&] { return implementation_->read_image(body, frame, "velocity"); });
 }
 
 std::vector<TrajectoryWriter::Series> TrajectoryReader::series() const {
@@ -310,32 +290,9 @@ std::vector<double> TrajectoryReader::series_values(const std::string& name) con
   if (std::ranges::none_of(implementation_->series, is_named)) {
     implementation_->access.reject("has no series " + name);
   }
-  return read_whole(
-      [&] { return implementation_->read_list("series/" + name, implementation_->times.size()); });
-}
-
-TexelFile read_texels(const std::string& path, const std::string& dataset) {
-  const hdf5::QuietErrors quiet;
-  const Access access(path);
-  const Handle file = open_for_reading(access);
-  const Handle source = access.open_dataset(file.get(), dataset);
-  const std::vector<hsize_t> shape = access.dimensions(source.get());
-  if (!is_image(shape) || !holds_numbers(source.get())) {
-    access.reject("dataset " + dataset +
-                  " must be numbers shaped [rows, cols, 3] or [patches, rows, cols, 3]");
-  }
-  TexelFile result;
-  result.patches = shape.size() == 4 ? static_cast<int>(shape[0]) : 1;
-  result.rows = static_cast<int>(shape[shape.size() - 3]);
-  result.cols = static_cast<int>(shape[shape.size() - 2]);
-  std::vector<double> values(3 * static_cast<std::size_t>(result.patches) *
-                             static_cast<std::size_t>(result.rows) *
-                             static_cast<std::size_t>(result.cols));
-  access.check(
-      H5Dread(source.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-      "read dataset " + dataset);
-  result.texels = to_vectors(values);
-  return result;
+  return read_whole(implementation_->access.path(), [&] {
+    return implementation_->read_list("series/" + name, implementation_->times.size());
+  });
 }
 
 }  // namespace weft::sim

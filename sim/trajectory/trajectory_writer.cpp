@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "sim/trajectory/commit_driver.h"
+#include "sim/trajectory/file_lock.h"
 #include "sim/trajectory/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/trajectory/xdmf_file.h"
@@ -94,6 +95,12 @@ Handle dataset_properties() {
   return !atlas.patches().empty();
 }
 
+[[noreturn]] void refuse_running(const std::string& path) {
+  throw TrajectoryError(path +
+                        ": is being written by a run that has not ended; wait for it, or write to "
+                        "another folder (-o)");
+}
+
 }  // namespace
 
 struct TrajectoryWriter::Implementation {
@@ -126,6 +133,7 @@ struct TrajectoryWriter::Implementation {
   void write_whole(hid_t group, const std::string& name, hid_t file_type, hid_t memory_type,
                    const std::vector<hsize_t>& shape, const void* data, const std::string& units);
   void publish();
+  bool replace_old_file();
   void flush(const std::string& action) const;
   void close_objects();
 
@@ -162,6 +170,7 @@ void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
       throw TrajectoryError(name + ": exists already, and is only overwritten by force (--force)");
     }
   }
+  if (is_locked(path)) refuse_running(path);
 }
 
 void TrajectoryWriter::Implementation::create_file() {
@@ -175,6 +184,7 @@ void TrajectoryWriter::Implementation::create_file() {
   H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED);
   file = access.handle(
       H5Fcreate(temporary.c_str(), H5F_ACC_EXCL, creation.get(), file_access.get()), "create");
+  lock_open_file(commit_descriptor(file.get()));
 }
 
 void TrajectoryWriter::Implementation::create_root() {
@@ -305,19 +315,34 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
 
 void TrajectoryWriter::Implementation::publish() {
   flush("create");
-  // RENAME_NOREPLACE closes the gap between the look and the rename; not every file system has it.
-  const unsigned flags = options.force ? 0 : RENAME_NOREPLACE;
-  int result = renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, access.path().c_str(), flags);
-  if (result != 0 && (errno == EINVAL || errno == ENOSYS)) {
-    refuse_existing(access.path(), options.force);
-    result = std::rename(temporary.c_str(), access.path().c_str());
-  }
-  if (result != 0) {
-    throw TrajectoryError(access.path() + ": cannot create: " + std::strerror(errno));
+  while (!replace_old_file()) {
   }
   temporary.clear();
   sidecar.create(sidecar_of(access.path()),
                  std::filesystem::path(access.path()).filename().string());
+}
+
+// Renames the new file, locked already, to its name. Whoever replaces a file holds its lock, so of
+// two runs with `force` one finds the other's. False where another file came or went meanwhile.
+bool TrajectoryWriter::Implementation::replace_old_file() {
+  const std::string& path = access.path();
+  const auto fail = [&](int error) {
+    throw TrajectoryError(path + ": cannot create: " + std::strerror(error));
+  };
+  if (renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) == 0) {
+    return true;
+  }
+  // Not every file system has RENAME_NOREPLACE.
+  if (errno != EEXIST && errno != EINVAL && errno != ENOSYS) fail(errno);
+  refuse_existing(path, options.force);
+  const LockedFile old(path);
+  if (old.state() == LockedFile::State::held_by_another) refuse_running(path);
+  std::error_code error;
+  const bool is_link = std::filesystem::is_symlink(path, error);
+  const bool is_old = old.state() == LockedFile::State::absent || is_link || old.is_at(path);
+  if (!is_old) return false;
+  if (std::rename(temporary.c_str(), path.c_str()) != 0) fail(errno);
+  return true;
 }
 
 void TrajectoryWriter::Implementation::flush(const std::string& action) const {
@@ -480,6 +505,12 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
 TrajectoryWriter::~TrajectoryWriter() = default;
 
 int TrajectoryWriter::frames() const { return implementation_->frames; }
+
+void TrajectoryWriter::check_in_place() const {
+  const hdf5::Access& access = implementation_->access;
+  if (names_open_file(access.path(), commit_descriptor(implementation_->file.get()))) return;
+  access.reject("is no longer the file of this run: it was moved, removed or replaced meanwhile");
+}
 
 void TrajectoryWriter::write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
                                    const std::vector<std::span<const Vec3>>& velocities,

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -22,6 +24,15 @@ class TrajectoryInfo : public TrajectoryFolder {
             {0.75, 0.25, bottom},
             {0.25, 0.25, bottom + 1},
             {0.75, 0.25, bottom + 1}};
+  }
+  // Why crossings cannot be counted; empty where they can.
+  std::string refusal_of_crossings() const {
+    try {
+      count_crossings(path("run.h5"));
+      return "";
+    } catch (const TrajectoryError& error) {
+      return error.what();
+    }
   }
   // Frame by frame the upright square sinks by 1/2; it reaches the floor in frame 2.
   void write_sinking() const {
@@ -97,7 +108,61 @@ TEST_F(TrajectoryInfo, HasAWordForAFileWithoutFrames) {
   EXPECT_EQ(summary.frames, 0);
   EXPECT_FALSE(summary.bodies[0].has_bounds);
   EXPECT_NE(to_text(summary).find("frames    0\n"), std::string::npos);
-  EXPECT_TRUE(count_crossings(path("run.h5")).empty());
+  EXPECT_EQ(refusal_of_crossings(), path("run.h5") + ": has no complete frame to judge");
+}
+
+// Not 0 crossings: NaN has none with anything.
+TEST_F(TrajectoryInfo, RefusesToJudgeWhatIsNoSurface) {
+  const std::vector<TrajectoryBody> bodies = {make_body("sheet", {{.rows = 2, .cols = 2}})};
+  const auto refusal_with = [&](double z) {
+    std::vector<std::vector<Vec3>> positions = {square(0, 0)};
+    TrajectoryWriter writer(path("run.h5"), bodies, {}, {.force = true}, views(positions));
+    writer.write_frame(0, views(positions), {}, {});
+    positions[0][2].z() = z;
+    writer.write_frame(1, views(positions), {}, {});
+    return refusal_of_crossings();
+  };
+  EXPECT_EQ(refusal_with(0), "");
+  const std::string where =
+      path("run.h5") +
+      ": crossings cannot be counted: frame 1, body \"sheet\", patch 0 row 1 col 0 "
+      "has a position that is not finite";
+  EXPECT_EQ(refusal_with(std::numeric_limits<double>::quiet_NaN()), where);
+  EXPECT_EQ(refusal_with(std::numeric_limits<double>::infinity()), where);
+  const TrajectorySummary summary = summarise_trajectory(path("run.h5"));
+  EXPECT_FALSE(summary.bodies[0].has_bounds);
+  EXPECT_NE(to_text(summary).find("not finite at the last frame\n"), std::string::npos);
+}
+
+TEST_F(TrajectoryInfo, RefusesToJudgeObstaclesAlone) {
+  std::vector<TrajectoryBody> bodies = {make_body("floor", {{.rows = 2, .cols = 2}})};
+  bodies[0].is_obstacle = true;
+  const std::vector<std::vector<Vec3>> positions = {square(0, 0)};
+  TrajectoryWriter writer(path("run.h5"), bodies, {}, {}, views(positions));
+  writer.write_frame(0, views(positions), {}, {});
+  EXPECT_EQ(refusal_of_crossings(), path("run.h5") + ": has no body to judge, only obstacles");
+}
+
+TEST_F(TrajectoryInfo, SaysThatNothingWasInReach) {
+  const std::vector<TrajectoryBody> bodies = {make_body("sheet", {{.rows = 2, .cols = 2}})};
+  const std::vector<std::vector<Vec3>> positions = {square(0, 0)};
+  const double nothing = std::numeric_limits<double>::quiet_NaN();
+  {
+    TrajectoryWriter writer(path("run.h5"), bodies, {{"smallest_gap", "m"}, {"odd", "J"}}, {},
+                            views(positions));
+    writer.write_frame(0, views(positions), {}, std::array{nothing, nothing});
+    const TrajectorySummary summary = summarise_trajectory(path("run.h5"));
+    const std::string text = to_text(summary);
+    EXPECT_NE(text.find("series    smallest_gap: nothing was in reach\n"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("series    odd: not finite in any frame\n"), std::string::npos) << text;
+    EXPECT_TRUE(nlohmann::json::parse(to_json(summary))["series"][0]["minimum"].is_null());
+    writer.write_frame(1, views(positions), {}, std::array{0.5, 1.0});
+    writer.write_frame(2, views(positions), {}, std::array{nothing, 2.0});
+  }
+  const std::string text = to_text(summarise_trajectory(path("run.h5")));
+  EXPECT_NE(text.find("smallest_gap: last nothing in reach, 0.5 to 0.5 m\n"), std::string::npos)
+      << text;
 }
 
 TEST_F(TrajectoryInfo, CountsCrossingsFrameByFrame) {

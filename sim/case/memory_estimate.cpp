@@ -1,0 +1,118 @@
+#include "sim/case/memory_estimate.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "sim/case/case_shape_checks.h"
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double mebibyte = 1 << 20;
+
+// Bytes of a process without a scene: libraries, tables, a trajectory's buffers.
+constexpr double process_memory = 16 * mebibyte;
+
+// Bytes per vertex, measured by the resident size of runs of 129 x 129 and 257 x 257 vertices.
+constexpr double geometry_and_state = 1200;
+constexpr double implicit_matrix = 1300;   // with multigrid and vectors
+constexpr double bending_stencils = 1500;  // and what they add to the matrix
+constexpr double contact_search = 2000;    // edges, pyramid, candidates, pairs in reach
+constexpr double obstacle_geometry = 300;
+constexpr double obstacle_contact = 900;
+
+bool bends(const Case& source, const BodyCase& body) {
+  return std::ranges::any_of(source.material, [&](const MaterialCase& material) {
+    return material.name == body.material && material.bending_stiffness > 0;
+  });
+}
+
+double bytes_per_vertex(const Case& source, const BodyCase& body) {
+  double bytes = geometry_and_state;
+  if (source.time.method != TimeMethod::verlet) {
+    bytes += implicit_matrix + (bends(source, body) ? bending_stencils : 0);
+  }
+  return bytes + (source.contact.enabled ? contact_search : 0);
+}
+
+double bytes_per_obstacle_vertex(const Case& source) {
+  return obstacle_geometry + (source.contact.enabled ? obstacle_contact : 0);
+}
+
+std::vector<double> memory_by_shape(const Case& source, const SceneSize& size) {
+  std::vector<double> bytes;
+  for (std::size_t i = 0; i < size.body.size(); ++i) {
+    bytes.push_back(size.body[i] * bytes_per_vertex(source, source.body[i]));
+  }
+  for (const double vertices : size.obstacle) {
+    bytes.push_back(vertices * bytes_per_obstacle_vertex(source));
+  }
+  return bytes;
+}
+
+}  // namespace
+
+SceneSize size_of_case(const Case& source) {
+  SceneSize size;
+  for (const BodyCase& body : source.body) {
+    size.body.push_back(vertices_of(body.shape).value_or(0));
+  }
+  for (const ObstacleCase& obstacle : source.obstacle) {
+    size.obstacle.push_back(vertices_of(obstacle.shape).value_or(0));
+  }
+  return size;
+}
+
+double estimate_memory(const Case& source, const SceneSize& size) {
+  double sum = process_memory;
+  for (const double bytes : memory_by_shape(source, size)) sum += bytes;
+  return sum;
+}
+
+std::size_t largest_shape(const Case& source, const SceneSize& size) {
+  const std::vector<double> bytes = memory_by_shape(source, size);
+  return static_cast<std::size_t>(std::ranges::max_element(bytes) - bytes.begin());
+}
+
+double default_memory_limit() {
+  double bytes =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  // "max" where the group has no limit: not a number.
+  for (const char* path :
+       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    double group = 0;
+    if (std::ifstream(path) >> group && group > 0) bytes = std::min(bytes, group);
+  }
+  return 0.9 * bytes;
+}
+
+double memory_limit(const Case& source) {
+  const auto& limit = source.compute.memory_limit;
+  return limit ? *limit * mebibyte : default_memory_limit();
+}
+
+std::string reason_of_memory(const Case& source, const SceneSize& size) {
+  const double needed = estimate_memory(source, size);
+  const double limit = memory_limit(source);
+  if (needed <= limit) return "";
+  return "the scene needs about " + memory_text(needed) + " of memory, more than the limit of " +
+         memory_text(limit);
+}
+
+std::string memory_text(double bytes) {
+  const double mebibytes = bytes / mebibyte;
+  char text[64];
+  if (mebibytes < 10240) {
+    std::snprintf(text, sizeof text, "%.4g MiB", mebibytes);
+  } else {
+    const bool long_number = mebibytes >= 102400;
+    std::snprintf(text, sizeof text, long_number ? "%.0f GiB" : "%.3g GiB", mebibytes / 1024);
+  }
+  return text;
+}
+
+}  // namespace weft::sim

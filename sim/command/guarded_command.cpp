@@ -1,0 +1,47 @@
+#include "sim/command/guarded_command.h"
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+
+#include "sim/case/case_text.h"
+#include "sim/command/run_command.h"
+#include "sim/trajectory/reading_process.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::string describe_end(const std::string& path, bool draws, int signal) {
+  constexpr std::array crashes{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+  if (std::ranges::find(crashes, signal) == crashes.end()) {
+    return path + ": the process that reads it was stopped (" + strsignal(signal) + ")";
+  }
+  if (!draws) return describe_crash(path, signal);
+  return path + ": cannot be drawn: HDF5 or OpenGL crashed on it (" + strsignal(signal) +
+         "); weft info says whether the file is damaged";
+}
+
+}  // namespace
+
+void complain(const std::string& text) { std::cerr << printable(text, true) << '\n'; }
+
+int deliver(int code) {
+  // Both streams: results that were not delivered are a failure of their own.
+  if (std::fflush(stdout) == 0 && std::cout.flush()) return code;
+  complain("weft: cannot write to standard output");
+  return exit_code::input_output;
+}
+
+int run_guarded(const std::string& path, bool draws, const std::function<int()>& command) {
+  std::cout.flush();
+  const ProcessEnd end = run_in_process([&] { return deliver(command()); });
+  if (end.signal == 0) return end.code;
+  complain(describe_end(path, draws, end.signal));
+  return exit_code::input_output;
+}
+
+}  // namespace weft::sim

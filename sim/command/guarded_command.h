@@ -1,0 +1,21 @@
+// What the commands share: delivery of results, and commands that read files of others.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace weft::sim {
+
+// Flushes standard output and returns `code`, or exit_code::input_output, with a message, when
+// results could not be delivered.
+int deliver(int code);
+
+// Runs a command that reads `path` in a process of its own (reading_process.h) and returns its exit
+// code; exit_code::input_output, with a message that names the file, when it crashed. `draws`: the
+// command uses OpenGL, which may be what crashed.
+int run_guarded(const std::string& path, bool draws, const std::function<int()>& command);
+
+// Prints `text` on standard error with control characters escaped, and ends the line.
+void complain(const std::string& text);
+
+}  // namespace weft::sim

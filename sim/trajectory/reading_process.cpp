@@ -1,0 +1,59 @@
+#include "sim/trajectory/reading_process.h"
+
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <stdexcept>
+
+namespace weft::sim {
+namespace {
+
+// A sanitizer catches crashes to report them and exit; here they must stay signals.
+void prepare_to_crash(pid_t parent) {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(signal, SIG_DFL);
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);  // it died before it could be asked
+}
+
+}  // namespace
+
+ProcessEnd run_in_process(const std::function<int()>& work,
+                          const std::function<void()>& meanwhile) {
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child < 0) {
+    throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
+  }
+  if (child == 0) {
+    prepare_to_crash(parent);
+    int code = 0;
+    try {
+      code = work();
+    } catch (...) {
+      std::abort();
+    }
+    _exit(code);
+  }
+  if (meanwhile) meanwhile();
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) {
+      throw std::runtime_error(std::string("lost a process: ") + std::strerror(errno));
+    }
+  }
+  if (WIFSIGNALED(status)) return {0, WTERMSIG(status)};
+  return {WEXITSTATUS(status), 0};
+}
+
+std::string describe_crash(const std::string& path, int signal) {
+  return path + ": is damaged: HDF5 crashed on reading it (" + strsignal(signal) + ")";
+}
+
+}  // namespace weft::sim
