@@ -101,9 +101,9 @@ Table describe(TimeCase& target) {
             "Error allowed per step as a fraction of the speed.")
           .not_with("accuracy"),
       field("step", &step, "s", positive,
-            "Fixed step; longer than minimum_step; implicit_midpoint needs one. verlet chooses a "
-            "share of the longest stable one, which it follows, as the root of "
-            "relative_tolerance.")
+            "Fixed step; longer than minimum_step, at most the duration; implicit_midpoint needs "
+            "one. verlet chooses a share of the longest stable one, which it follows, as the root "
+            "of relative_tolerance.")
           .with_default("chosen by the tolerances")
           .only_for("method", {"euler", "implicit_midpoint", "verlet"})
           .not_with("accuracy"),

@@ -101,7 +101,8 @@ struct CvodeIntegrator::Implementation {
   N_Vector y = nullptr, work = nullptr;
   SUNNonlinearSolver iteration = nullptr;
   SUNLinearSolver newton_solver = nullptr;
-  double convergence_rate = 1, last_correction = 0;  // of the iteration in hand
+  double convergence_rate = 1;  // of Newton's iteration with the matrices in use; 1: not known yet
+  double last_correction = 0;   // of the iteration in hand
   double time = 0;
   std::vector<double> accepted_state;
   std::vector<Vec3> previous_position, accepted_position, trial_position, scratch_velocity;
@@ -208,8 +209,8 @@ int CvodeIntegrator::Implementation::test_convergence(N_Vector correction, N_Vec
   const double size = peak_norm(values(correction), values(weight), peak_to_mean);
   int count = 0;
   SUNNonlinSolGetCurIter(iteration, &count);
-  convergence_rate =
-      count == 0 ? 1 : std::max(rate_memory * convergence_rate, size / last_correction);
+  if (count > 0)
+    convergence_rate = std::max(rate_memory * convergence_rate, size / last_correction);
   if (size * std::min(1.0, convergence_rate) <= tolerance) return SUN_NLS_SUCCESS;
   if (count > 0 && !(size <= divergence * last_correction)) return SUN_NLS_CONV_RECVR;
   last_correction = size;
@@ -228,6 +229,7 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
 // iteration also converges where steps are long and the exact matrix is indefinite.
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
+  convergence_rate = 1;
   return 0;
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "sim/command/run_command.h"
@@ -153,6 +154,41 @@ TEST_F(CommandRun, WarnsWhereItsErrorMeansNothing) {
             "--set", "time.step=0.01", "--set", "time.newton=1", "--set", "time.duration=0.5"});
   EXPECT_EQ(result.code, exit_code::done);
   EXPECT_NE(result.err.find("weft: from t = "), std::string::npos) << result.err;
+}
+
+TEST_F(CommandRun, SaysThatAStepIsLongerThanAFrame) {
+  write("sheet.toml", sheet_case);
+  const std::vector<std::string> options{"sheet.toml",     "--set", "time.method=euler", "--set",
+                                         "time.step=0.05", "--set", "time.newton=1"};
+  for (const char* command : {"check", "run"}) {
+    std::vector<std::string> arguments{command};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Result result = weft(arguments);
+    EXPECT_NE(
+        (result.out + result.err).find("time.step, 0.05 s, is longer than the time between frames"),
+        std::string::npos)
+        << result.out << result.err;
+  }
+}
+
+TEST_F(CommandRun, CountsAndLimitsThePilotOfAnAccuracy) {
+  write("sheet.toml", sheet_case);
+  const std::vector<std::string> run{
+      "run", "sheet.toml", "--json", "--set", "time.accuracy=1e-3", "--set", "time.method=cvode"};
+  const Result done = weft(run);
+  EXPECT_EQ(done.code, exit_code::done) << done.err;
+  EXPECT_NE(done.err.find("weft: pilot of time.accuracy: runs with"), std::string::npos);
+  const nlohmann::json report = nlohmann::json::parse(done.out);
+  EXPECT_GT(report.at("pilot_cpu_s"), 0);
+  EXPECT_GT(report.at("cpu_s"), report.at("pilot_cpu_s"));
+  std::vector<std::string> limited = run;
+  limited.insert(limited.end(), {"--set", "compute.cpu_limit=1e-3", "-o", "limited"});
+  const Result failed = weft(limited);
+  EXPECT_EQ(failed.code, exit_code::numerical_failure);
+  EXPECT_NE(failed.err.find("in the pilot run of time.accuracy: the limit of 0.001 s"),
+            std::string::npos)
+      << failed.err;
+  EXPECT_FALSE(std::filesystem::exists(path("limited")));
 }
 
 // Linearly implicit steps of twice that length throw the sheet about.

@@ -315,7 +315,7 @@ shape = { type = "torus", major_radius = 0.3, minor_radius = 0.299999997, resolu
 region_min = [0.3, -1, -1]
 region_max = [1, 1, 1]
 )";
-  SimulatedCase sim(needles, method("arkode"));
+  SimulatedCase sim(needles, method("arkode", {"time.minimum_step=5e-3"}));
   std::optional<std::string> reason;
   for (int i = 0; i < 100 && !reason; ++i) reason = sim.integrator().step();
   ASSERT_TRUE(reason);
