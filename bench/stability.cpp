@@ -327,13 +327,14 @@ double run_limited_again(std::vector<Run>& runs, const ConvergedEnds& converged,
   return limit;
 }
 
-// Shares are asked of the whole grid, or of every n-th of its cells: a slice may be one in which
-// most must fail.
+// Shares are asked of the whole grid, or of the small one: a slice may be one in which most must
+// fail, and a sample has too few cells.
 bool is_passed(const std::vector<Run>& runs, const StabilityOptions& options) {
   for (const Run& run : runs)
     for (const CellResult& result : run.results)
       if (is_forbidden(result.outcome)) return false;
-  return !options.slices.empty() || shares_of(runs).are_small();
+  const bool is_part = !options.slices.empty() || options.every > 1;
+  return is_part || shares_of(runs).are_small();
 }
 
 }  // namespace
