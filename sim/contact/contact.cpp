@@ -329,8 +329,7 @@ std::optional<double> Contact::smallest_gap() const {
 }
 
 std::optional<ContactFault> Contact::check_path(std::span<const Vec3> start,
-                                                std::span<const Vec3> end,
-                                                const PathStray& stray) {
+                                                std::span<const Vec3> end, const PathStray& stray) {
   return find_path_fault(start, end, {.gap = true, .stray = stray});
 }
 

@@ -92,7 +92,7 @@ struct CvodeIntegrator::Implementation {
   double accepted_time = 0, previous_time = 0;
   std::vector<double> previous_state;
   std::int64_t vetoes = 0;
-  IntegratorCounts earlier;  // what CVODE counted before it began anew
+  IntegratorCounts earlier;                          // what CVODE counted before it began anew
   int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
   long iterations_before_step = 0, failures_before_step = 0;
   int steps_in_window = 0;
