@@ -172,7 +172,8 @@ std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
 std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
                                               std::span<const Vec3> end,
                                               std::span<const double> stray) {
-  for (std::size_t b = 0; b < tracked_.size(); ++b) tracked_[b].stray = stray.empty() ? 0 : stray[b];
+  for (std::size_t b = 0; b < tracked_.size(); ++b)
+    tracked_[b].stray = stray.empty() ? 0 : stray[b];
   // From one straight path to another, distances change by no more than between their starts or
   // their ends. So lists of one path serve those beside it: Newton's iterations leave from one
   // place, far from where they lead.

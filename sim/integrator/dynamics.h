@@ -90,12 +90,12 @@ class Dynamics {
   void place_pins(double time, std::span<double> y) const;
   // y += factor rate(time), of moving pins alone.
   void advance_pins(double time, double factor, std::span<double> y) const;
-  // Is every pair of surfaces certain to keep apart from `start` at one time to `end` at a later one
-  // (positions of all particles), free particles on straight paths and prescribed ones on their own?
-  // With contact.
+  // Is every pair of surfaces certain to keep apart from `start` at one time to `end` at a later
+  // one (positions of all particles), free particles on straight paths and prescribed ones on their
+  // own? With contact.
   [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
-                                                       std::span<const Vec3> start,
-                                                       double end_time, std::span<const Vec3> end);
+                                                       std::span<const Vec3> start, double end_time,
+                                                       std::span<const Vec3> end);
 
   // Positions and velocities of all particles, prescribed ones put where they belong. Both lists
   // must be empty or come from an earlier call: obstacles at rest are written once, however many

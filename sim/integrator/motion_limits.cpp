@@ -70,8 +70,8 @@ std::string MotionLimits::failure(double time) const {
   const SceneBody& body = scene_.bodies[culprit_->body];
   return std::string("the prescribed motion of ") + (culprit_->is_obstacle ? "obstacle" : "body") +
          " \"" + body.name + "\" is too fast to be followed by steps of " +
-         number_text(scene_.source.time.minimum_step) + " s (time.minimum_step) at t = " +
-         number_text(time) + " s";
+         number_text(scene_.source.time.minimum_step) +
+         " s (time.minimum_step) at t = " + number_text(time) + " s";
 }
 
 void MotionLimits::find_approaches(double time, double end, std::span<const double> y) {
@@ -100,7 +100,8 @@ void MotionLimits::bound_blocks(int body) {
     for (std::size_t first = 0; first < count; first += each) {
       Block& block = blocks.emplace_back();
       for (std::size_t t = first; t < std::min(first + each, count); ++t)
-        for (const int p : from.mesh.triangles[t]) block.particles.push_back(p + from.first_particle);
+        for (const int p : from.mesh.triangles[t])
+          block.particles.push_back(p + from.first_particle);
       std::sort(block.particles.begin(), block.particles.end());
       block.particles.erase(std::unique(block.particles.begin(), block.particles.end()),
                             block.particles.end());
@@ -132,15 +133,14 @@ void MotionLimits::add_approaches(const Moving& obstacle, int body, double time,
     double square = std::numeric_limits<double>::infinity();
     for (const Block& other : blocks_[obstacle.body])
       square = std::min(square, block.box.squaredExteriorDistance(other.box));
-    Approach approach{.obstacle = &obstacle, .clearance = std::sqrt(square) - reach,
-                      .speed = block.speed};
+    Approach approach{
+        .obstacle = &obstacle, .clearance = std::sqrt(square) - reach, .speed = block.speed};
     if (way <= approach_part * approach.clearance) continue;
     for (const int p : block.particles) {
       const RigidMotion& motion = obstacle.held->motion;
       const Vec3 relative = velocity_[p] - motion.velocity_at(time, position_[p]);
       approach.relative_speed = std::max(approach.relative_speed, relative.norm());
-      approach.radius =
-          std::max(approach.radius, motion.distance_from_centre(time, position_[p]));
+      approach.radius = std::max(approach.radius, motion.distance_from_centre(time, position_[p]));
     }
     approaches_.push_back(approach);
   }
@@ -165,8 +165,9 @@ bool MotionLimits::is_short_enough(double time, double end) {
     const MotionBounds bounds = held.motion.bounds(time, end, held.radius);
     if (bounds.travel <= stray_part * range_) continue;
     const double acceleration = held.motion.bounds(time, end, approach.radius).acceleration;
-    const double way = std::min(approach.speed * length + bounds.travel,
-                                approach.relative_speed * length + acceleration * length * length / 2);
+    const double way =
+        std::min(approach.speed * length + bounds.travel,
+                 approach.relative_speed * length + acceleration * length * length / 2);
     if (way <= approach_part * approach.clearance) continue;
     if (way > near_part * range_ || !keeps_to_chord(*approach.obstacle, bounds)) return false;
   }

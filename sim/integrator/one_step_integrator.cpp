@@ -152,8 +152,8 @@ std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
   if (counts_.steps % veto_window != 0) return std::nullopt;
   const std::int64_t recent = counts_.vetoed_steps - vetoes_before_window_;
   const double advance = time_ - window_start_;
-  const double enough = motion_limits_.apply() ? 2 * window_allowed_ / veto_window
-                                               : 2 * step_.value_or(0);
+  const double enough =
+      motion_limits_.apply() ? 2 * window_allowed_ / veto_window : 2 * step_.value_or(0);
   window_allowed_ = 0;
   vetoes_before_window_ = counts_.vetoed_steps;
   window_start_ = time_;

@@ -93,9 +93,9 @@ class OneStepIntegrator : public Integrator {
   IntegratorCounts counts_;
   std::optional<ContactFault> fault_, last_veto_;
   std::int64_t vetoes_before_window_ = 0;
-  double window_start_ = 0;     // s
-  double window_allowed_ = 0;   // s: what its steps might have advanced within the motions' limits
-  double allowed_ = 0;          // s, of the step in hand
+  double window_start_ = 0;    // s
+  double window_allowed_ = 0;  // s: what its steps might have advanced within the motions' limits
+  double allowed_ = 0;         // s, of the step in hand
   int place_ = -1;
   std::optional<std::string> stopped_;  // why this step is to be left
 };

@@ -32,7 +32,8 @@ class StageSolver {
 
   enum class Outcome { solved, not_converged, blocked };  // blocked: surfaces stand in the way
   // `a` is the last accepted state (6 * particles), of the time for which the dynamics have been
-  // told that a step begins, of whose particles (all of them) `start` are the positions. The solution, where there is one, is left in `y`.
+  // told that a step begins, of whose particles (all of them) `start` are the positions. The
+  // solution, where there is one, is left in `y`.
   Outcome solve(double t, double gamma, std::span<const double> a, const std::vector<Vec3>& start,
                 std::span<double> y);
   // Of the last solve(): what stood in the way, and where the residual was largest.

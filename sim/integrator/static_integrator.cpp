@@ -237,8 +237,8 @@ class StaticIntegrator final : public OneStepIntegrator {
   std::vector<double> weight_;  // all 1
   std::vector<Vec3> from_, to_, scratch_;
   double from_time_ = 0;  // s
-  double gravity_ = 0;  // m/s^2
-  double mass_ = 0;     // kg
+  double gravity_ = 0;    // m/s^2
+  double mass_ = 0;       // kg
 };
 
 }  // namespace

@@ -176,7 +176,8 @@ double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3*
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
-// Forces take where moving pins are from the time: their rows are y' = f(t), and K does not see them.
+// Forces take where moving pins are from the time: their rows are y' = f(t), and K does not see
+// them.
 StateView VelocitySystem::with_free_positions(const StateView& right) {
   if (!dynamics_.pins_move()) return right;
   free_position_.assign(right.position.begin(), right.position.end());

@@ -126,8 +126,8 @@ void RigidMotion::rates(double time, std::span<const Vec3> start, std::span<Vec3
     const Vec3 arm = now.rotation * (start[i] - centre_);
     const Vec3 turning = now.angular_velocity.cross(arm);
     velocity[i] = now.velocity + turning;
-    acceleration[i] =
-        now.acceleration + now.angular_acceleration.cross(arm) + now.angular_velocity.cross(turning);
+    acceleration[i] = now.acceleration + now.angular_acceleration.cross(arm) +
+                      now.angular_velocity.cross(turning);
   }
 }
 
@@ -161,8 +161,8 @@ MotionBounds RigidMotion::constant_velocity_bounds(double from, double to, doubl
   bounds.acceleration = turn * turn * radius;
   const double h = to - from, fastest = speed + turn * radius;
   const double at_rest = begin - from + to - end;
-  bounds.stray = std::min({bounds.travel, fastest * h / 2,
-                           bounds.acceleration * h * h / 8 + 2 * fastest * at_rest});
+  bounds.stray = std::min(
+      {bounds.travel, fastest * h / 2, bounds.acceleration * h * h / 8 + 2 * fastest * at_rest});
   return bounds;
 }
 
@@ -179,10 +179,9 @@ MotionBounds RigidMotion::keyframe_bounds(double from, double to, double radius)
     bounds.angle += turn * part;
     bounds.travel += way * part + arc_travel(turn * part, radius);
     const double rate = largest_slope(s0, s1) / span;
-    bounds.acceleration =
-        std::max(bounds.acceleration,
-                 (way + radius * turn) * largest_curvature(s0, s1) / (span * span) +
-                     radius * turn * turn * rate * rate);
+    bounds.acceleration = std::max(
+        bounds.acceleration, (way + radius * turn) * largest_curvature(s0, s1) / (span * span) +
+                                 radius * turn * turn * rate * rate);
   }
   bounds.stray = std::min(bounds.travel, bounds.acceleration * (to - from) * (to - from) / 8);
   return bounds;

@@ -14,9 +14,9 @@ namespace weft::sim {
 // How far the points of a motion go in an interval of time: upper bounds, over all points within
 // the radius they were asked for.
 struct MotionBounds {
-  double angle = 0;   // rad, turned
-  double travel = 0;  // m, from where a point is at the start
-  double stray = 0;   // m, from the point of its chord at the same part of the time
+  double angle = 0;         // rad, turned
+  double travel = 0;        // m, from where a point is at the start
+  double stray = 0;         // m, from the point of its chord at the same part of the time
   double acceleration = 0;  // m/s^2, where the velocity does not jump
 };
 

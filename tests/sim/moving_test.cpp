@@ -2,6 +2,9 @@
 // followed to the tolerance.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "sim/integrator/motion_limits.h"
 #include "simulated_case.h"
 
 namespace weft::sim {
@@ -161,6 +164,147 @@ TEST(PrescribedMotion, APaddleSweepsASheetAway) {
     EXPECT_EQ(outcome.failure, "");
     EXPECT_EQ(outcome.crossings, 0);
     EXPECT_GT(outcome.largest_move, 0.1);
+  }
+}
+
+// Times at which steps end.
+std::vector<double> step_ends(SimulatedCase& sim, double until) {
+  std::vector<double> ends;
+  while (sim.integrator().time() < until) {
+    const auto failure = sim.integrator().step();
+    if (failure) ADD_FAILURE() << *failure;
+    if (failure) break;
+    ends.push_back(sim.integrator().time());
+  }
+  return ends;
+}
+
+bool contains(const std::vector<double>& times, double time) {
+  return std::find(times.begin(), times.end(), time) != times.end();
+}
+
+TEST(PrescribedMotion, NoStepPassesAKeyframe) {
+  const Overrides fixed = method("euler", {"time.step=0.03"});
+  for (const Overrides& by : {cvode, arkode, euler, fixed}) {
+    SCOPED_TRACE(by.back());
+    SimulatedCase sim(turning_pins, {by.front(), by.back(), "time.duration=0.7",
+                                     "body.0.pin.0.motion.keyframes.0.time=0.05",
+                                     "body.0.pin.0.motion.keyframes.1.time=0.52"});
+    const std::vector<double> ends = step_ends(sim, 0.7);
+    EXPECT_TRUE(contains(ends, 0.05));
+    EXPECT_TRUE(contains(ends, 0.52));
+    if (by != fixed) continue;
+    for (int i = 1; i <= 20; ++i) EXPECT_TRUE(contains(ends, i * 0.03)) << i;
+  }
+}
+
+TEST(PrescribedMotion, NoStepTurnsAPinFarther) {
+  SimulatedCase sim(turning_pins, method("euler", {"time.step=0.1"}));
+  const std::vector<double> ends = step_ends(sim, 20.5);
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    EXPECT_LE(sim.scene().prescribed[0].motion.bounds(ends[i - 1], ends[i], 1).angle,
+              MotionLimits::largest_turn);
+  }
+  // Only where it turns.
+  EXPECT_LT(ends.size(), 300U);
+}
+
+TEST(PrescribedMotion, PinsAreFollowedToTheTolerance) {
+  const Overrides soon = {"body.0.pin.0.motion.keyframes.0.time=0.01",
+                          "body.0.pin.0.motion.keyframes.1.time=0.51", "world.gravity=[0, 0, 0]"};
+  Overrides tight = soon;
+  tight.insert(tight.end(), {"time.position_tolerance=1e-8", "time.relative_tolerance=1e-7"});
+  SimulatedCase reference(turning_pins, tight);
+  const std::vector<double> converged = reference.advance_to(0.3);
+  for (const Overrides& by : {cvode, arkode, euler}) {
+    Overrides all = soon;
+    all.insert(all.end(), by.begin(), by.end());
+    SimulatedCase sim(turning_pins, all);
+    EXPECT_LT(position_difference(sim.advance_to(0.3), converged), 2e-2) << by.front();
+  }
+}
+
+// Error control sees the pins in the state: they end where they belong, though nothing puts them
+// there.
+TEST(PrescribedMotion, TheStateCarriesPins) {
+  SimulatedCase sim(turning_pins, {"body.0.pin.0.motion.keyframes.0.time=0.01",
+                                   "body.0.pin.0.motion.keyframes.1.time=0.51"});
+  const std::vector<double> y = sim.advance_to(0.3);
+  const std::vector<Vec3> position = sim.positions(0.3, y);
+  for (const int pin : sim.scene().prescribed[0].particles)
+    EXPECT_LT((StateView::of(y).position[pin] - position[pin]).norm(), 5e-3);
+}
+
+TEST(PrescribedMotion, OneThatBeginsLaterChangesNoBit) {
+  constexpr const char* text = R"(
+[time]
+duration = 0.3
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+[[obstacle]]
+name = "ball"
+position = [0, 0, -0.2]
+shape = { type = "sphere", radius = 0.1, resolution = [5] }
+)";
+  // ARKODE is told an end of its first step where anything moves.
+  for (const Overrides& by : {cvode, euler}) {
+    SimulatedCase still(text, by);
+    SimulatedCase later(std::string(text) + "motion = { velocity = [1, 0, 0], start_time = 100 }\n",
+                        by);
+    EXPECT_EQ(still.advance_to(0.3), later.advance_to(0.3)) << by.front();
+  }
+}
+
+// A disc of 0.1 m turns at 20 rounds a second, out of reach.
+TEST(PrescribedMotion, WhatIsFarShortensNothing) {
+  constexpr const char* text = R"(
+[time]
+duration = 0.3
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+[[obstacle]]
+name = "disc"
+position = [0, 0, 3]
+shape = { type = "sphere", radius = 0.1, resolution = [5] }
+)";
+  SimulatedCase still(text);
+  SimulatedCase turning(std::string(text) + "motion = { angular_velocity_deg = [0, 7200, 0] }\n");
+  EXPECT_EQ(still.advance_to(0.3), turning.advance_to(0.3));
+}
+
+TEST(PrescribedMotion, PathsKeepApartByWhatTheyMayStray) {
+  constexpr const char* text = R"(
+[contact]
+search_slack = 1e-3
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+[[obstacle]]
+name = "plate"
+position = [0, 0, 0.02]
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+motion = { velocity = [0, 0, 1] }
+)";
+  SimulatedCase sim(text);
+  Contact& contact = *sim.dynamics().contact();
+  const std::vector<Vec3>& start = sim.scene().initial_position;
+  std::vector<Vec3> end = start;
+  for (Vec3& x : end) x.x() += 0.01;
+  for (const auto& [stray, is_free] : {std::pair(0.015, true), std::pair(0.025, false),
+                                       std::pair(0.015, true), std::pair(0.0, true)}) {
+    const std::vector<double> body{0, stray};
+    std::vector<double> particle(start.size(), 0.0);
+    std::fill(particle.begin() + 9, particle.end(), stray);
+    EXPECT_EQ(!contact.check_path(start, end, {body, particle}), is_free) << stray;
   }
 }
 
