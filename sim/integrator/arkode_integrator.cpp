@@ -203,10 +203,11 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
-  const double wanted = std::max(end, time() + beyond_rounding * next);
+  const double length = next > 0 ? beyond_rounding * next : longest_first_step;
+  const double wanted = std::max(end, time() + length);
   const auto latest = latest_end(wanted);
   if (!latest) return false;
-  const bool is_limited = *latest < wanted || next == 0;
+  const bool is_limited = *latest < wanted;
   ARKStepSetStopTime(arkode_, is_limited ? *latest : std::numeric_limits<double>::max());
   return true;
 }

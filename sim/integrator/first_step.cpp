@@ -10,10 +10,6 @@ namespace weft::sim {
 
 namespace {
 
-// s. Methods multiply a first step that was too short by thousands at once, and what rests now may
-// be met by something soon.
-constexpr double longest = 1e-3;
-
 // Part of the tolerances that the error of the first step may take.
 constexpr double error_share = 0.25;
 
@@ -31,12 +27,13 @@ double first_step(Dynamics& dynamics, std::span<const double> y) {
   std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
   if (!error_weights(options, y, weight) || dynamics.rate(0, y, rate)) return options.minimum_step;
   const double slope = weighted_norm(rate, weight);
-  for (double trial = std::min(longest, 1 / slope); trial > options.minimum_step; trial /= 10) {
+  for (double trial = std::min(longest_first_step, 1 / slope); trial > options.minimum_step;
+       trial /= 10) {
     for (std::size_t i = 0; i < y.size(); ++i) ahead[i] = y[i] + trial * rate[i];
     if (dynamics.rate(trial, ahead, change)) continue;
     for (std::size_t i = 0; i < y.size(); ++i) change[i] = (change[i] - rate[i]) / trial;
     const double step = std::sqrt(2 * error_share / weighted_norm(change, weight));
-    return std::max(std::min(step, longest), options.minimum_step);
+    return std::max(std::min(step, longest_first_step), options.minimum_step);
   }
   return options.minimum_step;
 }

@@ -7,6 +7,10 @@
 
 namespace weft::sim {
 
+// Methods multiply a first step that was too short by thousands at once, and what rests now may be
+// met by something soon.
+inline constexpr double longest_first_step = 1e-3;  // s
+
 // Length (s) of the first step of a method with error control that begins at t = 0 with the state
 // `y` (6 * particles): the step h of Euler's method whose local error, h^2 |y''| / 2, is a quarter
 // of the tolerances, in the norm of tolerances.h, and at most a millisecond. y'' is the difference

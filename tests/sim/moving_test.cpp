@@ -250,8 +250,7 @@ name = "ball"
 position = [0, 0, -0.2]
 shape = { type = "sphere", radius = 0.1, resolution = [5] }
 )";
-  // ARKODE is told an end of its first step where anything moves.
-  for (const Overrides& by : {cvode, euler}) {
+  for (const Overrides& by : {cvode, arkode, euler}) {
     SimulatedCase still(text, by);
     SimulatedCase later(std::string(text) + "motion = { velocity = [1, 0, 0], start_time = 100 }\n",
                         by);
