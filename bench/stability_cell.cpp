@@ -39,7 +39,7 @@ void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge,
     if (!is_limited) return std::nullopt;
     return limit.reason(dynamics.scene(), integrator);
   });
-  EnergyWatch watch(dynamics.scene(), dynamics.energies(0, integrator.state()));
+  EnergyWatch watch(dynamics, integrator.state());
   double next_look = 0, judging = 0;
   const int looks = something_is_moved(dynamics.scene()) ? looks_at_motion : looks_at_rest;
   const auto end_with = [&](Outcome outcome, std::string message) {
