@@ -41,6 +41,10 @@ constexpr double rounding = 1e-13;
 // stand still.
 constexpr double block_jacobi_doubt = 4;
 
+// Factorised systems before iterations are tried again, at first and at the most. A few systems
+// that are hard, as where surfaces meet, say nothing about those that follow.
+constexpr int first_factorisations = 8, most_factorisations = 4096;
+
 // Iterations that take longer than a factorisation, by the number of particles: its cost grows with
 // the power 1.5 of that on a surface. From 150 000 on, more than are ever made.
 double worth_a_factorisation(int particles) { return 40 + 5 * std::sqrt(particles); }
@@ -241,6 +245,11 @@ bool VelocitySystem::renew(Outcome& outcome) {
 bool VelocitySystem::factorise(double gamma, std::span<const double> b,
                                std::span<double> correction, Outcome& outcome) {
   if (gamma < factorised_from_) return false;
+  if (factorisations_left_ == 0) {
+    factorised_from_ = std::numeric_limits<double>::infinity();
+    return false;
+  }
+  --factorisations_left_;
   if (direct_ == nullptr) direct_ = std::make_unique<DirectSolver>(dynamics_);
   ++outcome.iterations;
   outcome.residual = 0;
@@ -371,9 +380,13 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   iterate(velocity_weight, goal, dv, outcome);
   outcome.multigrid = preconditioner_ != &block_jacobi_;
   note_iterations(outcome);
-  if (dynamics_.scene().source.time.preconditioner == PreconditionerChoice::automatic &&
-      outcome.iterations > worth_a_factorisation(count)) {
-    factorised_from_ = gamma;
+  if (outcome.iterations <= worth_a_factorisation(count)) {
+    if (gamma >= hard_gamma_) factorisation_patience_ = 0;
+  } else if (dynamics_.scene().source.time.preconditioner == PreconditionerChoice::automatic) {
+    factorised_from_ = hard_gamma_ = gamma;
+    factorisation_patience_ =
+        std::clamp(2 * factorisation_patience_, first_factorisations, most_factorisations);
+    factorisations_left_ = factorisation_patience_;
     if (!outcome.converged && !outcome.indefinite) {
       factorise(gamma, b, correction, outcome);
       return outcome;

@@ -23,7 +23,8 @@ namespace weft::sim {
 // multigrid meets a matrix that is not positive definite.
 //
 // Where that takes so many iterations that a factorisation costs less, systems of as long a gamma
-// are factorised (direct_solver.h), unless time.preconditioner names one.
+// are factorised (direct_solver.h), unless time.preconditioner names one. Iterations are tried
+// again after eight such systems, then after twice as many each time that they take too long again.
 //
 // The coarse matrices are kept while they do: they are formed anew once the iterations beyond those
 // of the first solve with them, digit for digit, cost as much; where that happened within a solve,
@@ -89,6 +90,9 @@ class VelocitySystem {
   std::unique_ptr<Multigrid> multigrid_;                              // made when first wanted
   std::unique_ptr<DirectSolver> direct_;                              // the same
   double factorised_from_ = std::numeric_limits<double>::infinity();  // gamma, s
+  // Factorised systems before iterations are tried again, and how many there are of these left.
+  int factorisation_patience_ = 0, factorisations_left_ = 0;
+  double hard_gamma_ = 0;  // s, of the last system that took too many iterations
   Preconditioner* preconditioner_ = &block_jacobi_;
   bool is_exact_ = false;             // products with A are in double
   bool has_single_products_ = false;  // behind the residual, since it was last formed from A itself
