@@ -103,7 +103,9 @@ TEST(RigidMotion, BoundsHoldForAllPointsAndTimes) {
         EXPECT_LE(stray, bounds.stray + 1e-14) << start << " + " << length;
         EXPECT_LE(travel, bounds.travel + 1e-14) << start << " + " << length;
         // Not so large that it would forbid everything.
-        if (length < 0.01) EXPECT_LE(bounds.stray, 3e-5);
+        if (length < 0.01) {
+          EXPECT_LE(bounds.stray, 3e-5);
+        }
       }
     }
   }
