@@ -148,6 +148,7 @@ std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
   if (const auto bad = search_.update(position))
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
+  if (friction_ > 0) find_spins(position, velocity);
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
@@ -167,6 +168,30 @@ std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
     }
   }
   statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
+  return std::nullopt;
+}
+
+// Obstacles are rigid: any of their triangles tells how they turn.
+void Contact::find_spins(std::span<const Vec3> position, std::span<const Vec3> velocity) {
+  spins_.assign(scene_.bodies.size(), Vec3::Zero());
+  for (std::size_t b = scene_.dynamic_bodies; b < scene_.bodies.size(); ++b) {
+    const SceneBody& body = scene_.bodies[b];
+    if (!body.moves) continue;
+    std::array<Vec3, 3> x, v;
+    for (int k = 0; k < 3; ++k) {
+      const int particle = body.mesh.triangles[0][k] + body.first_particle;
+      x[k] = position[particle];
+      v[k] = velocity[particle];
+    }
+    spins_[b] = rigid_spin(x, v);
+  }
+}
+
+// The first or the second side may be an obstacle.
+std::optional<Vec3> Contact::obstacle_spin(const std::array<int, 4>& nodes) const {
+  for (const int node : {nodes[0], nodes[3]}) {
+    if (!is_dynamic(node)) return spins_[scene_.body_index_of_particle(node)];
+  }
   return std::nullopt;
 }
 
@@ -275,7 +300,8 @@ void Contact::add_pair(const ContactLaw& law, const Pair& features, const bsi::C
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
     const auto kind =
         features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
-    auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity, pair);
+    auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity,
+                               obstacle_spin(pair.nodes), pair);
     if (sliding) {
       if (definite_ && coefficient < 0) sliding->slope.setZero();
       pair.sliding = static_cast<int>(found.sliding.size());

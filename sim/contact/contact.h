@@ -148,6 +148,8 @@ class Contact {
   double pair_area(const std::array<int, 4>& nodes, int split) const;
   double range_of(const PairGroup& group) const;
   bool is_dynamic(int particle) const { return particle < scene_.dynamic_particles; }
+  void find_spins(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
   double normal_block(const ContactPair& pair, double gamma) const {
     return gamma * (gamma * pair.stiffness + pair.damping);
   }
@@ -191,6 +193,7 @@ class Contact {
   bool definite_ = false;
   std::vector<Vec3> rest_;                   // of all particles: edge lengths scale the mollifier
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
+  std::vector<Vec3> spins_;                  // rad/s, by body; of dynamic ones zero
   std::vector<ContactPair> pairs_;
   std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;

@@ -1,5 +1,6 @@
 #include "sim/contact/contact_pair.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "materials/contact.h"
@@ -34,8 +35,8 @@ std::optional<std::array<Mat3, 2>> turning(const Vec3& e1, const Vec3& e2) {
                              Mat3(0.5 * m * q2.transpose() - q2 * m.transpose())};
 }
 
-// The levers of Sliding. A triangle turns as its edges from the first corner do, two edges as the
-// plane along both does.
+// The levers of Sliding of two dynamic sides. A triangle turns as its edges from the first corner
+// do, two edges as the plane along both does.
 std::optional<std::array<Mat3, 4>> sliding_levers(bsi::FeatureKind kind,
                                                   const bsi::Closest& closest,
                                                   const bsi::FourPoints& x, const Vec3& normal) {
@@ -81,17 +82,30 @@ double apply_push(const ContactLaw& law, double thickness, double mollifier,
   return -pair.coefficient * barrier.first;
 }
 
+Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity) {
+  const auto turn = turning(position[1] - position[0], position[2] - position[0]);
+  if (!turn) return Vec3::Zero();
+  return (*turn)[0] * (velocity[1] - velocity[0]) + (*turn)[1] * (velocity[2] - velocity[0]);
+}
+
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,
+                                   const std::optional<Vec3>& obstacle_spin,
                                    const ContactPair& pair) {
   const double limit = law.friction * barrier_push;
   if (limit == 0) return std::nullopt;
-  const auto lever = sliding_levers(kind, closest, points, pair.normal);
-  if (!lever) return std::nullopt;
   Sliding sliding;
-  sliding.lever = *lever;
   Vec3 u = Vec3::Zero();
+  if (obstacle_spin) {
+    const Mat3 across = Mat3::Identity() - pair.normal * pair.normal.transpose();
+    for (int i = 0; i < 4; ++i) sliding.lever[i] = closest.weight[i] * across;
+    u = -across * obstacle_spin->cross(closest.separation);
+  } else {
+    const auto lever = sliding_levers(kind, closest, points, pair.normal);
+    if (!lever) return std::nullopt;
+    sliding.lever = *lever;
+  }
   for (int i = 0; i < 4; ++i) u += sliding.lever[i] * velocity[pair.nodes[i]];
   const double speed = u.norm();
   const materials::FrictionFactor factor = materials::friction_factor(speed, law.friction_speed);

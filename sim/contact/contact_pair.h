@@ -22,10 +22,12 @@ struct ContactLaw {
   double friction_speed = 0;  // m/s
 };
 
-// Friction acts on the sliding velocity u = sum_i lever_i v_i, and with the forces lever_i^T f.
-// u is the velocity of the first side's closest point, less that of the second side's carried on to
-// the same place as if that side were rigid, across the normal. No rigid motion of all four points
-// makes u: friction takes no power from one, and has neither a resultant nor a torque.
+// Friction acts on the sliding velocity u, across the normal, and with the forces lever_i^T f where
+// lever_i = du / dv_i. u is the velocity of the first side's closest point, less that of the second
+// side's, both taken at one place: one side is carried on to the other as if it were rigid. Against
+// an obstacle that is the obstacle, which is. Of two dynamic sides it is the second, by how its
+// edges turn: then no rigid motion of all four points makes u, so that friction takes no power from
+// one, and has neither a resultant nor a torque.
 struct Sliding {
   std::array<Mat3, 4> lever;
   Vec3 force{0, 0, 0};        // N, on the first side
@@ -51,12 +53,17 @@ struct ContactPair {
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair);
 
+// The angular velocity (rad/s) of a triangle that moves as a rigid body; zero of one without area.
+Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity);
+
 // Friction of a pair whose push is known; nothing where there is none, or where the four points do
-// not span a surface. `barrier_push`: what apply_push returned; with the damping in it, which leaps
+// not span a surface. `obstacle_spin`: angular velocity (rad/s) of the side that is an obstacle, if
+// one is. `barrier_push`: what apply_push returned; with the damping in it, which leaps
 // at an impact, Newton's iteration fails far more often.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,
+                                   const std::optional<Vec3>& obstacle_spin,
                                    const ContactPair& pair);
 
 }  // namespace weft::sim
