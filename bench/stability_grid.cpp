@@ -200,6 +200,7 @@ void apply_setting(const Method& method, Setup& setup) {
   keys.set("time.method", method.key);
   if (method.by_step) {
     const double step = 10 * setup.setting;
+    setup.duration = std::max(setup.duration, step);  // a step is not longer than its run
     keys.set("time.step", step);
     if (!setup.scene.has_moving_parts) setup.duration = std::min(setup.duration, 500 * step);
     if (step < 1e-5) keys.set("time.minimum_step", 1e-3 * step);

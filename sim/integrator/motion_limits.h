@@ -16,9 +16,9 @@ namespace weft::sim {
 // - where a pin has turned by `largest_turn` or, with contact, strays from its chord by a tenth of
 //   contact.range;
 // - where a moving obstacle has used up four fifths of the distance to a part of a body that is
-//   beyond contact's reach. Once that is less than half of contact.range, where the obstacle and
-//   that part have moved half of contact.range against each other, or it has turned or strayed as
-//   far as a pin may.
+//   beyond contact's reach. Once that is less than an eighth of contact.range, where the obstacle
+//   and that part have moved an eighth of contact.range against each other, or it has turned or
+//   strayed as far as a pin may. (The shortest barriers act over a quarter of the range.)
 // An obstacle counts by the distance to it and by the speeds at the start of the step: one that
 // cannot come into reach shortens nothing. Obstacles without contact do not count at all. Proofs
 // are in docs/theory.md, section 2.
@@ -26,7 +26,7 @@ class MotionLimits {
  public:
   static constexpr double largest_turn = 0.15;  // rad
   static constexpr double stray_part = 0.1;     // of contact.range
-  static constexpr double near_part = 0.5;      // of contact.range
+  static constexpr double near_part = 0.125;    // of contact.range: half of the shortest barrier's
   static constexpr double approach_part = 0.8;  // of the distance left
 
   // Both must outlive it.

@@ -14,6 +14,10 @@ namespace {
 // than several that do not.
 constexpr int longest_patience = 16;
 
+// An error test would double a chosen step at once after surfaces stood in the way, where they
+// still do.
+constexpr double growth_after_veto = 1.2;
+
 // Accepted steps over which vetoes are counted. A run ends where they were cut more often than
 // every second time, or, with steps of given length, often and all together are hardly longer than
 // one.
@@ -64,7 +68,8 @@ std::optional<double> OneStepIntegrator::next_time() {
 double OneStepIntegrator::wanted_time() const {
   if (!is_fixed()) {
     const auto longest = scene_.source.time.maximum_step;
-    return time_ + (longest ? std::min(size_, *longest) : size_);
+    const double size = std::min(size_, longest_after_veto_);
+    return time_ + (longest ? std::min(size, *longest) : size);
   }
   const double grid = grid_time();
   // What would be left of the step must not be a sliver.
@@ -94,6 +99,7 @@ std::optional<std::string> OneStepIntegrator::step() {
     count(trouble);
     // An error test has proposed a length.
     if (trouble != Trouble::error_too_large) size_ = (end - time_) / 2;
+    if (trouble == Trouble::surfaces) longest_after_veto_ = size_;
     successes_ = 0;
     patience_ = std::min(2 * patience_, longest_patience);
     if (size_ < scene_.source.time.minimum_step) return failure(trouble);
@@ -124,6 +130,7 @@ void OneStepIntegrator::accept(double time) {
     dynamics_.place_pins(time, state_);
     if (motion_limits_.jumps_at(time)) forget_slopes();
   }
+  longest_after_veto_ *= growth_after_veto;
   if (!is_fixed()) return;
   if (time == grid_time()) ++completed_steps_;
   if (++successes_ < patience_) return;

@@ -2,6 +2,7 @@
 // length, shortened until they succeed and keep surfaces apart; states in between.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -81,8 +82,9 @@ class OneStepIntegrator : public Integrator {
   MotionLimits motion_limits_;
   std::optional<double> step_;  // s, of the grid
   double time_ = 0, previous_time_ = 0;
-  double size_ = 0;                   // s, of the next try
-  std::int64_t completed_steps_ = 0;  // of the grid
+  double size_ = 0;                                                      // s, of the next try
+  double longest_after_veto_ = std::numeric_limits<double>::infinity();  // s, of chosen steps
+  std::int64_t completed_steps_ = 0;                                     // of the grid
   int successes_ = 0, patience_ = 1;  // of a length, and how many before it is doubled
   // The other state is that before the last step and, from its first try on, the end of the next.
   std::vector<double> state_, other_state_;

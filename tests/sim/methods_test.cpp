@@ -182,6 +182,8 @@ TEST(Methods, ArkodeTakesExplicitStepsWhereNothingIsStiffAndImplicitOnesElsewher
 const std::string fast_impact = R"(
 [time]
 duration = 0.04
+[contact]
+stiffness = 2e7  # takes up 0.2 kg/m^2 at 20 m/s
 [material.cloth]
 density = 0.2
 membrane_stiffness = 500
