@@ -228,45 +228,5 @@ TEST(Integrator, TheFirstStepIsWithinTheToleranceAndNotFarBelowIt) {
   EXPECT_NEAR(h, expected, 0.2 * expected);
 }
 
-// A cloth over the corners of a small table. Friction is stiff at the few particles that rest on
-// these. With the mean correction alone to end Newton's iteration, one of them is left to swing to
-// and fro, and steps stay short for thousands of them.
-TEST(Integrator, AFewParticlesUnderStiffFrictionDoNotHoldTheStepsBack) {
-  SimulatedCase cloth(R"(
-[time]
-duration = 1.0
-velocity_tolerance = 5e-3
-position_tolerance = 5e-5
-[contact]
-friction = 0.8
-range = 1e-2
-[material.linen]
-density = 0.2
-membrane_stiffness = 1000
-bending_stiffness = 2e-5
-stiffness_damping = 1e-3
-bending_damping = 1e-3
-normal_drag = 1.5
-mass_damping = 2
-[[body]]
-name = "cloth"
-position = [0.0, 0.0, 0.03]
-shape = { type = "rectangle", size = [0.7, 0.7], resolution = [17, 17] }
-[[obstacle]]
-name = "table"
-shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
-)");
-  Integrator& integrator = cloth.integrator();
-  int alike = 0, most_alike = 0;
-  for (double last = 0; integrator.time() < 1;) {
-    ASSERT_FALSE(integrator.step());
-    alike = integrator.last_step() == last ? alike + 1 : 0;
-    last = integrator.last_step();
-    if (integrator.last_order() == 1 && last < 1e-4) most_alike = std::max(most_alike, alike);
-  }
-  EXPECT_LT(integrator.counts().steps, 1500);
-  EXPECT_LT(most_alike, 150);
-}
-
 }  // namespace
 }  // namespace weft::sim
