@@ -164,7 +164,7 @@ void climb(const Scene& scene, const ClothMethod& method, const AccuracyOptions&
   }
 }
 
-// Of a ladder for a picture: rows by growing cost, each more exact than all before.
+// Returns a ladder for a picture: rows by growing cost, each more exact than all before.
 std::vector<Row> best_of(std::vector<Row> rows) {
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.cpu < b.cpu; });
   std::vector<Row> best;

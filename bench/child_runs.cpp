@@ -56,7 +56,7 @@ Child start(std::size_t index, double cpu_limit, const std::function<std::string
   return {process, ends[0], index, {}};
 }
 
-// Of a child whose pipe has come to its end.
+// Reads how a child ended whose pipe has come to its end.
 ChildEnd collect(Child& child) {
   close(child.pipe_end);
   int status = 0;

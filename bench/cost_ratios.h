@@ -1,4 +1,4 @@
-// What an error costs, by method, and the ratios that are drawn from it.
+// Cost of an error by method, and the ratios that are drawn from it.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ struct CostLadder {
   std::vector<CostPoint> points;
 };
 
-// What a ladder takes for this error (m), between two rungs on logarithmic scales: CPU s, nothing
+// Returns the cost (CPU s) of this error (m), between two rungs on logarithmic scales; nothing
 // where it does not get there.
 std::optional<double> cost_at(const CostLadder& ladder, double error);
 // The least of all ladders for which `counts` holds.

@@ -27,7 +27,7 @@ using sim::number_text;
 constexpr double first_limit_in_medians = 30, limit_in_medians = 45;
 static_assert(limit_in_medians < most_medians);
 constexpr double generous_limit = 60;  // s
-// Of the converged runs, m: a hundredth, or a tenth, of that of most cells.
+// Tolerances of the converged runs, m: a hundredth, or a tenth, of that of most cells.
 constexpr double reference_tolerance = 1e-7, quick_reference_tolerance = 1e-6;
 
 struct Run {
@@ -237,7 +237,7 @@ std::string csv_of(const std::vector<Run>& runs) {
   return out.str();
 }
 
-// Of the picture: finished, inexact, refused, failed, limited, and all that must never be.
+// Classes of the picture: finished, inexact, refused, failed, limited, and all that must never be.
 int class_of(Outcome outcome) {
   return std::min(static_cast<int>(outcome), static_cast<int>(Outcome::too_slow));
 }

@@ -1,6 +1,6 @@
 // One cell of the stability grid: a case, run in a process of its own and judged.
 //
-// What is checked of every state that is looked at, 25 in a run (200 where obstacles or pins move)
+// Every state that is looked at is checked, 25 in a run (200 where obstacles or pins move)
 // and its last one:
 // - positions and velocities are finite;
 // - there is no more energy than was put in (sim/integrator/energy_watch.h). A run looks at this
@@ -75,7 +75,7 @@ class Judge {
   // The forces left at the end of a static run.
   [[nodiscard]] std::optional<std::string> check_rest(double time, std::span<const double> y);
   double largest_share() const { return energy_watch_.largest_share(); }
-  // What share of the largest kinetic energy at the states that were checked is gone at `y`; NaN
+  // Returns the share of the largest kinetic energy of the checked states that is gone at `y`; NaN
   // where something may take it: damping, air, contact, moving pins or obstacles.
   double energy_lost(double time, std::span<const double> y);
 
@@ -96,7 +96,7 @@ class Judge {
   std::vector<sim::Vec3> position_, velocity_;
 };
 
-// What is wrong with the end `y` of a run with a tolerance (m; 0: none), in words, and nothing
+// Says what is wrong with the end `y` of a run with a tolerance (m; 0: none), in words, and nothing
 // else. Sets result.error and result.lost.
 std::string inexactness(const sim::Scene& scene, Judge& judge, const ConvergedEnd* converged,
                         double tolerance, double time, std::span<const double> y,

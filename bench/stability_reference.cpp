@@ -17,7 +17,7 @@ using namespace sim;
 
 constexpr double certainty = 1e-3;  // m
 
-// What is simulated once for all methods.
+// A converged run, simulated once for all methods.
 struct Work {
   std::vector<std::string> physics;
   std::set<double> times;  // s, at which cells end

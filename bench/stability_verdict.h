@@ -7,7 +7,7 @@
 
 namespace weft::bench {
 
-// Of the cells in which obstacles and pins are at rest: most fail only where a method cannot do
+// Shares of the cells in which obstacles and pins are at rest: most fail only if a method cannot do
 // what it is asked, and few are so slow that they are ended. `inexact` counts runs of methods with
 // a tolerance alone: a fixed step is as exact as it is.
 struct Shares {
@@ -21,7 +21,7 @@ struct Shares {
   }
 };
 
-// Of all cells: how many are simulated for a second and more, and for how long.
+// Number of all cells, of those simulated for a second and more, and the times simulated.
 struct SimulatedTimes {
   int cells = 0, long_cells = 0;
   double shortest = 0, longest = 0;  // s

@@ -107,7 +107,7 @@ class Pilot {
           "in the pilot run of time.accuracy: " + limit_.reason(scene, integrator);
     return stopped();
   }
-  // The same for a run that the bar shows.
+  // Whether a run goes on; it is shown by the bar.
   bool goes_on(const Scene& scene, const Integrator& integrator) {
     if (options_.progress) options_.progress(std::min(integrator.time(), duration()));
     return !is_stopped_at(scene, integrator);

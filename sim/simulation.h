@@ -19,7 +19,7 @@ struct RunOptions {
   // Measure the error by a second, more exact run beside this one (error_estimate.h); the
   // trajectory then has a series error_estimate_BODY (m) a dynamic body. Not with `static`.
   bool estimate_error = false;
-  // What was spent on this run before, s: counted in its report and in compute.cpu_limit.
+  // Time spent on this run before, s: counted in its report and in compute.cpu_limit.
   double earlier_cpu_time = 0, earlier_wall_time = 0;
   // Told after every step: simulated time (s). May be empty.
   std::function<void(double time)> progress;

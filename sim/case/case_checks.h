@@ -15,7 +15,7 @@ void check_case(const Case& target, const Locations& locations);
 // The largest time.position_tolerance with which contact is sound, m; infinite without contact.
 double position_tolerance_limit(const Case& target);
 
-// What a user should know of a step that is longer than the time between frames; empty for others.
+// Notice for a step that is longer than the time between frames; empty for others.
 std::string long_step_notice(const TimeCase& time);
 
 }  // namespace weft::sim

@@ -20,7 +20,7 @@ namespace weft::sim {
 
 namespace {
 
-// Of a case file, bytes: room for a hundred thousand keyframes. toml++ takes two seconds for it.
+// Largest case file, bytes: room for a hundred thousand keyframes. toml++ takes two seconds for it.
 constexpr std::size_t longest_case = std::size_t{8} << 20;
 
 void read_table(const toml::table& source, const Table& target, const std::string& path,

@@ -16,9 +16,9 @@ std::optional<std::string> nearest_name(const std::string& name,
 // `did you mean "friction"?`, or all candidates where none is near: `expected one of "a", "b"`.
 std::string name_hint(const std::string& name, const std::vector<std::string>& candidates);
 
-// What may go to a terminal: control characters and bytes that are not UTF-8 become escapes (\n,
-// \x1b), so that no text from a file moves the cursor or sets a title. `keep_lines` leaves the ends
-// of lines.
+// Text that may go to a terminal: control characters and bytes that are not UTF-8 become escapes
+// (\n, \x1b), so that no text from a file moves the cursor or sets a title. `keep_lines` leaves the
+// ends of lines.
 std::string printable(const std::string& text, bool keep_lines = false);
 
 // For messages: printable, and of more than 160 bytes only the first, with their number.

@@ -22,7 +22,7 @@ void apply_override(toml::table& root, const std::string& text);
 // Line 0 for what came from an override, whose file is then `--set KEY=VALUE`.
 SourceLocation location_of(const toml::source_region& source);
 
-// Where a key of more than a thousand parts (a.a.a...) begins in TOML text, as a byte; npos:
+// Finds a key of more than a thousand parts (a.a.a...) in TOML text, as its first byte; npos:
 // nowhere. toml++ makes a table for each part and overruns the stack on some ten thousand.
 std::size_t find_deep_key(const std::string& text);
 

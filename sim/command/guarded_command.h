@@ -1,4 +1,4 @@
-// What the commands share: delivery of results, and commands that read files of others.
+// Shared by the commands: delivery of results, and commands that read files of others.
 #pragma once
 
 #include <functional>

@@ -190,7 +190,7 @@ PilotReport run_pilot(Case& source, bool quiet) {
   return report;
 }
 
-// What is said of a run that ended with its pilot.
+// The report of a run that ended with its pilot.
 RunReport report_of(const PilotReport& pilot) {
   RunReport report;
   report.status = pilot.interrupted ? RunReport::Status::interrupted : RunReport::Status::failed;

@@ -468,7 +468,7 @@ std::optional<ContactFault> Contact::check_part(const PairGroup& group, std::siz
   // something.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
   const std::span<const double> stray = demand.stray.particle;
-  // Of the whole group; pair by pair it may be less.
+  // The largest stray of the whole group; pair by pair it may be less.
   double largest = half;
   if (!stray.empty()) largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];
   std::vector<int> unproved;

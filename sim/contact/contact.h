@@ -93,8 +93,8 @@ class Contact {
   [[nodiscard]] std::optional<ContactFault> check_path(std::span<const Vec3> start,
                                                        std::span<const Vec3> end,
                                                        const PathStray& stray = {});
-  // The same for a place on a path that has been found free: no gap is demanded, at its end or on
-  // the way, only that surfaces do not meet.
+  // Checks the path to a place on a path that has been found free: no gap is demanded, at its end
+  // or on the way, only that surfaces do not meet.
   [[nodiscard]] std::optional<ContactFault> check_crossing(std::span<const Vec3> start,
                                                            std::span<const Vec3> end);
   // Smallest gap within the range at `position` (infinite where none is); a fault where one is not
@@ -130,7 +130,7 @@ class Contact {
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
-  // What a part of the candidates adds to the forces.
+  // The share of the forces of one part of the candidates.
   struct Found {
     std::vector<ContactPair> pairs;
     std::vector<Sliding> sliding;
@@ -175,7 +175,7 @@ class Contact {
   void join(Found& part);
   void clear();
   static double stray_of(const Pair& pair, std::span<const double> stray);
-  // What a path must keep to.
+  // The conditions that a path must meet.
   struct PathDemand {
     bool gap = true;  // half the thickness on the way and all of it at the end
     PathStray stray;

@@ -152,7 +152,7 @@ void Dynamics::advance_pins(double time, double factor, std::span<double> y) con
   });
 }
 
-// Of particles that follow prescribed motions.
+// Only particles that follow prescribed motions stray.
 PathStray Dynamics::path_stray(double from, double to) {
   bool is_straight = true;
   for (const PrescribedMotion& held : scene_.prescribed) {

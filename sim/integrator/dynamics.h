@@ -19,7 +19,7 @@ namespace weft::sim {
 
 // A state as the integrator holds it: positions (m), then velocities (m/s) of the dynamic
 // particles. Where pinned ones are is known from the time alone: forces never take it from here.
-// Those that move are carried along with their prescribed rates, so that a method's error control
+// Moving ones are carried along with their prescribed rates, so that a method's error control
 // sees what they do; those at rest unchanged.
 struct StateView {
   std::span<const Vec3> position;

@@ -26,8 +26,8 @@ class EnergyWatch {
   // `start`: the initial state. The dynamics must outlive it. Evaluates contact.
   EnergyWatch(Dynamics& dynamics, std::span<const double> start);
 
-  // Of the state at the end of a step, with the energies `now`: nothing, or what is wrong. Every
-  // step must be shown, in order. Beside wind or prescribed motion it evaluates forces.
+  // Judges the state at the end of a step, with the energies `now`: nothing, or what is wrong.
+  // Every step must be shown, in order. Beside wind or prescribed motion it evaluates forces.
   [[nodiscard]] std::optional<std::string> check(double time, std::span<const double> y,
                                                  const Energies& now);
   // Largest energy so far, as a share of the limit.

@@ -13,7 +13,7 @@ namespace weft::sim {
 // P the power of drag on the free particles and h the length of a step from 0 to 1,
 //   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
 //   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
-// Where forces and power rise or fall throughout a step, the true work is off by no more than the
+// If forces and power rise or fall throughout a step, the true work is off by no more than the
 // doubt. What internal damping, contact damping and friction turn into heat is not subtracted: on
 // all particles together they only take energy, so that the work is not less than what becomes
 // motion and strain. Drag is counted on the free particles themselves, losses included.

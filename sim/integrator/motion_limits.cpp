@@ -12,7 +12,7 @@ namespace {
 // Parts of a body whose distances are looked at one by one.
 constexpr std::size_t most_blocks = 256;
 
-// What a step that is too long is shortened to.
+// A step that is too long is shortened to this share.
 constexpr double shortening = 0.8;
 
 }  // namespace
@@ -118,7 +118,7 @@ void MotionLimits::bound_blocks(int body) {
   }
 }
 
-// Of the parts of a body that the obstacle may reach in a step of this length.
+// Adds the parts of a body that the obstacle may reach in a step of this length.
 void MotionLimits::add_approaches(const Moving& obstacle, int body, double time, double length,
                                   double travel) {
   bound_blocks(body);

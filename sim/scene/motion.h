@@ -51,8 +51,8 @@ class RigidMotion {
   // For points up to `radius` (m) from the centre at the start, from one time to a later one. All
   // are zero where nothing moves in between. Never too small, whatever events lie in between.
   MotionBounds bounds(double from, double to, double radius) const;
-  // Of a point that is at `place` and moved along (m/s, after a jump), and how far from the centre
-  // such a point starts (m).
+  // Velocity of a point that is at `place` and moved along (m/s, after a jump), and how far from
+  // the centre such a point starts (m).
   Vec3 velocity_at(double time, const Vec3& place) const;
   double distance_from_centre(double time, const Vec3& place) const;
   // The largest distance of these from the centre: the radius of points that start there.

@@ -67,7 +67,7 @@ bool is_image(const std::vector<hsize_t>& shape) {
   return true;
 }
 
-// Of an image; three a texel.
+// Number of values of an image; three per texel.
 hsize_t count_of(const std::vector<hsize_t>& shape) {
   hsize_t count = 1;
   for (const hsize_t size : shape) count *= size;

@@ -201,7 +201,7 @@ std::string picture_path(const std::string& directory, int number) {
   return (std::filesystem::path(directory) / name.data()).string();
 }
 
-// As many as follow without a gap, but for those that no rendering made.
+// Removes pictures that follow without a gap, but for those that no rendering made.
 void remove_older_pictures(const std::string& directory, int first) {
   for (int number = first;; ++number) {
     const std::string path = picture_path(directory, number);

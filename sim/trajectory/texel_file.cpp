@@ -70,7 +70,7 @@ bool receive(int pipe, void* data, std::size_t size) {
   return true;
 }
 
-// What goes through the pipe first: the size of the image, or without patches that of a message.
+// The first bytes in the pipe: the size of the image, or without patches that of a message.
 struct Header {
   std::int64_t patches = 0, rows = 0, cols = 0;
   std::int64_t message = 0;

@@ -1,4 +1,4 @@
-// What an error costs, and which ratio says what.
+// Cost of an error, and which ratio says what.
 #include "bench/cost_ratios.h"
 
 #include <gtest/gtest.h>

@@ -186,7 +186,7 @@ TEST(ChildRuns, TellHowTheyEndedAndWhatTheySaid) {
   EXPECT_EQ(ends[3].result, "short");
 }
 
-// As many as were counted when the limits were set pass; more do not.
+// A run with the failures counted when the limits were set passes; one with more does not.
 TEST(StabilityVerdict, TooManyFailuresOrLimitsAreNotPassed) {
   const auto shares_of = [](int failed, int limited, int inexact) {
     Shares shares;

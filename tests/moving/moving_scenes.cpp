@@ -49,7 +49,7 @@ Vec3 rotation_vector(const Mat3& rotation) {
   return turn.axis() * turn.angle();
 }
 
-// The same numbers with every library.
+// Random numbers that are the same with every library.
 class Random {
  public:
   explicit Random(unsigned seed) : source_(seed) {}

@@ -222,7 +222,7 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [5, 5] }
       << source.accuracy_choice;
 }
 
-// What the energy watch says of the whole run, or why it fails.
+// Returns what the energy watch says of the whole run, or why it fails.
 std::string complaint(const Case& source) {
   const auto scene = build_scene(source);
   Statistics statistics;

@@ -44,7 +44,7 @@ class CommandBadInput : public WeftCommand {
     EXPECT_EQ(result.out, "");
     EXPECT_FALSE(exists("out"));
   }
-  // The same case for `check` and `run`.
+  // Runs the case by `check` and by `run`, which must answer alike.
   void expect_case_refused(const WeftProcess::Arguments& more, const std::string& message) const {
     for (const char* command : {"check", "run"}) {
       WeftProcess::Arguments arguments{command};
@@ -351,7 +351,7 @@ TEST_F(CommandBadInput, LeavesNoFolderOfACaseThatIsRefusedLate) {
   EXPECT_FALSE(exists("new"));
 }
 
-// What a terminal obeys: all control characters but the ends of lines.
+// Characters that a terminal obeys: all control characters but the ends of lines.
 bool has_control_characters(const std::string& text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto code = static_cast<unsigned char>(text[i]);

@@ -48,7 +48,7 @@ class ContactOracle {
   // The smallest distance less thickness, m.
   double smallest_gap(std::span<const Vec3> position) const;
 
-  // What a path must be answered with: `refused`, where a pair ends without a gap or is at a cut
+  // The answer that a path must get: `refused`, where a pair ends without a gap or is at a cut
   // closer than half of its thickness; `accepted`, where every pair ends with a gap and keeps, less
   // half of the thickness, a quarter of its distance at the start; nothing in between, where
   // continuous collision may be as careful as it likes.

@@ -138,7 +138,7 @@ class Searched {
     EXPECT_EQ(oracle.missing(search.lists(), positions), "");
     return oracle.in_reach(positions).size();
   }
-  // The same at every point of a path.
+  // Checks the lists at every point of a path.
   std::size_t update_path(const Positions& start, const Positions& end) {
     EXPECT_FALSE(search.update_path(start, end));
     std::size_t in_reach = 0;

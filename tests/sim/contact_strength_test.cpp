@@ -84,7 +84,7 @@ TEST(ContactStrength, IsThatOfTheAreaAboveEveryPlane) {
   }
 }
 
-// Of two sheets, each counts half. How many vertices of the lower one lie under the upper one
+// Each of two sheets counts half. How many vertices of the lower one lie under the upper one
 // depends on where it lies.
 TEST(ContactStrength, IsThatOfTheAreaBetweenTwoSheets) {
   for (const auto& [sheet, other] : {std::pair(7, 13), std::pair(17, 33), std::pair(65, 129)}) {
