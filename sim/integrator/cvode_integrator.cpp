@@ -4,7 +4,6 @@
 #include <cvode/cvode_ls.h>
 #include <cvode/cvode_proj.h>
 #include <nvector/nvector_serial.h>
-#include <sunnonlinsol/sunnonlinsol_newton.h>
 
 #include <algorithm>
 #include <cassert>
@@ -33,13 +32,12 @@ std::span<double> values(N_Vector v) {
 // takes a third longer for the same error.
 constexpr double linear_tolerance_factor = 0.3;
 
-// A Newton iteration has converged when the mean of its correction, times the rate at which
-// corrections shrink, is within CVODE's tolerance, and no particle's exceeds the mean allowed by
-// this factor.
-constexpr double peak_to_mean = 10;
-// CVODE's own: the part of an earlier rate that is remembered, and the growth of a correction that
-// ends the iteration.
-constexpr double rate_memory = 0.3, divergence = 2;
+// Newton's tolerance, as a part of the error that a step may make: CVODE's own, and the one after
+// steps whose errors swing (find_swing), for so many steps.
+constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
+constexpr int tight_steps = 10;
+// The errors of two steps swing where the cosine of the angle between them is below this.
+constexpr double swing_cosine = -0.95;
 
 // Steps on one matrix. Of one that is too old, CVODE learns by a Newton iteration that fails, which
 // costs more than a new one: the number of steps grows by one after each so many that went smoothly
@@ -62,9 +60,8 @@ struct CvodeIntegrator::Implementation {
       : scene(scene_), dynamics(dynamics_), motion_limits(scene_, dynamics_) {}
   ~Implementation() {
     CVodeFree(&cvode);
-    if (iteration != nullptr) SUNNonlinSolFree(iteration);
     if (newton_solver != nullptr) SUNLinSolFree(newton_solver);
-    for (N_Vector v : {y, work}) {
+    for (N_Vector v : {y, work, step_error, previous_step_error}) {
       if (v != nullptr) N_VDestroy(v);
     }
     SUNContext_Free(&context);
@@ -74,11 +71,10 @@ struct CvodeIntegrator::Implementation {
 
   void create();
   void set_options();
-  void set_iteration();
-  int test_convergence(N_Vector correction, N_Vector weight, double tolerance);
   int rate(double t, N_Vector state, N_Vector out);
   int assemble(double t, N_Vector state);
   void choose_matrix_interval();
+  void find_swing();
   std::optional<std::string> follow_motions();
   void begin_anew();
   IntegratorCounts counts() const;
@@ -99,10 +95,9 @@ struct CvodeIntegrator::Implementation {
   SUNContext context = nullptr;
   void* cvode = nullptr;
   N_Vector y = nullptr, work = nullptr;
-  SUNNonlinearSolver iteration = nullptr;
+  N_Vector step_error = nullptr,
+           previous_step_error = nullptr;  // of the last two steps, by their weights
   SUNLinearSolver newton_solver = nullptr;
-  double convergence_rate = 1;  // of Newton's iteration with the matrices in use; 1: not known yet
-  double last_correction = 0;   // of the iteration in hand
   double time = 0;
   std::vector<double> accepted_state;
   std::vector<Vec3> previous_position, accepted_position, trial_position, scratch_velocity;
@@ -112,6 +107,7 @@ struct CvodeIntegrator::Implementation {
   IntegratorCounts earlier;                          // what CVODE counted before it began anew
   int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
   long iterations_before_step = 0, failures_before_step = 0;
+  int tight_steps_left = 0;
   int steps_in_window = 0;
   std::int64_t vetoes_before_window = 0;
   std::optional<ContactFault> last_fault, last_veto;
@@ -122,6 +118,9 @@ void CvodeIntegrator::Implementation::create() {
   const auto size = static_cast<sunindextype>(dynamics.state_size());
   y = make_vector(size, dynamics.threads(), context);
   work = N_VClone(y);
+  step_error = N_VClone(y);
+  previous_step_error = N_VClone(y);
+  N_VConst(0, step_error);
   accepted_state = dynamics.initial_state();
   previous_state = accepted_state;
   std::copy(accepted_state.begin(), accepted_state.end(), values(y).begin());
@@ -154,7 +153,7 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetMaxConvFails(cvode, 40);
   CVodeSetMaxErrTestFails(cvode, 40);
   CVodeSetInitStep(cvode, first_step(dynamics, accepted_state));
-  set_iteration();
+  CVodeSetNonlinConvCoef(cvode, newton_tolerance);
   newton_solver = make_newton_solver(dynamics,
                                      {.gamma =
                                           [this] {
@@ -186,37 +185,6 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetProjFailEta(cvode, 0.25);
 }
 
-void CvodeIntegrator::Implementation::set_iteration() {
-  iteration = SUNNonlinSol_Newton(y, context);
-  CVodeSetNonlinearSolver(cvode, iteration);
-  SUNNonlinSolSetConvTestFn(
-      iteration,
-      [](SUNNonlinearSolver, N_Vector, N_Vector correction, realtype tolerance, N_Vector weight,
-         void* self) {
-        return static_cast<Implementation*>(self)->test_convergence(correction, weight, tolerance);
-      },
-      this);
-}
-
-// CVODE's own test (Hindmarsh et al. 2005, section 2.1), in a norm that bounds single particles,
-// too. In the mean alone, one particle among thousands may be left with an error of several
-// centimetres per second. Friction that is stiff there is not linear over such a distance: one
-// iteration then leaves a constant share of the correction, whatever the step, which swings to and
-// fro from step to step; the error estimate takes it for an error of the step, and holds steps at
-// microseconds and order 1 over thousands of them.
-int CvodeIntegrator::Implementation::test_convergence(N_Vector correction, N_Vector weight,
-                                                      double tolerance) {
-  const double size = peak_norm(values(correction), values(weight), peak_to_mean);
-  int count = 0;
-  SUNNonlinSolGetCurIter(iteration, &count);
-  if (count > 0)
-    convergence_rate = std::max(rate_memory * convergence_rate, size / last_correction);
-  if (size * std::min(1.0, convergence_rate) <= tolerance) return SUN_NLS_SUCCESS;
-  if (count > 0 && !(size <= divergence * last_correction)) return SUN_NLS_CONV_RECVR;
-  last_correction = size;
-  return SUN_NLS_CONTINUE;
-}
-
 int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out) {
   auto fault = dynamics.rate(t, values(state), values(out));
   if (!fault) return 0;
@@ -229,7 +197,6 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
 // iteration also converges where steps are long and the exact matrix is indefinite.
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
-  convergence_rate = 1;
   return 0;
 }
 
@@ -248,6 +215,26 @@ void CvodeIntegrator::Implementation::choose_matrix_interval() {
     matrix_interval = std::min(longest_interval, matrix_interval + 1);
   }
   CVodeSetLSetupFrequency(cvode, matrix_interval);
+}
+
+// Errors of steps on a smooth motion resemble each other, and those of a stiff one die out. Errors
+// that turn about from step to step are what Newton's iteration leaves (docs/theory.md, section 2):
+// they do not shrink with the step, and held steps at microseconds and order 1 over thousands of
+// them. A tighter iteration ends that.
+void CvodeIntegrator::Implementation::find_swing() {
+  std::swap(step_error, previous_step_error);
+  CVodeGetEstLocalErrors(cvode, step_error);
+  CVodeGetErrWeights(cvode, work);
+  N_VProd(step_error, work, step_error);
+  double last = 0, next = 0;
+  CVodeGetLastStep(cvode, &last);
+  CVodeGetCurrentStep(cvode, &next);
+  const double both = std::sqrt(N_VDotProd(step_error, step_error) *
+                                N_VDotProd(previous_step_error, previous_step_error));
+  const bool swings =
+      next <= last && N_VDotProd(step_error, previous_step_error) < swing_cosine * both;
+  tight_steps_left = swings ? tight_steps : std::max(0, tight_steps_left - 1);
+  CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
 }
 
 // Tells CVODE where its next step must end, and where what it knows of the past is of no use.
@@ -365,6 +352,7 @@ std::optional<std::string> CvodeIntegrator::step() {
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);
   self.choose_matrix_interval();
+  self.find_swing();
   return self.too_many_vetoes();
 }
 

@@ -24,20 +24,6 @@ bool error_weights(const TimeCase& options, std::span<const double> y, std::span
   return true;
 }
 
-double peak_norm(std::span<const double> errors, std::span<const double> weights,
-                 double peak_to_mean) {
-  const StateView error = StateView::of(errors), weight = StateView::of(weights);
-  double sum = 0, largest = 0;
-  for (std::size_t i = 0; i < error.position.size(); ++i) {
-    const double square = error.position[i].cwiseProduct(weight.position[i]).squaredNorm() +
-                          error.velocity[i].cwiseProduct(weight.velocity[i]).squaredNorm();
-    sum += square;
-    largest = std::max(largest, square);
-  }
-  const double mean = sum / static_cast<double>(errors.size());
-  return std::sqrt(std::max(mean, largest / (6 * peak_to_mean * peak_to_mean)));
-}
-
 int worst_particle(std::span<const double> errors, std::span<const double> weights) {
   const StateView error = StateView::of(errors), weight = StateView::of(weights);
   int worst = 0;
