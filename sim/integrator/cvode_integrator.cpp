@@ -95,8 +95,8 @@ struct CvodeIntegrator::Implementation {
   SUNContext context = nullptr;
   void* cvode = nullptr;
   N_Vector y = nullptr, work = nullptr;
-  N_Vector step_error = nullptr,
-           previous_step_error = nullptr;  // of the last two steps, by their weights
+  // The local errors of the last two steps, by their weights.
+  N_Vector step_error = nullptr, previous_step_error = nullptr;
   SUNLinearSolver newton_solver = nullptr;
   double time = 0;
   std::vector<double> accepted_state;
