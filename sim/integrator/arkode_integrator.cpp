@@ -92,7 +92,9 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   void set_implicit_options();
   Trouble attempt(double& end, std::span<double> y) override;
   bool set_stop_time(double end);
-  void forget_slopes() override { arkode_time_ = std::numeric_limits<double>::quiet_NaN(); }
+  void pass_event(bool jumps) override {
+    if (jumps) arkode_time_ = std::numeric_limits<double>::quiet_NaN();
+  }
   Trouble trouble_of(int flag, double& end);
   int worst_particle() const;
   double work() const;

@@ -27,9 +27,10 @@ class EulerIntegrator final : public StageIntegrator {
     return trouble != Trouble::none || is_fixed() ? trouble : test_error(h, y);
   }
 
-  // The local error, h^2 y'' / 2, from the slopes of this step and the last one.
+  // The local error, h^2 y'' / 2, from the slopes of this step and the last one. After an event of
+  // a prescribed motion, from that at the start: a long step at rest before would hide the change.
   Trouble test_error(double h, std::span<const double> y) {
-    const bool starts_anew = last_step() == 0 || jump_time_ == time();
+    const bool starts_anew = last_step() == 0 || event_time_ == time();
     if (starts_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
     if (!error_weights(scene().source.time, state(), weight_)) return Trouble::not_finite;
     const double factor = h * h / (h + (starts_anew ? 0 : last_step()));
@@ -47,9 +48,9 @@ class EulerIntegrator final : public StageIntegrator {
     for (std::size_t i = 0; i < y.size(); ++i) rate_[i] = (y[i] - state()[i]) / h;
     return Trouble::none;
   }
-  void forget_slopes() override { jump_time_ = time(); }
+  void pass_event(bool) override { event_time_ = time(); }
 
-  double jump_time_ = -1;               // s, of the last jump of a prescribed velocity
+  double event_time_ = -1;              // s, of the last event of a prescribed motion
   std::vector<double> rate_;            // slope of the step before; where none, of the motion
   std::vector<double> weight_, error_;  // all: without a fixed step
 };

@@ -47,6 +47,12 @@ double MotionLimits::next_event(double time) const {
   return next == events_.end() ? std::numeric_limits<double>::infinity() : next->time;
 }
 
+bool MotionLimits::has_event_at(double time) const {
+  return std::any_of(events_.begin(), events_.end(), [&](const MotionEvent& event) {
+    return std::abs(event.time - time) <= scene_.source.time.minimum_step;
+  });
+}
+
 bool MotionLimits::jumps_at(double time) const {
   return std::any_of(events_.begin(), events_.end(), [&](const MotionEvent& event) {
     return event.jumps && std::abs(event.time - time) <= scene_.source.time.minimum_step;

@@ -39,7 +39,9 @@ class MotionLimits {
   // particles where an obstacle moves, and nothing where only pins do.
   std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
   std::string failure(double time) const;
-  // Does a velocity jump within time.minimum_step of `time`?
+  // Does a motion start, stop or pass a keyframe within time.minimum_step of `time`, and does its
+  // velocity jump there?
+  bool has_event_at(double time) const;
   bool jumps_at(double time) const;
 
  private:

@@ -128,7 +128,7 @@ void OneStepIntegrator::accept(double time) {
   if (motion_limits_.apply()) {
     window_allowed_ += allowed_;
     dynamics_.place_pins(time, state_);
-    if (motion_limits_.jumps_at(time)) forget_slopes();
+    if (motion_limits_.has_event_at(time)) pass_event(motion_limits_.jumps_at(time));
   }
   longest_after_veto_ *= growth_after_veto;
   if (!is_fixed()) return;

@@ -39,8 +39,9 @@ class OneStepIntegrator : public Integrator {
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // The method has checked the way it took, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
-  // A prescribed velocity jumps at time(): what the method knows of earlier slopes is of no use.
-  virtual void forget_slopes() {}
+  // A prescribed motion starts, stops or passes a keyframe at time(): earlier slopes say nothing
+  // about what follows, and where its velocity jumps, nothing about the state either.
+  virtual void pass_event(bool /*jumps*/) {}
   // Said before the first step; a reason not to begin.
   virtual std::optional<std::string> refusal() { return std::nullopt; }
 
