@@ -23,8 +23,9 @@ namespace weft::sim {
 class StageSolver {
  public:
   // `newton_count`: so many iterations from `a`, with neither line search nor test of convergence
-  // nor halving, on semi-definite matrices from the start; 0: until they converge, 12 whole ones
-  // and 20 with a line search at the most.
+  // nor halving, on semi-definite matrices from the start; beside contact and prescribed motion up
+  // to 12 more, until the residual velocities are small. 0: until they converge, 12 whole ones and
+  // 20 with a line search at the most.
   StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count);
   ~StageSolver();
   StageSolver(const StageSolver&) = delete;

@@ -1,7 +1,6 @@
 // The suite `moving`: sixty scenes in which something moves as it is told, ten seeds of each. No
 // surface passes through another in any state looked at; of the scenes that have a path without
-// collision and strong contact, 95 % come to their end, those of one Newton iteration a step apart:
-// these are counted by themselves, as a known shortfall. CTest runs a tenth, one seed of each
+// collision and strong contact, 95 % come to their end. CTest runs a tenth, one seed of each
 // scene. The environment chooses: WEFT_MOVING=whole runs all, WEFT_MOVING=NUMBER or NUMBER:SEED one
 // scene and prints its case; WEFT_MOVING_JOBS is how many runs there are at a time (two).
 #include <gtest/gtest.h>
@@ -45,10 +44,6 @@ void print_tally(const std::string& name, const Tally& tally) {
               tally.runs, tally.done, tally.failed, tally.crossed, 100 * tally.share());
 }
 
-// SHORTFALL: one Newton iteration a step lets an obstacle come nearer by every step, until no gap
-// is left at time.minimum_step. It ends with that message, and nothing crosses.
-bool is_known_shortfall(const MovingScene& scene) { return scene.method == "euler-linear"; }
-
 const char* expectation(const MovingScene& scene) {
   if (!scene.has_path()) return "no path";
   return scene.is_strong() ? "must be done" : "weak";
@@ -70,14 +65,14 @@ void print_run(const MovingScene& scene, const MovingOutcome& outcome) {
 void run_and_judge(const std::vector<MovingScene>& scenes) {
   const std::vector<MovingOutcome> outcomes = run_scenes(scenes, jobs());
   std::map<std::string, Tally> by_method;
-  Tally all, owed, shortfall, without_path, weak;
+  Tally all, owed, without_path, weak;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const MovingScene& scene = scenes[i];
     const MovingOutcome& outcome = outcomes[i];
     print_run(scene, outcome);
     all.add(outcome);
     by_method[scene.method].add(outcome);
-    if (scene.must_be_done()) (is_known_shortfall(scene) ? shortfall : owed).add(outcome);
+    if (scene.must_be_done()) owed.add(outcome);
     if (!scene.has_path()) without_path.add(outcome);
     if (scene.has_path() && !scene.is_strong()) weak.add(outcome);
     EXPECT_EQ(outcome.crossings, 0) << scene.name << ", scene " << scene.number << ", seed "
@@ -89,7 +84,6 @@ void run_and_judge(const std::vector<MovingScene>& scenes) {
   }
   for (const auto& [method, tally] : by_method) print_tally(method, tally);
   print_tally("a path, and strong contact", owed);
-  print_tally("SHORTFALL: likewise, euler-linear", shortfall);
   print_tally("no path", without_path);
   print_tally("a path, but weak contact", weak);
   print_tally("all", all);

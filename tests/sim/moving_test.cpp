@@ -167,6 +167,46 @@ TEST(PrescribedMotion, APaddleSweepsASheetAway) {
   }
 }
 
+// The corner of a plate comes down on a free sheet.
+constexpr const char* creeping_plate = R"(
+[time]
+method = "euler"
+duration = 0.12
+step = 1e-3
+[world]
+gravity = [0, 0, 0]
+[contact]
+range = 4e-3
+stiffness = 1e6
+friction = 0.3
+[material.cloth]
+density = 0.2
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+thickness = 1e-3
+shape = { type = "rectangle", size = [0.45, 0.45], resolution = [9, 9] }
+[[obstacle]]
+name = "plate"
+position = [-0.02, -0.0135, 0.1265]
+rotation_deg = [93, 0.4, 0]
+shape = { type = "rectangle", size = [0.24, 0.24], resolution = [7, 7] }
+motion = { velocity = [0, 0, -0.25] }
+)";
+
+TEST(PrescribedMotion, StepsOfOneIterationArePushedAhead) {
+  for (const char* newton : {"time.newton=1", "time.newton=2"}) {
+    SCOPED_TRACE(newton);
+    SimulatedCase sim(creeping_plate, {newton});
+    const Outcome outcome = watch(sim, 0, 0.12);
+    EXPECT_EQ(outcome.failure, "");
+    EXPECT_EQ(outcome.crossings, 0);
+    EXPECT_GT(outcome.largest_move, 0.02);
+    const IntegratorCounts counts = sim.integrator().counts();
+    EXPECT_LE(counts.newton_iterations, 6 * counts.steps);
+  }
+}
+
 // Times at which steps end.
 std::vector<double> step_ends(SimulatedCase& sim, double until) {
   std::vector<double> ends;
@@ -177,6 +217,14 @@ std::vector<double> step_ends(SimulatedCase& sim, double until) {
     ends.push_back(sim.integrator().time());
   }
   return ends;
+}
+
+TEST(PrescribedMotion, StepsOfOneIterationTakeOneUntilSomethingMoves) {
+  SimulatedCase sim(creeping_plate, {"time.newton=1", "world.gravity=[0, 0, -9.81]",
+                                     "obstacle.plate.motion.start_time=0.1"});
+  EXPECT_EQ(step_ends(sim, 0.1).back(), 0.1);
+  const IntegratorCounts counts = sim.integrator().counts();
+  EXPECT_EQ(counts.newton_iterations, counts.steps);
 }
 
 bool contains(const std::vector<double>& times, double time) {
@@ -222,6 +270,16 @@ TEST(PrescribedMotion, PinsAreFollowedToTheTolerance) {
     SimulatedCase sim(turning_pins, all);
     EXPECT_LT(position_difference(sim.advance_to(0.3), converged), 2e-2) << by.front();
   }
+}
+
+// Slopes of a step of seconds at rest would make the error of the first one that turns seem small.
+TEST(PrescribedMotion, EulerForgetsARestBeforeAKeyframe) {
+  SimulatedCase sim(turning_pins, method("euler", {"world.gravity=[0, 0, 0]"}));
+  const std::vector<double> ends = step_ends(sim, 20.01);
+  const auto start = std::find(ends.begin(), ends.end(), 20.0);
+  ASSERT_TRUE(start != ends.end() && start != ends.begin());
+  EXPECT_GT(*start - *(start - 1), 1);
+  EXPECT_LT(*(start + 1) - *start, 5e-3);
 }
 
 // Error control sees the pins in the state: they end where they belong, though nothing puts them
