@@ -308,7 +308,8 @@ name = "ball"
 position = [0, 0, -0.2]
 shape = { type = "sphere", radius = 0.1, resolution = [5] }
 )";
-  for (const Overrides& by : {cvode, arkode, euler}) {
+  for (const Overrides& by :
+       {cvode, arkode, euler, method("euler", {"time.step=2e-3", "time.newton=1"})}) {
     SimulatedCase still(text, by);
     SimulatedCase later(std::string(text) + "motion = { velocity = [1, 0, 0], start_time = 100 }\n",
                         by);
