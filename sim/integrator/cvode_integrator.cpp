@@ -14,6 +14,7 @@
 #include "sim/integrator/first_step.h"
 #include "sim/integrator/motion_limits.h"
 #include "sim/integrator/newton_solver.h"
+#include "sim/integrator/settled_frame.h"
 #include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
 
@@ -378,17 +379,10 @@ std::optional<std::string> CvodeIntegrator::state_at(double time, std::span<doub
          y.size() == self.accepted_state.size());
   CVodeGetDky(self.cvode, time, 0, self.work);
   std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
-  if (self.dynamics.contact() == nullptr) return std::nullopt;
-  Contact& contact = *self.dynamics.contact();
-  self.dynamics.expand(time, y, self.trial_position, self.scratch_velocity);
-  if (!contact.check_path(self.previous_position, self.trial_position)) return std::nullopt;
-  const double s = (time - self.previous_time) / (self.accepted_time - self.previous_time);
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    y[i] = (1 - s) * self.previous_state[i] + s * self.accepted_state[i];
-  }
-  self.dynamics.expand(time, y, self.trial_position, self.scratch_velocity);
-  const auto fault = contact.check_crossing(self.previous_position, self.trial_position);
-  return fault ? std::optional(frame_failure(self.scene, *fault, time)) : std::nullopt;
+  const double part = (time - self.previous_time) / (self.accepted_time - self.previous_time);
+  return settle_frame(self.dynamics, time, part,
+                      {self.previous_state, self.accepted_state, self.previous_position}, y,
+                      self.trial_position, self.scratch_velocity);
 }
 
 IntegratorCounts CvodeIntegrator::counts() const { return implementation_->counts(); }

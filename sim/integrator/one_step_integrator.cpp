@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sim/case/case_text.h"
+#include "sim/integrator/settled_frame.h"
 
 namespace weft::sim {
 
@@ -218,13 +219,8 @@ std::optional<std::string> OneStepIntegrator::state_at(double time, std::span<do
     y[half + i] =
         6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1;
   }
-  if (dynamics_.contact() == nullptr) return std::nullopt;
-  dynamics_.expand(time, y, interpolated_, scratch_velocity_);
-  if (!dynamics_.contact()->check_path(previous_position_, interpolated_)) return std::nullopt;
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] = (1 - s) * other_state_[i] + s * state_[i];
-  dynamics_.expand(time, y, interpolated_, scratch_velocity_);
-  const auto fault = dynamics_.contact()->check_crossing(previous_position_, interpolated_);
-  return fault ? std::optional(frame_failure(scene_, *fault, time)) : std::nullopt;
+  return settle_frame(dynamics_, time, s, {other_state_, state_, previous_position_}, y,
+                      interpolated_, scratch_velocity_);
 }
 
 }  // namespace weft::sim
