@@ -464,7 +464,7 @@ shape = { type = "rectangle", size = [0.6, 0.6], resolution = [6, 6] }
 [[obstacle]]
 name = "ball"
 thickness = 0.004
-position = [0.1, 0, -0.211]
+position = [0.1, 0, -0.2075]
 shape = { type = "sphere", radius = 0.2, resolution = [9] }
 )");
   expect_forces_by_feature(*bodies, shifted(bodies->initial_position, 0.001, 5));

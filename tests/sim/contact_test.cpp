@@ -225,12 +225,10 @@ shape = { type = "rectangle", size = [3.0, 3.0], resolution = [4, 4] }
   }
 }
 
-// Two sheets in a line, edge to edge: the edges cross each other at a small angle. Near parallel
-// their barrier fades, since their closest points run along them.
-TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
-  const auto energy_at_angle = [](double degrees) {
-    const auto scene = build_scene(parse_case(
-        R"(
+// Two sheets in a line, edge to edge: the edges cross each other at an angle.
+std::unique_ptr<const Scene> edges_at_angle(double degrees, const Overrides& overrides = {}) {
+  return build_scene(parse_case(
+      R"(
 [time]
 duration = 1
 [contact]
@@ -246,15 +244,23 @@ name = "second"
 thickness = 0
 position = [0, 5.002, 0]
 rotation_deg = [0, )" +
-            std::to_string(degrees) + R"(, 0]
+          std::to_string(degrees) + R"(, 0]
 shape = { type = "rectangle", size = [10.0, 10.0], resolution = [2, 2] }
 )",
-        "test.toml"));
+      "test.toml", overrides));
+}
+
+RandomState state_at_rest(const Scene& scene) {
+  return {scene.initial_position, std::vector<Vec3>(scene.particle_count, Vec3::Zero())};
+}
+
+// Near parallel their barrier fades, since their closest points run along them.
+TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
+  const auto energy_at_angle = [](double degrees) {
+    const auto scene = edges_at_angle(degrees);
     Statistics statistics;
     Contact contact(*scene, statistics);
-    const RandomState state{scene->initial_position,
-                            std::vector<Vec3>(scene->particle_count, Vec3::Zero())};
-    return energy_at(contact, state);
+    return energy_at(contact, state_at_rest(*scene));
   };
   const double crossing = energy_at_angle(30);
   EXPECT_GT(crossing, 0);
@@ -262,6 +268,123 @@ shape = { type = "rectangle", size = [10.0, 10.0], resolution = [2, 2] }
   // c / e = 1e3 sin^2, m = 2 c / e at the least
   const double share = 1e3 * std::pow(std::sin(0.5 * std::numbers::pi / 180), 2);
   EXPECT_NEAR(energy_at_angle(0.5), share * (2 - share) * crossing, 1e-6 * crossing);
+}
+
+// Where their barrier fades, edges are turned away from being parallel by as much as it changes.
+TEST(Contact, ForcesOfFadingEdgesAreTheSlopeOfTheirEnergy) {
+  const auto scene = edges_at_angle(0.5);
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  const RandomState state = state_at_rest(*scene);
+  const std::vector<Vec3> force = forces_at(contact, *scene, state);
+  const double step = 1e-7;
+  double largest = 0, largest_lift = 0;
+  for (const Vec3& f : force) {
+    largest = std::max(largest, f.norm());
+    largest_lift = std::max(largest_lift, std::abs(f.z()));
+  }
+  // The barrier's own push is along y.
+  ASSERT_GT(largest_lift, 0.01 * largest);
+  for (int i = 0; i < scene->dynamic_particles; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      RandomState above = state, below = state;
+      above.position[i][axis] += step;
+      below.position[i][axis] -= step;
+      const double slope = (energy_at(contact, above) - energy_at(contact, below)) / (2 * step);
+      EXPECT_NEAR(force[i][axis], -slope, 1e-7 * largest) << i << " " << axis;
+    }
+  }
+}
+
+// Two edges are turned as the plane along both is: their friction has neither a resultant nor a
+// torque, and there is none in a rigid motion.
+TEST(Contact, FrictionOfEdgesTakesNothingFromARigidMotion) {
+  const auto scene = edges_at_angle(30, {"contact.friction=0.5"});
+  const auto bare = edges_at_angle(30, {"contact.friction=0"});
+  Statistics statistics;
+  Contact contact(*scene, statistics), smooth(*bare, statistics);
+  const auto friction_at = [&](const RandomState& state) {
+    std::vector<Vec3> friction = forces_at(contact, *scene, state);
+    const std::vector<Vec3> push = forces_at(smooth, *bare, state);
+    for (std::size_t i = 0; i < push.size(); ++i) friction[i] -= push[i];
+    return friction;
+  };
+  const auto size_of = [](const std::vector<Vec3>& force) {
+    double size = 0;
+    for (const Vec3& f : force) size += f.norm();
+    return size;
+  };
+  RandomState state = state_at_rest(*scene);
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal(0, 0.1);
+  for (Vec3& v : state.velocity) v = Vec3(normal(random), normal(random), normal(random));
+  const std::vector<Vec3> friction = friction_at(state);
+  const double size = size_of(friction);
+  ASSERT_GT(size, 1);
+  Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
+  for (int i = 0; i < scene->dynamic_particles; ++i) {
+    sum += friction[i];
+    torque += state.position[i].cross(friction[i]);
+  }
+  EXPECT_LT(sum.norm(), 1e-10 * size);
+  EXPECT_LT(torque.norm(), 1e-10 * size);
+  const Vec3 spin(3, -4, 5), drift(1, 2, -3);
+  for (int i = 0; i < scene->dynamic_particles; ++i)
+    state.velocity[i] = drift + spin.cross(state.position[i]);
+  EXPECT_LT(size_of(friction_at(state)), 1e-9 * size);
+}
+
+// The matrix as a product, by blocks, on its diagonal and as what preconditioners take is one:
+// gamma^2 K + gamma D, with the K that is subtracted from right sides.
+TEST(Contact, TheFormsOfTheMatrixAgree) {
+  const auto scene = build_scene(parse_case(two_sheets(0, 1e-3), "test.toml"));
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  forces_at(contact, *scene, random_state(*scene, 2));
+  const int count = scene->dynamic_particles;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<Vec3> direction(count);
+  for (Vec3& d : direction) d = Vec3(normal(random), normal(random), normal(random));
+  const auto product_at = [&](double gamma) {
+    std::vector<Vec3> product(count, Vec3::Zero());
+    contact.add_product(gamma, direction, product);
+    return product;
+  };
+  const double gamma = 0.01;
+  const std::vector<Vec3> product = product_at(gamma), whole = product_at(1);
+  std::vector<Vec3> without_stiffness(count, Vec3::Zero()), by_blocks = without_stiffness;
+  contact.subtract_stiffness(1, direction, without_stiffness);
+  std::vector<Mat3> diagonal(count, Mat3::Zero()), diagonal_blocks = diagonal,
+                                                   definite_blocks = diagonal;
+  contact.add_diagonal(gamma, diagonal);
+  contact.visit_blocks(gamma, [&](int row, int column, const Mat3& block) {
+    by_blocks[row] += block * direction[column];
+    if (row == column) diagonal_blocks[row] += block;
+  });
+  // Preconditioners take a matrix from which all that is negative has been left out.
+  contact.keep_matrix_definite();
+  forces_at(contact, *scene, random_state(*scene, 2));
+  std::vector<Mat3> definite(count, Mat3::Zero());
+  contact.add_diagonal(gamma, definite);
+  for (std::size_t p = 0; p < contact.pairs_in_reach(); ++p) {
+    const Contact::Coupling coupling = contact.definite_coupling(p, gamma);
+    for (int k = 0; k < 4; ++k) {
+      if (coupling.nodes[k] < count)
+        definite_blocks[coupling.nodes[k]] +=
+            coupling.weight[k] * coupling.weight[k] * coupling.block;
+    }
+  }
+  double size = 0;
+  for (int i = 0; i < count; ++i) size = std::max(size, product[i].norm());
+  ASSERT_GT(size, 0);
+  for (int i = 0; i < count; ++i) {
+    const Vec3 stiffness = -without_stiffness[i], damping = whole[i] - stiffness;
+    EXPECT_LT((product[i] - gamma * (gamma * stiffness + damping)).norm(), 1e-10 * size) << i;
+    EXPECT_LT((product[i] - by_blocks[i]).norm(), 1e-10 * size) << i;
+    EXPECT_LT((diagonal[i] - diagonal_blocks[i]).norm(), 1e-10 * size) << i;
+    EXPECT_LT((definite[i] - definite_blocks[i]).norm(), 1e-10 * size) << i;
+  }
 }
 
 // The lists hold every pair in reach, as the bodies move on from where the lists were built.
