@@ -146,5 +146,87 @@ shape = { type = "sphere", radius = 0.5, resolution = [9] }
   EXPECT_LT(x[0].z(), 0.45);
 }
 
+// A ball that rises into a hanging sheet, within the first second, and stays.
+constexpr const char* rising_ball = R"(
+[time]
+duration = 1
+frames_per_second = 4
+[contact]
+damping_time = 1e-4
+[material.cloth]
+density = 0.2
+membrane_stiffness = 200
+bending_stiffness = 1e-3
+mass_damping = 6
+[[body]]
+name = "sheet"
+self_contact = false
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [7, 7] }
+[[body.pin]]
+edges = ["first_row", "last_row"]
+[[obstacle]]
+name = "ball"
+position = [0.02, 0.01, -0.25]
+shape = { type = "sphere", radius = 0.1, resolution = [5] }
+motion = { keyframes = [{ time = 0 }, { time = 1, translation = [0, 0, 0.2] }] }
+)";
+
+// Of each load: obstacles are where its time puts them, and push.
+TEST(Static, FollowsAMovingObstacle) {
+  SimulatedCase sim(rising_ball, method("static"));
+  double last_top = -1;
+  for (int frame = 1; frame <= 4; ++frame) {
+    const double time = 0.25 * frame;
+    const std::vector<Vec3> x = sim.positions_at(time);
+    EXPECT_EQ(sim.integrator().time(), time);
+    EXPECT_EQ(crossings(sim.scene(), x), 0) << time;
+    double top = -1;
+    for (int i = 0; i < 49; ++i) top = std::max(top, x[i].z());
+    if (frame > 2) {
+      EXPECT_GT(top, last_top) << time;
+    }
+    last_top = top;
+  }
+  EXPECT_GT(last_top, 0.05);
+  SimulatedCase swinging(rising_ball, {"time.duration=9"});
+  const std::vector<Vec3> found = sim.positions_at(1), damped = swinging.positions_at(8);
+  for (int i = 0; i < 49; ++i) EXPECT_LT((found[i] - damped[i]).norm(), 1e-3) << i;
+}
+
+// Between two frames a ball goes through where the sheet hangs, and back.
+TEST(Static, FeelsAnObstacleThatComesAndGoesWithinALoad) {
+  SimulatedCase sim(rising_ball,
+                    method("static", {"time.frames_per_second=1",
+                                      "obstacle.ball.motion.keyframes=[{ time = 0 }, { time = 0.5, "
+                                      "translation = [0, 0, 0.2] }, { time = 1 }]"}));
+  double top = -1;
+  while (sim.integrator().time() < 1) {
+    ASSERT_EQ(sim.integrator().step(), std::nullopt);
+    const double time = sim.integrator().time();
+    const std::vector<Vec3> x =
+        sim.positions(time, {sim.integrator().state().begin(), sim.integrator().state().end()});
+    ASSERT_EQ(crossings(sim.scene(), x), 0) << time;
+    for (int i = 0; i < 49; ++i) top = std::max(top, x[i].z());
+  }
+  EXPECT_GT(top, 0.05);
+}
+
+// Pins, too, are where the time of a load puts them; a load in which they turn far is divided.
+TEST(Static, DividesALoadInWhichPinsTurn) {
+  SimulatedCase sim(rising_ball,
+                    method("static", {"contact.enabled=false", "time.frames_per_second=1",
+                                      "body.sheet.pin.0.motion.centre=[0, 0, 0]",
+                                      "body.sheet.pin.0.motion.keyframes=[{ time = 0 }, { time = "
+                                      "1, rotation_deg = [0, 0, 180] }]"}));
+  const std::vector<Vec3> x = sim.positions_at(1);
+  EXPECT_GT(sim.integrator().counts().steps, 20);
+  SimulatedCase still(rising_ball, method("static", {"contact.enabled=false"}));
+  const std::vector<Vec3> unturned = still.positions_at(1);
+  for (int i = 0; i < 49; ++i) {
+    const Vec3 turned(-unturned[i].x(), -unturned[i].y(), unturned[i].z());
+    EXPECT_LT((x[i] - turned).norm(), 1e-3) << i;
+  }
+}
+
 }  // namespace
 }  // namespace weft::sim
