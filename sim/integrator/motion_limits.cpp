@@ -37,6 +37,7 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
   }
   std::sort(events_.begin(), events_.end(),
             [](const MotionEvent& a, const MotionEvent& b) { return a.time < b.time; });
+  if (range_ > 0 && apply()) paths_.emplace(scene);
 }
 
 // An event within the shortest step of the last one is as good as passed: bounds hold across it.
@@ -73,6 +74,10 @@ std::optional<double> MotionLimits::latest_end(double time, double wanted,
 }
 
 std::string MotionLimits::failure(double time) const {
+  if (crossing_) {
+    return "prescribed motions leave no room at t = " + number_text(time) +
+           " s: " + crossing_->describe(scene_);
+  }
   const SceneBody& body = scene_.bodies[culprit_->body];
   return std::string("the prescribed motion of ") + (culprit_->is_obstacle ? "obstacle" : "body") +
          " \"" + body.name + "\" is too fast to be followed by steps of " +
@@ -158,6 +163,7 @@ bool MotionLimits::keeps_to_chord(const Moving& moving, const MotionBounds& boun
 }
 
 bool MotionLimits::is_short_enough(double time, double end) {
+  crossing_.reset();
   const double length = end - time;
   for (const Moving& moving : motions_) {
     if (moving.is_obstacle) continue;
@@ -177,7 +183,8 @@ bool MotionLimits::is_short_enough(double time, double end) {
     if (way <= approach_part * approach.clearance) continue;
     if (way > near_part * range_ || !keeps_to_chord(*approach.obstacle, bounds)) return false;
   }
-  return true;
+  if (paths_) crossing_ = paths_->find_crossing(time, end);
+  return !crossing_;
 }
 
 }  // namespace weft::sim

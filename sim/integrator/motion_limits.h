@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/integrator/dynamics.h"
+#include "sim/integrator/prescribed_paths.h"
 
 namespace weft::sim {
 
@@ -18,7 +19,8 @@ namespace weft::sim {
 // - where a moving obstacle has used up four fifths of the distance to a part of a body that is
 //   beyond contact's reach. Once that is less than an eighth of contact.range, where the obstacle
 //   and that part have moved an eighth of contact.range against each other, or it has turned or
-//   strayed as far as a pin may. (The shortest barriers act over a quarter of the range.)
+//   strayed as far as a pin may. (The shortest barriers act over a quarter of the range);
+// - before pins might pass through an obstacle or through other pins (prescribed_paths.h).
 // An obstacle counts by the distance to it and by the speeds at the start of the step: one that
 // cannot come into reach shortens nothing. Obstacles without contact do not count at all. Proofs
 // are in docs/theory.md, section 2.
@@ -81,6 +83,8 @@ class MotionLimits {
   std::vector<Approach> approaches_;
   std::vector<Vec3> position_, velocity_;
   const Moving* culprit_ = nullptr;
+  std::optional<PrescribedPaths> paths_;  // with contact, where something moves
+  std::optional<ContactFault> crossing_;  // of the last interval that was looked at
 };
 
 }  // namespace weft::sim
