@@ -44,8 +44,8 @@ constexpr double swing_cosine = -0.95;
 // costs more than a new one: the number of steps grows by one after each so many that went smoothly
 // and is halved after one that did not.
 constexpr int longest_interval = 20;
-constexpr int smooth_steps = 10;
-constexpr int smooth_iterations = 2;
+constexpr int smooth_steps = 5;
+constexpr int smooth_iterations = 3;
 
 // A step refused this often because of contact, each time with a quarter of the length, is
 // impossible. (The shortest step is reached long before, for any sensible time.minimum_step.)
