@@ -80,6 +80,7 @@ struct StageSolver::Implementation {
   void guess(std::span<double> y);
   void guess_pins(std::span<double> y);
   void limit(std::span<double> correction);
+  int multiply_correction(std::span<double> product) const;
   bool path_is_safe(std::span<const double> state);
   Outcome outcome(int flag) const;
   Outcome iterate(int strategy, int most_iterations);
@@ -105,6 +106,7 @@ struct StageSolver::Implementation {
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
+  double kept_part = 1;                                  // of the correction in hand
   std::span<const double> linearised_at, last_residual;  // KINSOL's
   std::vector<double> trial;
   std::vector<Vec3> position, velocity;
@@ -148,6 +150,9 @@ void StageSolver::Implementation::create() {
         return static_cast<Implementation*>(self)->assemble(values(state));
       },
       [](N_Vector, N_Vector, N_Vector, N_Vector, N_Vector, void*) { return 0; });
+  KINSetJacTimesVecFn(kinsol, [](N_Vector, N_Vector out, N_Vector, booleantype*, void* self) {
+    return static_cast<Implementation*>(self)->multiply_correction(values(out));
+  });
   KINSetMaxSetupCalls(kinsol, 1);
   KINSetMaxNewtonStep(kinsol, 1 / scale_of_corrections);
   KINSetScaledStepTol(kinsol, largest_last_correction * scale_of_corrections);
@@ -218,6 +223,7 @@ void StageSolver::Implementation::guess_pins(std::span<double> y) {
 
 void StageSolver::Implementation::limit(std::span<double> correction) {
   shortened = false;
+  kept_part = 1;
   if (dynamics.contact() == nullptr) return;
   for (int cuts = 0; cuts <= most_cuts; ++cuts) {
     const double fraction = std::ldexp(1.0, -cuts);
@@ -226,12 +232,22 @@ void StageSolver::Implementation::limit(std::span<double> correction) {
     }
     if (!path_is_safe(trial)) continue;
     shortened = fraction < 1;
+    kept_part = fraction;
     if (!shortened) return;
     for (double& c : correction) c *= fraction;
     return;
   }
   shortened = true;
+  kept_part = 0;
   std::fill(correction.begin(), correction.end(), 0.0);
+}
+
+// The system times the correction that solves it, for KINSOL's line search. Its own way is to take
+// a difference of residuals, over metres where corrections are small: one evaluation more for each,
+// and a failure where surfaces lie in each other there.
+int StageSolver::Implementation::multiply_correction(std::span<double> product) const {
+  for (std::size_t i = 0; i < product.size(); ++i) product[i] = -kept_part * last_residual[i];
+  return 0;
 }
 
 StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {

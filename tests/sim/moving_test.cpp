@@ -139,8 +139,11 @@ TEST(PrescribedMotion, ABallThatComesAndGoesWithinAStepIsFelt) {
 }
 
 TEST(PrescribedMotion, ABallSwingsIntoACurtainThatHasLongBeenAtRest) {
-  for (const Overrides& by : {cvode, arkode, euler}) {
-    SCOPED_TRACE(by.front());
+  // From the second place, Euler's Newton iteration met surfaces in each other where KINSOL looked
+  // metres away.
+  for (const Overrides& by :
+       {cvode, arkode, euler, method("euler", {"obstacle.ball.position=[0.0209, 0.6, -0.2]"})}) {
+    SCOPED_TRACE(by.back());
     SimulatedCase sim(curtain, by);
     const Outcome outcome = watch(sim, 19.9, 20.6);
     EXPECT_EQ(outcome.failure, "");
