@@ -270,7 +270,7 @@ TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
   EXPECT_NEAR(energy_at_angle(0.5), share * (2 - share) * crossing, 1e-6 * crossing);
 }
 
-// Where their barrier fades, edges are turned away from being parallel by as much as it changes.
+// A barrier that fades turns edges away from being parallel by as much as its energy changes.
 TEST(Contact, ForcesOfFadingEdgesAreTheSlopeOfTheirEnergy) {
   const auto scene = edges_at_angle(0.5);
   Statistics statistics;

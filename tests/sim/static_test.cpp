@@ -171,7 +171,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [5] }
 motion = { keyframes = [{ time = 0 }, { time = 1, translation = [0, 0, 0.2] }] }
 )";
 
-// Of each load: obstacles are where its time puts them, and push.
+// Obstacles are, in each load, where its time puts them, and push.
 TEST(Static, FollowsAMovingObstacle) {
   SimulatedCase sim(rising_ball, method("static"));
   double last_top = -1;

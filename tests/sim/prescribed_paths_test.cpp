@@ -1,0 +1,138 @@
+// Pins that are moved through obstacles or other pins: found, and the run ends before they cross.
+#include "sim/integrator/prescribed_paths.h"
+
+#include <gtest/gtest.h>
+
+#include "simulated_case.h"
+
+namespace weft::sim {
+namespace {
+
+// Both edges of a sheet are drawn along it, through a plate: no force can keep pins from it.
+constexpr const char* pins_against_a_plate = R"(
+[time]
+duration = 1
+frames_per_second = 2
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[body.pin]]
+edges = ["first_row"]
+motion = { velocity = [1, 0, 0] }
+[[body.pin]]
+edges = ["last_row"]
+motion = { velocity = [1, 0, 0] }
+[[obstacle]]
+name = "plate"
+position = [0.5, 0, 0]
+rotation_deg = [0, 90, 0]
+shape = { type = "rectangle", size = [1, 1], resolution = [4, 4] }
+)";
+
+// Runs to the end or a failure, which is returned.
+std::string failure_of(SimulatedCase& sim, double until) {
+  while (sim.integrator().time() < until) {
+    if (auto failure = sim.integrator().step()) return *failure;
+    const double time = sim.integrator().time();
+    const std::span<const double> y = sim.integrator().state();
+    const int crossed = crossings(sim.scene(), sim.positions(time, {y.begin(), y.end()}));
+    if (crossed > 0) return "crosses at " + std::to_string(time);
+  }
+  return "";
+}
+
+TEST(PrescribedPaths, PinsThatWouldPassThroughAnObstacleEndTheRun) {
+  for (const Overrides& by : {method("cvode"), method("arkode"), method("euler"),
+                              method("euler", {"time.step=0.1"}), method("static")}) {
+    SCOPED_TRACE(by.front());
+    SimulatedCase sim(pins_against_a_plate, by);
+    const std::string failure = failure_of(sim, 1);
+    EXPECT_TRUE(failure.starts_with("prescribed motions leave no room")) << failure;
+    EXPECT_NE(failure.find("obstacle \"plate\""), std::string::npos) << failure;
+    // The leading corners are 0.4 m from the plate.
+    EXPECT_NEAR(sim.integrator().time(), 0.4, 1e-3);
+  }
+}
+
+TEST(PrescribedPaths, AnObstacleThatWouldPassThroughPinsEndsTheRun) {
+  SimulatedCase sim(
+      std::string(pins_against_a_plate) + "motion = { velocity = [-1, 0, 0] }\n",
+      {"body.0.pin.0.motion.velocity=[0, 0, 0]", "body.0.pin.1.motion.velocity=[0, 0, 0]"});
+  const std::string failure = failure_of(sim, 1);
+  EXPECT_TRUE(failure.starts_with("prescribed motions leave no room")) << failure;
+  EXPECT_NEAR(sim.integrator().time(), 0.4, 1e-3);
+}
+
+// One edge is laid over the other and drawn through it at 0.45 s.
+TEST(PrescribedPaths, PinsThatPassThroughPinsAreFound) {
+  SimulatedCase sim(R"(
+[time]
+duration = 0.6
+[world]
+gravity = [0, 0, 0]
+[material.cloth]
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[body.pin]]
+edges = ["first_row"]
+[[body.pin]]
+edges = ["last_row"]
+[body.pin.motion]
+keyframes = [
+  { time = 0 },
+  { time = 0.3, translation = [0.03, -0.2, 0.05], rotation_deg = [0, 0, 10] },
+  { time = 0.6, translation = [0.03, -0.2, -0.05], rotation_deg = [0, 0, 10] },
+]
+)");
+  PrescribedPaths paths(sim.scene());
+  EXPECT_FALSE(paths.find_crossing(0.3, 0.35));
+  EXPECT_FALSE(paths.find_crossing(0.44, 0.449));
+  EXPECT_TRUE(paths.find_crossing(0.449, 0.451));
+  EXPECT_FALSE(paths.find_crossing(0.451, 0.46));
+}
+
+// A row turns by a quarter; a small plate lies between the arc of a corner and its chord.
+TEST(PrescribedPaths, PathsOfPinsAreArcs) {
+  const auto found = [](const char* plate, double until) {
+    SimulatedCase sim(std::string(R"(
+[time]
+duration = 1
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[body.pin]]
+edges = ["first_row"]
+motion = { centre = [0, 0, 0], angular_velocity_deg = [0, 0, 90] }
+[[body.pin]]
+rows = [2, 2]
+cols = [2, 2]
+[[obstacle]]
+name = "plate"
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.006, 0.02], resolution = [2, 2] }
+position = )") + plate +
+                      "\n");
+    return PrescribedPaths(sim.scene()).find_crossing(0, until).has_value();
+  };
+  EXPECT_TRUE(found("[0.13, 0, 0]", 1));
+  EXPECT_FALSE(found("[0.13, 0, 0]", 0.3));
+  // Neighbours on the row stray by more than their distance, but together.
+  EXPECT_FALSE(found("[0.13, 0, 1]", 1));
+}
+
+// Pins and a plate beside them turn together: neither is in the other's way.
+TEST(PrescribedPaths, PinsMayBeCarriedBesideAnObstacle) {
+  const std::string turn = "{ centre = [0, 0, 0], angular_velocity_deg = [0, 0, 90] }";
+  SimulatedCase sim(
+      std::string(pins_against_a_plate) + "motion = " + turn + "\n",
+      {"obstacle.plate.position=[0.101, 0, 0]", "body.0.pin.0.motion=" + turn,
+       "body.0.pin.1.motion=" + turn, "body.0.thickness=1e-4", "obstacle.plate.thickness=1e-4"});
+  EXPECT_EQ(failure_of(sim, 0.1), "");
+}
+
+}  // namespace
+}  // namespace weft::sim
