@@ -90,26 +90,49 @@ class SymmetricBlockMatrix {
   // Sums of the blocks at slots [first, last) of a row, all of them below the diagonal, or all on
   // it and above, times what `in` has for their columns; the latter from the last slot to the first
   // where `backward`.
+  //
+  // Below the diagonal columns are rows: products first, and one sum over the three at the end.
+  // (Each sum has a zero of its own: one copied from another is put together in memory from halves
+  // by g++ 12, and every row waits for it, a quarter of a product.)
   Vec3 lower_product(int row, int first, int last, const Vec3* in) const {
-    return lower_product_of(*pattern_, row, first, last, in,
-                            [this](int upper, int column) { return four(upper, column); });
+    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
+    for (int slot = first; slot < last; ++slot) {
+      const int upper = pattern_->mirror(row, slot);
+      // Not the last particle, so that its velocity, too, can be read as four.
+      const Four x = Eigen::Map<const Four>(in[pattern_->column(slot)].data());
+      sum0 += four(upper, 0) * x;
+      sum1 += four(upper, 1) * x;
+      sum2 += four(upper, 2) * x;
+    }
+    return {sum0[0] + sum0[1] + sum0[2], sum1[0] + sum1[1] + sum1[2], sum2[0] + sum2[1] + sum2[2]};
   }
   template <bool backward = false>
   Vec3 upper_product(int row, int first, int last, const Vec3* in) const {
-    return upper_product_of<backward>(
-        *pattern_, row, first, last, in,
-        [this](int upper, int column) { return four(upper, column); });
+    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
+    const int to_upper = pattern_->upper_diagonal(row) - pattern_->diagonal_slot(row);
+    for (int i = first; i < last; ++i) {
+      const int slot = backward ? first + last - 1 - i : i;
+      const Vec3& x = in[pattern_->column(slot)];
+      sum0 += four(slot + to_upper, 0) * x[0];
+      sum1 += four(slot + to_upper, 1) * x[1];
+      sum2 += four(slot + to_upper, 2) * x[2];
+    }
+    sum0 += sum1 + sum2;
+    return sum0.template head<3>();
   }
   Vec3 row_product(int row, const Vec3* in) const {
-    return row_product_of(*pattern_, row, in,
-                          [this](int upper, int column) { return four(upper, column); });
+    const int diagonal = pattern_->diagonal_slot(row);
+    return lower_product(row, pattern_->row_begin(row), diagonal, in) +
+           upper_product(row, diagonal, pattern_->row_end(row), in);
   }
-  // That of factor * this + other_factor * other, of one pattern, in one pass.
-  Vec3 row_product(int row, const Vec3* in, double factor, const SymmetricBlockMatrix& other,
-                   double other_factor) const {
-    return row_product_of(*pattern_, row, in, [&](int upper, int column) -> Four {
-      return factor * four(upper, column) + other_factor * other.four(upper, column);
-    });
+  // Makes rows [first, last), which are some, those of a * one + b * other, both of this pattern.
+  void set_rows(int first, int last, Number a, const SymmetricBlockMatrix& one, Number b,
+                const SymmetricBlockMatrix& other) {
+    const int begin = pattern_->upper_diagonal(first), end = pattern_->upper_end(last - 1);
+    const Number *const from_one = one.at(begin), *const from_other = other.at(begin);
+    Number* const to = at(begin);
+    const std::ptrdiff_t count = at(end) - to;
+    for (std::ptrdiff_t i = 0; i < count; ++i) to[i] = a * from_one[i] + b * from_other[i];
   }
 
   // out = this * in. Sizes: rows() each. O(blocks).
@@ -137,47 +160,6 @@ class SymmetricBlockMatrix {
   Four four(int upper, int column) const {
     return Eigen::Map<const Eigen::Array<Number, 4, 1>>(at(upper) + 3 * column)
         .template cast<double>();
-  }
-
-  // `block_column` gives column 0, 1 or 2 of an upper block. Below the diagonal columns are rows:
-  // products first, and one sum over the three at the end. (Each sum has a zero of its own: one
-  // copied from another is put together in memory from halves by g++ 12, and every row waits for
-  // it, a quarter of a product.)
-  template <class BlockColumn>
-  static Vec3 lower_product_of(const BlockPattern& pattern, int row, int first, int last,
-                               const Vec3* in, const BlockColumn& block_column) {
-    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
-    for (int slot = first; slot < last; ++slot) {
-      const int upper = pattern.mirror(row, slot);
-      // Not the last particle, so that its velocity, too, can be read as four.
-      const Four x = Eigen::Map<const Four>(in[pattern.column(slot)].data());
-      sum0 += block_column(upper, 0) * x;
-      sum1 += block_column(upper, 1) * x;
-      sum2 += block_column(upper, 2) * x;
-    }
-    return {sum0[0] + sum0[1] + sum0[2], sum1[0] + sum1[1] + sum1[2], sum2[0] + sum2[1] + sum2[2]};
-  }
-  template <bool backward, class BlockColumn>
-  static Vec3 upper_product_of(const BlockPattern& pattern, int row, int first, int last,
-                               const Vec3* in, const BlockColumn& block_column) {
-    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
-    const int to_upper = pattern.upper_diagonal(row) - pattern.diagonal_slot(row);
-    for (int i = first; i < last; ++i) {
-      const int slot = backward ? first + last - 1 - i : i;
-      const Vec3& x = in[pattern.column(slot)];
-      sum0 += block_column(slot + to_upper, 0) * x[0];
-      sum1 += block_column(slot + to_upper, 1) * x[1];
-      sum2 += block_column(slot + to_upper, 2) * x[2];
-    }
-    sum0 += sum1 + sum2;
-    return sum0.template head<3>();
-  }
-  template <class BlockColumn>
-  static Vec3 row_product_of(const BlockPattern& pattern, int row, const Vec3* in,
-                             const BlockColumn& block_column) {
-    const int diagonal = pattern.diagonal_slot(row);
-    return lower_product_of(pattern, row, pattern.row_begin(row), diagonal, in, block_column) +
-           upper_product_of<false>(pattern, row, diagonal, pattern.row_end(row), in, block_column);
   }
 
   Number* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }

@@ -280,10 +280,10 @@ void ArkodeIntegrator::use(bool implicit, double rate, double part_of_cost) {
   destroy();
   create(implicit);
   ARKStepSetInitStep(arkode_, last_step());
-  const std::string when = " Runge-Kutta steps from t = " + number_text(time()) + " s: ";
-  const std::string fastest = "the fastest rate is " + number_text(rate) + " /s";
+  const std::string when = " Runge-Kutta steps from t = " + rounded_text(time()) + " s: ";
+  const std::string fastest = "the fastest rate is " + rounded_text(rate) + " /s";
   decision_ = implicit ? "implicit" + when + fastest + ", and holds explicit ones back"
-                       : "explicit" + when + "at a fastest rate of " + number_text(rate) +
+                       : "explicit" + when + "at a fastest rate of " + rounded_text(rate) +
                              " /s they should cost " + number_text(std::round(100 * part_of_cost)) +
                              " % of implicit ones";
 }

@@ -293,7 +293,7 @@ std::string CvodeIntegrator::Implementation::worst_place() const {
 }
 
 std::string CvodeIntegrator::Implementation::failure(int flag) const {
-  const std::string at = " at t = " + number_text(accepted_time) + " s";
+  const std::string at = " at t = " + rounded_text(accepted_time) + " s";
   const std::string shortest =
       number_text(scene.source.time.minimum_step) + " s (time.minimum_step)";
   const std::string where = last_fault ? ": " + last_fault->describe(scene) : worst_place();
@@ -329,8 +329,9 @@ std::optional<std::string> CvodeIntegrator::Implementation::too_many_vetoes() {
   vetoes_before_window = vetoes;
   if (recent <= veto_window) return std::nullopt;
   return number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
-         number_text(veto_window) + " to keep surfaces apart at t = " + number_text(accepted_time) +
-         " s" + (last_veto ? ": " + last_veto->describe(scene) : "") +
+         number_text(veto_window) +
+         " to keep surfaces apart at t = " + rounded_text(accepted_time) + " s" +
+         (last_veto ? ": " + last_veto->describe(scene) : "") +
          " (contact.stiffness or contact.damping_time is too small for this impact, or a "
          "prescribed motion leaves no room)";
 }

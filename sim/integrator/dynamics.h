@@ -36,7 +36,9 @@ struct Energies {
   double total() const;
 };
 
-// Evaluates forces and their derivatives. Workspace only: it holds no state of the simulation.
+// Evaluates forces and their derivatives at states that the caller holds. Of its own it keeps what
+// was evaluated last: the matrices K and D, the pairs in contact, and the surfaces they were found
+// between.
 class Dynamics {
  public:
   Dynamics(const Scene& scene, Statistics& statistics);

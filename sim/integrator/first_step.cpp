@@ -27,10 +27,13 @@ double first_step(Dynamics& dynamics, std::span<const double> y) {
   std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
   if (!error_weights(options, y, weight) || dynamics.rate(0, y, rate)) return options.minimum_step;
   const double slope = weighted_norm(rate, weight);
-  for (double trial = std::min(longest_first_step, 1 / slope); trial > options.minimum_step;
-       trial /= 10) {
+  double trial = std::min(longest_first_step, 1 / slope);
+  while (trial > options.minimum_step) {
     for (std::size_t i = 0; i < y.size(); ++i) ahead[i] = y[i] + trial * rate[i];
-    if (dynamics.rate(trial, ahead, change)) continue;
+    if (dynamics.rate(trial, ahead, change)) {
+      trial /= 10;
+      continue;
+    }
     for (std::size_t i = 0; i < y.size(); ++i) change[i] = (change[i] - rate[i]) / trial;
     const double step = std::sqrt(2 * error_share / weighted_norm(change, weight));
     return std::max(std::min(step, longest_first_step), options.minimum_step);

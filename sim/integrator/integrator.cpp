@@ -33,7 +33,7 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynami
 }
 
 std::string frame_failure(const Scene& scene, const ContactFault& fault, double time) {
-  return "no frame at t = " + number_text(time) +
+  return "no frame at t = " + rounded_text(time) +
          " s keeps the surfaces apart: " + fault.describe(scene);
 }
 

@@ -75,14 +75,14 @@ std::optional<double> MotionLimits::latest_end(double time, double wanted,
 
 std::string MotionLimits::failure(double time) const {
   if (crossing_) {
-    return "prescribed motions leave no room at t = " + number_text(time) +
+    return "prescribed motions leave no room at t = " + rounded_text(time) +
            " s: " + crossing_->describe(scene_);
   }
   const SceneBody& body = scene_.bodies[culprit_->body];
   return std::string("the prescribed motion of ") + (culprit_->is_obstacle ? "obstacle" : "body") +
          " \"" + body.name + "\" is too fast to be followed by steps of " +
          number_text(scene_.source.time.minimum_step) +
-         " s (time.minimum_step) at t = " + number_text(time) + " s";
+         " s (time.minimum_step) at t = " + rounded_text(time) + " s";
 }
 
 void MotionLimits::find_approaches(double time, double end, std::span<const double> y) {

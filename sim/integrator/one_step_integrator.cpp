@@ -168,7 +168,7 @@ std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
   const bool creeps = is_fixed() && recent > many_vetoes && advance < enough;
   if (!creeps && recent <= most_vetoes) return std::nullopt;
   return number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
-         number_text(veto_window) + " to keep surfaces apart at t = " + number_text(time_) + " s" +
+         number_text(veto_window) + " to keep surfaces apart at t = " + rounded_text(time_) + " s" +
          (last_veto_ ? ": " + last_veto_->describe(scene_) : "") +
          " (time.step is too long or contact.stiffness too small for this impact, or a prescribed "
          "motion leaves no room)";
@@ -177,7 +177,7 @@ std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
 std::string OneStepIntegrator::failure(Trouble trouble) const {
   const std::string shortest =
       number_text(scene_.source.time.minimum_step) + " s (time.minimum_step)";
-  const std::string at = " at t = " + number_text(time_) + " s";
+  const std::string at = " at t = " + rounded_text(time_) + " s";
   std::string where;
   if (fault_) {
     where = ": " + fault_->describe(scene_);

@@ -129,6 +129,7 @@ std::optional<ContactFault> PrescribedPaths::check(const BodyPair& pair) const {
   if (!swept_box(a.vertices).intersects(swept_box(b.vertices))) return std::nullopt;
   const auto as_arrays = [](const std::vector<int>& vertices) {
     std::vector<std::array<int, 1>> arrays;
+    arrays.reserve(vertices.size());
     for (const int vertex : vertices) arrays.push_back({vertex});
     return arrays;
   };

@@ -60,7 +60,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     const double limit = 2 / fastest.stiffest();
     if (step <= limit) return std::nullopt;
     return "the step of " + number_text(step) +
-           " s is beyond the limit of stability of verlet at t = 0 s, " + number_text(limit) +
+           " s is beyond the limit of stability of verlet at t = 0 s, " + rounded_text(limit) +
            " s: the motion is fastest at " + scene().describe_particle(fastest.place);
   }
 

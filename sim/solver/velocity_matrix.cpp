@@ -13,11 +13,18 @@ VelocityMatrix::VelocityMatrix(const Dynamics& dynamics) : dynamics_(dynamics) {
 void VelocityMatrix::form(double gamma) {
   gamma_ = gamma;
   ++version_;
+  if (!dynamics_.has_damping()) return;
+  if (damped_.is_empty()) damped_ = BlockMatrix(pattern());
+  parallel_chunks(pattern()->rows(), threads(), [&](int first, int last) {
+    damped_.set_rows(first, last, gamma * gamma, dynamics_.stiffness(), gamma, dynamics_.damping());
+    for (int row = first; row < last; ++row)
+      damped_.upper_block(pattern()->upper_diagonal(row)).diagonal().array() += scene().mass[row];
+  });
 }
 
 Mat3 VelocityMatrix::block(int row, int slot) const {
+  if (dynamics_.has_damping()) return damped_.block(row, slot);
   Mat3 result = gamma_ * gamma_ * dynamics_.stiffness().block(row, slot);
-  if (dynamics_.has_damping()) result += gamma_ * dynamics_.damping().block(row, slot);
   if (slot == pattern()->diagonal_slot(row))
     result.diagonal().array() += dynamics_.scene().mass[row];
   return result;
@@ -28,7 +35,9 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
   using Numbers = Eigen::Map<const Nine>;
   const BlockPattern& here = *pattern();
   const BlockPattern& there = matrix.pattern();
-  const BlockMatrix& stiffness = dynamics_.stiffness();
+  const bool is_damped = dynamics_.has_damping();
+  const BlockMatrix& stored = is_damped ? damped_ : dynamics_.stiffness();
+  const double factor = is_damped ? 1 : gamma_ * gamma_;
   if (there.block_count() != here.block_count()) matrix.set_zero();
   parallel_chunks(here.rows(), dynamics_.threads(), [&](int first, int last) {
     for (int row = first; row < last; ++row) {
@@ -36,10 +45,8 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
       int target = there.diagonal_slot(row), upper = here.upper(row, diagonal);
       for (int slot = diagonal; slot < here.row_end(row); ++slot, ++target, ++upper) {
         while (there.column(target) != here.column(slot)) ++target;
-        Nine sum = gamma_ * gamma_ * Numbers(stiffness.upper_block(upper).data());
-        if (dynamics_.has_damping())
-          sum += gamma_ * Numbers(dynamics_.damping().upper_block(upper).data());
-        if (slot == diagonal)
+        Nine sum = factor * Numbers(stored.upper_block(upper).data());
+        if (slot == diagonal && !is_damped)
           for (int i : {0, 4, 8}) sum[i] += dynamics_.scene().mass[row];
         Eigen::Map<Eigen::Array<float, 9, 1>>(matrix.upper_block(there.upper(row, target)).data()) =
             sum.cast<float>();
@@ -58,17 +65,16 @@ void VelocityMatrix::add_contact_product(std::span<const Vec3> in, std::span<Vec
 }
 
 void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) const {
-  const BlockMatrix& stiffness = dynamics_.stiffness();
-  const double square = gamma_ * gamma_;
-  parallel_chunks(static_cast<int>(in.size()), dynamics_.threads(), [&](int first, int last) {
-    for (int i = first; i < last; ++i) {
-      const Vec3 product =
-          dynamics_.has_damping()
-              ? stiffness.row_product(i, in.data(), square, dynamics_.damping(), gamma_)
-              : Vec3(square * stiffness.row_product(i, in.data()));
-      out[i] = dynamics_.scene().mass[i] * in[i] + product;
-    }
-  });
+  if (dynamics_.has_damping()) {
+    damped_.multiply(in, out, threads());
+  } else {
+    const BlockMatrix& stiffness = dynamics_.stiffness();
+    const double square = gamma_ * gamma_;
+    parallel_chunks(static_cast<int>(in.size()), threads(), [&](int first, int last) {
+      for (int i = first; i < last; ++i)
+        out[i] = scene().mass[i] * in[i] + square * stiffness.row_product(i, in.data());
+    });
+  }
   add_contact_product(in, out);
   clear_pinned(out);
 }

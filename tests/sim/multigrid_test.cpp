@@ -140,6 +140,39 @@ std::vector<Setting> settings() {
   };
 }
 
+// The matrix is formed for one gamma after another, of the same K and D.
+TEST(VelocityMatrix, IsTheSumOfMassDampingAndStiffness) {
+  for (const char* damping : {"", "stiffness_damping = 1e-3\nmass_damping = 1.0"}) {
+    DeformedScene deformed({.shape = sheet(7, 9), .material = damping});
+    const Dynamics& dynamics = deformed.dynamics();
+    VelocityMatrix matrix(dynamics);
+    for (const double gamma : {0.1, 0.003}) {
+      matrix.form(gamma);
+      const Eigen::MatrixXd expected = dense(deformed.scene(), [&](const auto& in, auto& out) {
+        dynamics.stiffness().multiply(in, out, 1);
+        std::vector<Vec3> damped(in.size(), Vec3::Zero());
+        if (dynamics.has_damping()) dynamics.damping().multiply(in, damped, 1);
+        for (std::size_t i = 0; i < in.size(); ++i)
+          out[i] = deformed.scene().mass[i] * in[i] + gamma * damped[i] + gamma * gamma * out[i];
+      });
+      const double rounding = 1e-14 * expected.norm();
+      const Eigen::MatrixXd product =
+          dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
+      EXPECT_LT((product - expected).norm(), rounding) << damping;
+      SingleBlockMatrix copy(matrix.pattern());
+      matrix.copy_to(copy);
+      for (int row = 0; row < copy.pattern().rows(); ++row) {
+        for (int slot = copy.pattern().row_begin(row); slot < copy.pattern().row_end(row); ++slot) {
+          const Mat3 block = expected.block<3, 3>(3 * row, 3 * copy.pattern().column(slot));
+          EXPECT_LT((matrix.block(row, slot) - block).norm(), rounding) << damping;
+          EXPECT_LT((copy.block(row, slot).cast<double>() - block).norm(), 1e-6 * block.norm())
+              << damping;
+        }
+      }
+    }
+  }
+}
+
 TEST(Multigrid, GalerkinProductIsThatOfDenseMatrices) {
   DeformedScene deformed({.shape = sheet(10, 13),
                           .more = "[[body.pin]]\ncorners = [\"all\"]\n",
