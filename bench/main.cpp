@@ -75,7 +75,7 @@ void add_rebuild(CLI::App& sub, Arguments& arguments) {
 void add_paper(CLI::App& sub, Arguments& arguments) {
   sub.add_option("-o,--output", arguments.paper.directory, "Folder of the CSV files and plots")
       ->capture_default_str();
-  sub.add_option("--passes", arguments.paper.passes, "Passes that times are means of")
+  sub.add_option("--passes", arguments.paper.passes, "Passes that times are medians of")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
 }

@@ -77,8 +77,10 @@ std::string times_text(const Run& run, const std::string& method) {
   SimulatedTimes times;
   for (const Cell& cell : run.slice.cells)
     if (cell.method == method) times.add(cell);
-  const std::string longest = number_text(times.longest);
-  return times.shortest == times.longest ? longest : number_text(times.shortest) + ".." + longest;
+  char shortest[32], longest[32];
+  std::snprintf(shortest, sizeof shortest, "%.3g..", times.shortest);
+  std::snprintf(longest, sizeof longest, "%.3g", times.longest);
+  return times.shortest == times.longest ? longest : std::string(shortest) + longest;
 }
 
 void print_counts(const std::string& slice, const std::string& method, const std::string& times,
@@ -143,9 +145,8 @@ Shares shares_of(const std::vector<Run>& runs) {
 
 void print_verdict(const std::vector<Run>& runs, double wall) {
   const SimulatedTimes times = simulated_times(runs);
-  std::printf("simulated %s to %s s; %d of %d cells for 1 s and more\n",
-              number_text(times.shortest).c_str(), number_text(times.longest).c_str(),
-              times.long_cells, times.cells);
+  std::printf("simulated %.3g to %.3g s; %d of %d cells for 1 s and more\n", times.shortest,
+              times.longest, times.long_cells, times.cells);
   const Shares shares = shares_of(runs);
   const double percent = 100.0 / std::max(1, shares.cells);
   const auto print = [&](const char* what, int count, double most) {
