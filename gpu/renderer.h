@@ -62,9 +62,11 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
 // size (px > 0), up to terms of second order in its angle.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels);
 
-// Lines for DrawnSurface: the borders of each patch, and rows and columns in steps of the smallest
-// power of two that makes at most 12 of them along an axis.
-std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas);
+// Lines for DrawnSurface: the borders of each patch, and rows and columns between which cells are
+// as square as whole numbers of quads allow, in metres at these positions (by particle, finite),
+// and at most 12 along the longest axis of all patches. O(particles).
+std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
+                                           std::span<const Vec3> positions);
 
 // Owns an OpenGL 4.5 core context (gpu/gl_context.h). Throws std::runtime_error with the reason
 // when no context can be had, or the size is beyond what it can draw. The first one of a process

@@ -54,6 +54,22 @@ void main() {
 }
 )";
 
+// Draws a line a little nearer to the eye, along the ray of sight, so that its picture stays where
+// it is.
+const char* const line_vertex = R"(#version 450 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+uniform mat4 camera_matrix;
+uniform vec3 eye;
+uniform float pull;  // share of the way to the eye
+centroid out vec3 surface_position, surface_normal;
+void main() {
+  surface_position = position;
+  surface_normal = normal;
+  gl_Position = camera_matrix * vec4(mix(position, eye, pull), 1.0);
+}
+)";
+
 // Lambert's law under a key light and a sky of many lights, each with its shadow; light from the
 // ground, without; a faint sheen.
 const char* const surface_fragment = R"(#version 450 core
@@ -124,7 +140,7 @@ void main() {
                ground * vec3(0.22, 0.21, 0.20) + fill * vec3(0.10);
   float sheen = pow(max(dot(normal, normalize(view + key_direction)), 0.0), 24.0) * key;
   float rim = pow(1.0 - fill, 4.0) * (0.25 + 0.75 * sky);
-  vec3 result = albedo * light + vec3(0.05) * sheen + vec3(0.05) * rim;
+  vec3 result = albedo * (light + vec3(0.15) * rim) + vec3(0.05) * sheen;
   colour = vec4(to_srgb(min(result, vec3(1.0))), 1.0);
 }
 )";

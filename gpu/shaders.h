@@ -13,6 +13,7 @@ extern const char* const background_vertex;
 extern const char* const background_fragment;
 extern const char* const surface_vertex;
 extern const char* const surface_fragment;
+extern const char* const line_vertex;
 extern const char* const line_fragment;
 
 }  // namespace weft::gpu::shaders

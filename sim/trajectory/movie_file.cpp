@@ -20,13 +20,66 @@ namespace {
 
 constexpr const char* signature = "made by weft render";
 
-std::vector<std::string> ffmpeg_arguments(int pictures, double frames_per_second) {
-  return {"ffmpeg", "-nostdin", "-y", "-loglevel", "error", "-framerate",
-          std::to_string(frames_per_second), "-start_number", "0", "-i", "frame_%05d.png",
-          // Pictures of another rendering may follow.
-          "-frames:v", std::to_string(pictures), "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v",
-          "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-metadata",
-          std::string("comment=") + signature, "movie.mp4"};
+// ffmpeg wants pictures to be numbered without gaps: links to them are, in a folder that lasts as
+// long as this. Links alone are ever removed from it: a file that someone put there stays.
+class NumberedLinks {
+ public:
+  NumberedLinks(const std::string& directory, const std::vector<std::string>& pictures)
+      : folder_(std::filesystem::path(directory) / name) {
+    remove_links();  // of a rendering that was killed
+    std::filesystem::create_directory(folder_);
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      std::filesystem::create_symlink(std::filesystem::path("..") / pictures[i],
+                                      folder_ / (std::to_string(i) + ".png"));
+    }
+  }
+  ~NumberedLinks() { remove_links(); }
+  NumberedLinks(const NumberedLinks&) = delete;
+  NumberedLinks& operator=(const NumberedLinks&) = delete;
+
+  static constexpr const char* name = ".movie_frames";
+
+ private:
+  // The folder goes with them where it is empty then.
+  void remove_links() const {
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(std::filesystem::symlink_status(folder_, ignored))) return;
+    std::vector<std::filesystem::path> links;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_, ignored)) {
+      if (entry.is_symlink(ignored)) links.push_back(entry.path());
+    }
+    for (const std::filesystem::path& link : links) std::filesystem::remove(link, ignored);
+    std::filesystem::remove(folder_, ignored);
+  }
+
+  std::filesystem::path folder_;
+};
+
+std::vector<std::string> ffmpeg_arguments(double frames_per_second) {
+  return {"ffmpeg",
+          "-nostdin",
+          "-y",
+          "-loglevel",
+          "error",
+          "-framerate",
+          std::to_string(frames_per_second),
+          "-start_number",
+          "0",
+          "-i",
+          std::string(NumberedLinks::name) + "/%d.png",
+          "-vf",
+          "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+          "-c:v",
+          "libx264",
+          "-crf",
+          "18",
+          "-pix_fmt",
+          "yuv420p",
+          "-movflags",
+          "+faststart",
+          "-metadata",
+          std::string("comment=") + signature,
+          "movie.mp4"};
 }
 
 // Starts ffmpeg in `directory`, where the names of its files need no quoting, with its messages
@@ -69,14 +122,16 @@ std::string read_all(int file) {
 
 }  // namespace
 
-MovieResult write_movie(const std::string& directory, int pictures, double frames_per_second) {
+MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
+                        double frames_per_second) try {
+  const NumberedLinks links(directory, pictures);
   std::array<int, 2> message_pipe{};
   if (pipe2(message_pipe.data(), O_CLOEXEC) != 0) {
     return {false, std::string("cannot run ffmpeg: ") + std::strerror(errno)};
   }
   pid_t process = 0;
-  const int error = start_ffmpeg(directory, ffmpeg_arguments(pictures, frames_per_second),
-                                 message_pipe[1], process);
+  const int error =
+      start_ffmpeg(directory, ffmpeg_arguments(frames_per_second), message_pipe[1], process);
   close(message_pipe[1]);
   const std::string messages = error == 0 ? read_all(message_pipe[0]) : "";
   close(message_pipe[0]);
@@ -92,6 +147,8 @@ MovieResult write_movie(const std::string& directory, int pictures, double frame
   std::error_code ignored;
   std::filesystem::remove(std::filesystem::path(directory) / "movie.mp4", ignored);
   return {false, "ffmpeg failed (" + end + ")" + (messages.empty() ? "" : ": " + messages)};
+} catch (const std::filesystem::filesystem_error& error) {
+  return {false, std::string("no movie: ") + error.what()};
 }
 
 bool is_own_movie(const std::string& path) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace weft::sim {
 
@@ -10,11 +11,12 @@ struct MovieResult {
   std::string reason;  // why not
 };
 
-// Makes directory/movie.mp4 (H.264, yuv420p) of the first `pictures` pictures
-// directory/frame_00000.png, ... An odd width or height gets a black line, since yuv420p needs even
+// Makes directory/movie.mp4 (H.264, yuv420p) of these pictures, which are names of files in the
+// directory, in their order. An odd width or height gets a black line, since yuv420p needs even
 // ones. Signs it in its metadata (comment). What a failed ffmpeg leaves is removed. Waits for
 // ffmpeg, which is looked for in PATH and run without a shell.
-MovieResult write_movie(const std::string& directory, int pictures, double frames_per_second);
+MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
+                        double frames_per_second);
 
 // Whether there is a movie at `path` that write_movie made. Reads a mebibyte at both ends of the
 // file at the most.

@@ -113,7 +113,6 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
     if (body.is_obstacle) {
       rendered.colours = gpu::obstacle_colours();
     } else {
-      rendered.lines = gpu::grid_lines(body.atlas);
       rendered.colours = gpu::palette(coloured++);
     }
   }
@@ -132,8 +131,21 @@ void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& bod
   }
 }
 
-// What the camera must see: everything that is simulated, over all frames, and of the obstacles
-// what lies within a sixth of its size; with nothing else in the file, the obstacles.
+// How many times as large as what is simulated an obstacle may be so that all of it is seen, and
+// how far one that is larger is seen beyond, as a share of that.
+constexpr double whole_obstacle = 2, seen_beyond = 1.0 / 6;
+
+double size_of(const std::vector<Vec3>& points) {
+  Vec3 lowest = points.front(), highest = points.front();
+  for (const Vec3& point : points) {
+    lowest = lowest.cwiseMin(point);
+    highest = highest.cwiseMax(point);
+  }
+  return (highest - lowest).norm();
+}
+
+// The camera must see, over all frames, everything that is simulated, the obstacles whole, and of
+// obstacles that are too large the part nearby; with nothing else in the file, the obstacles.
 Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
                      std::vector<RenderedBody>& bodies) {
   Extent simulated;
@@ -144,17 +156,18 @@ Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& fra
       for (const Vec3& position : body.positions) simulated.add(position);
     }
   }
-  const Vec3 growth =
-      Vec3::Constant(simulated.empty() ? std::numeric_limits<double>::infinity()
-                                       : (simulated.highest() - simulated.lowest()).norm() / 6);
+  const double size = simulated.empty() ? std::numeric_limits<double>::infinity()
+                                        : (simulated.highest() - simulated.lowest()).norm();
+  const Vec3 beyond = Vec3::Constant(seen_beyond * size);
+  const Vec3 lowest = simulated.lowest() - beyond, highest = simulated.highest() + beyond;
   Extent extent = simulated;
-  for (RenderedBody& body : bodies) {
-    if (!body.is_obstacle) continue;
-    read_positions(reader, frames.front(), body);
-    for (const Vec3& position : body.positions) {
-      extent.add(simulated.empty() ? position
-                                   : Vec3(position.cwiseMax(simulated.lowest() - growth)
-                                              .cwiseMin(simulated.highest() + growth)));
+  for (const int frame : frames) {
+    for (RenderedBody& body : bodies) {
+      if (!body.is_obstacle || (!body.moves && frame != frames.front())) continue;
+      read_positions(reader, frame, body);
+      const bool is_whole = size_of(body.positions) <= whole_obstacle * size;
+      for (const Vec3& position : body.positions)
+        extent.add(is_whole ? position : Vec3(position.cwiseMax(lowest).cwiseMin(highest)));
     }
   }
   return extent;
@@ -179,6 +192,12 @@ void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailToleran
   body.detail_normals = gpu::detail_normals(body.detail, original);
 }
 
+// Cells are square where the body is first drawn.
+void find_lines(const TrajectoryReader& reader, RenderedBody& body) {
+  if (body.is_obstacle || !body.lines.empty()) return;
+  body.lines = gpu::grid_lines(reader.bodies()[body.index].atlas, body.positions);
+}
+
 gpu::DrawnSurface drawn_surface(const RenderedBody& body, bool reduced) {
   gpu::DrawnSurface surface;
   surface.front_colour = body.colours.front;
@@ -195,19 +214,43 @@ gpu::DrawnSurface drawn_surface(const RenderedBody& body, bool reduced) {
   return surface;
 }
 
-std::string picture_path(const std::string& directory, int number) {
+std::string picture_name(int frame) {
   std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "frame_%05d.png", number);
-  return (std::filesystem::path(directory) / name.data()).string();
+  std::snprintf(name.data(), name.size(), "frame_%05d.png", frame);
+  return name.data();
 }
 
-// Removes pictures that follow without a gap, but for those that no rendering made.
-void remove_older_pictures(const std::string& directory, int first) {
-  for (int number = first;; ++number) {
-    const std::string path = picture_path(directory, number);
-    if (!std::filesystem::exists(std::filesystem::symlink_status(path))) return;
-    if (gpu::is_own_png(path)) std::filesystem::remove(path);
+std::string picture_path(const std::string& directory, int frame) {
+  return (std::filesystem::path(directory) / picture_name(frame)).string();
+}
+
+// Every so many frames, and the last one.
+std::vector<int> frames_to_draw(int count, int every) {
+  std::vector<int> frames;
+  for (int frame = 0; frame < count - 1; frame += every) frames.push_back(frame);
+  if (count > 0) frames.push_back(count - 1);
+  return frames;
+}
+
+// The number in "frame_00012.png", or nothing for other names.
+std::optional<int> frame_of_name(const std::string& name) {
+  int frame = 0, length = 0;
+  if (std::sscanf(name.c_str(), "frame_%9d.png%n", &frame, &length) != 1) return {};
+  if (length != static_cast<int>(name.size()) || frame < 0) return {};
+  return frame;
+}
+
+// Removes the pictures of earlier renderings that this one has not replaced, but for those that no
+// rendering made.
+void remove_older_pictures(const std::string& directory, const std::vector<int>& frames) {
+  std::vector<std::filesystem::path> older;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    const std::optional<int> frame = frame_of_name(entry.path().filename().string());
+    if (frame && !std::binary_search(frames.begin(), frames.end(), *frame) &&
+        gpu::is_own_png(entry.path().string()))
+      older.push_back(entry.path());
   }
+  for (const std::filesystem::path& path : older) std::filesystem::remove(path);
 }
 
 bool is_in_the_way(const std::string& path, bool is_own) {
@@ -215,14 +258,15 @@ bool is_in_the_way(const std::string& path, bool is_own) {
 }
 
 // Before anything is drawn.
-void refuse_foreign_files(const std::string& directory, const std::string& movie, int pictures) {
+void refuse_foreign_files(const std::string& directory, const std::string& movie,
+                          const std::vector<int>& frames) {
   const auto refuse = [](const std::string& path) {
     throw std::runtime_error(path +
                              ": was not made by weft render, and is only overwritten by force "
                              "(--force)");
   };
-  for (int number = 0; number < pictures; ++number) {
-    const std::string path = picture_path(directory, number);
+  for (const int frame : frames) {
+    const std::string path = picture_path(directory, frame);
     if (is_in_the_way(path, gpu::is_own_png(path))) refuse(path);
   }
   if (is_in_the_way(movie, is_own_movie(movie))) refuse(movie);
@@ -243,15 +287,15 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   assert(options.every >= 1 && options.frames_per_second.value_or(1) > 0 &&
          options.detail_pixels.value_or(1) > 0);
   const TrajectoryReader reader(trajectory);
-  std::vector<int> frames;
-  for (int frame = 0; frame < reader.frames(); frame += options.every) frames.push_back(frame);
+  const std::vector<int> frames = frames_to_draw(reader.frames(), options.every);
   if (frames.empty() || reader.bodies().empty()) {
     throw std::runtime_error("'" + trajectory + "' has no complete frame to draw");
   }
   const std::filesystem::path movie_path = std::filesystem::path(directory) / "movie.mp4";
   if (!options.force) {
-    refuse_foreign_files(directory, movie_path.string(), static_cast<int>(frames.size()));
+    refuse_foreign_files(directory, movie_path.string(), frames);
   }
+  if (options.progress) options.progress(0, static_cast<int>(frames.size()));
   std::vector<RenderedBody> bodies = rendered_bodies(trajectory, reader);
   // Before the scan for the camera, so that what cannot be done fails at once.
   gpu::Renderer renderer(options.width, options.height);
@@ -268,22 +312,28 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     std::vector<gpu::DrawnSurface> surfaces;
     for (RenderedBody& body : bodies) {
       read_positions(reader, frame, body);
-      if (reduced) reduce_detail(reader, frame, tolerance, body);
+      if (reduced) {
+        reduce_detail(reader, frame, tolerance, body);
+      } else {
+        find_lines(reader, body);
+      }
       surfaces.push_back(drawn_surface(body, reduced));
       report.triangles += static_cast<std::int64_t>(surfaces.back().triangles.size());
       report.all_triangles += static_cast<std::int64_t>(body.mesh.triangles.size());
     }
-    gpu::write_png(picture_path(directory, report.pictures), renderer.draw(surfaces, camera));
+    gpu::write_png(picture_path(directory, frame), renderer.draw(surfaces, camera));
     ++report.pictures;
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }
-  remove_older_pictures(directory, report.pictures);
+  remove_older_pictures(directory, frames);
   // It would show other pictures than these. Without a new one, a foreign movie may stay.
   if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);
   if (!options.movie) return report;
-  const MovieResult movie = write_movie(directory, report.pictures, report.frames_per_second);
+  std::vector<std::string> pictures;
+  for (const int frame : frames) pictures.push_back(picture_name(frame));
+  const MovieResult movie = write_movie(directory, pictures, report.frames_per_second);
   if (movie.written) report.movie = movie_path.string();
   report.why_no_movie = movie.reason;
   return report;

@@ -10,14 +10,14 @@ namespace weft::sim {
 
 struct RenderOptions {
   int width = 960, height = 720;  // pixels, 1..8192
-  int every = 1;                  // draws frames 0, every, 2 every, ...; >= 1
+  int every = 1;                  // draws frames 0, every, 2 every, ... and the last; >= 1
   // Draws bodies with as few triangles as keep every point within so many pixels, and without grid
   // lines; > 0.
   std::optional<double> detail_pixels;
   bool force = false;                       // overwrites pictures that are not its own
   bool movie = true;                        // also directory/movie.mp4, if ffmpeg is there
   std::optional<double> frames_per_second;  // of the movie, > 0; default below
-  // Called after each picture with the number of pictures done and of all.
+  // Called with the number of pictures done and of all, before the first one and after each.
   std::function<void(int, int)> progress;
 };
 
@@ -31,16 +31,16 @@ struct RenderReport {
 };
 
 // Draws the trajectory at `trajectory` into `directory` (made if need be) as frame_00000.png,
-// frame_00001.png, ... (numbered without gaps whatever `every` is; what an earlier, longer
-// rendering left, and its movie, are removed; files that no rendering made are left, and without
-// `force` refused, before anything is drawn, where they are in the way) and as an MP4 (H.264)
-// through the ffmpeg program. One fixed camera sees every moving body over all drawn frames, and as
-// much of the obstacles as is near them. Bodies take gpu::palette in order, obstacles are grey. The
-// movie runs in real time, from the times of the frames, but with 1 to 120 frames a second. Throws
-// TrajectoryError for an unreadable trajectory; std::runtime_error when it has no frames or
-// positions that are not finite, when a file is in the way, when a picture cannot be written, when
-// there is no OpenGL, or when Weft was built without gpu/. Without a movie it only says so in the
-// report: the pictures are kept. Tens to hundreds of milliseconds a picture.
+// frame_00010.png, ..., by the numbers of the frames, and as an MP4 (H.264) through the ffmpeg
+// program. Pictures of an earlier rendering that are not replaced, and its movie, are removed;
+// files that no rendering made are left, and without `force` refused, before anything is drawn,
+// where they are in the way. One fixed camera sees every body over all drawn frames; of obstacles
+// more than twice as large as what is simulated it sees what is near. Bodies take gpu::palette in
+// order, obstacles are grey. The movie runs in real time, from the times of the frames, but with 1
+// to 120 frames a second. Throws TrajectoryError for an unreadable trajectory; std::runtime_error
+// when it has no frames or positions that are not finite, when a file is in the way, when a picture
+// cannot be written, when there is no OpenGL, or when Weft was built without gpu/. Without a movie
+// it only says so in the report: the pictures are kept. Tens to hundreds of milliseconds a picture.
 RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
                                const RenderOptions& options);
 

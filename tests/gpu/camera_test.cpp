@@ -82,16 +82,40 @@ TEST(Camera, HasRoomAroundASinglePoint) {
   EXPECT_LT((camera.eye - point).norm(), 1e-2);
 }
 
+// The rows and columns of one patch that get a line.
+std::array<std::vector<int>, 2> lined(const bsi::Surface& surface) {
+  const bsi::Patch& patch = surface.atlas.patches()[0];
+  std::array<std::vector<int>, 2> places;
+  for (const auto& [from, to] : grid_lines(surface.atlas, surface.positions)) {
+    const bool is_along_row = from / patch.cols == to / patch.cols;
+    if (is_along_row && from % patch.cols == 0) places[0].push_back(from / patch.cols);
+    if (!is_along_row && from / patch.cols == 0) places[1].push_back(from % patch.cols);
+  }
+  return places;
+}
+
+TEST(GridLines, MakeSquareCellsInMetres) {
+  using Places = std::vector<int>;
+  // 24 quads of 4 cm along 0.96 m, 24 of 2 cm along the other side: cells of 8 cm.
+  const auto [rows, cols] = lined(bsi::make_rectangle(0.96, 0.48, 25, 25));
+  EXPECT_EQ(cols, (Places{0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24}));
+  EXPECT_EQ(rows, (Places{0, 4, 8, 12, 16, 20, 24}));
+  // As coarse as the longest edges are.
+  const auto [coarse_rows, coarse_cols] = lined(bsi::make_rectangle(1, 1, 5, 9));
+  EXPECT_EQ(coarse_rows, (Places{0, 1, 2, 3, 4}));
+  EXPECT_EQ(coarse_cols, (Places{0, 2, 4, 6, 8}));
+  // 13 quads: two to a cell, and one in the last.
+  const auto [strip_rows, strip_cols] = lined(bsi::make_rectangle(1.3, 0.2, 3, 14));
+  EXPECT_EQ(strip_cols, (Places{0, 2, 4, 6, 8, 10, 12, 13}));
+  EXPECT_EQ(strip_rows, (Places{0, 2}));
+}
+
 TEST(GridLines, FollowTheImageOverItsWraps) {
-  // 24 rows and columns of quads: a line at every second; both axes closed.
-  const bsi::Atlas torus({{24, 24, true, true}});
-  const auto lines = grid_lines(torus);
-  EXPECT_EQ(lines.size(), 2U * 12 * 24);
+  // 24 quads around the axis, two of them to a cell; 24 around the tube, a quarter as long.
+  const bsi::Surface torus = bsi::make_torus(0.8, 0.2, 24, 24);
+  const auto lines = grid_lines(torus.atlas, torus.positions);
+  EXPECT_EQ(lines.size(), (24U / 8 + 24U / 2) * 24);
   EXPECT_NE(std::find(lines.begin(), lines.end(), std::array<int, 2>{23, 0}), lines.end());
-  // 5 x 8 vertices, 4 x 7 quads: every row and column.
-  EXPECT_EQ(grid_lines(bsi::Atlas({{5, 8}})).size(), 5U * 7 + 8U * 4);
-  // 13 quads: every second, and the border, of which both ends are lined.
-  EXPECT_EQ(grid_lines(bsi::Atlas({{2, 14}})).size(), 2U * 13 + 8U * 1);
 }
 
 TEST(Palette, HasNoTwoNeighboursAlike) {

@@ -196,7 +196,7 @@ TEST(Renderer, DrawsLinesDarkerThanTheSurface) {
   DrawnSurface surface{sheet.positions, mesh.triangles, red, red};
   Renderer renderer(65, 65);
   const Picture plain = renderer.draw(std::array{surface}, camera_from_above());
-  const auto lines = grid_lines(sheet.atlas);
+  const auto lines = grid_lines(sheet.atlas, sheet.positions);
   surface.lines = lines;
   const Picture lined = renderer.draw(std::array{surface}, camera_from_above());
   const auto red_at = [](const Picture& picture, int col, int row) {
@@ -204,6 +204,41 @@ TEST(Renderer, DrawsLinesDarkerThanTheSurface) {
   };
   EXPECT_LT(red_at(lined, 32, 20) + 8, red_at(plain, 32, 20));  // on the middle column
   EXPECT_EQ(red_at(lined, 20, 20), red_at(plain, 20, 20));      // between the lines
+}
+
+// A cloth lies 2 mm above an obstacle, and rises from it in a fold whose walls are seen edge-on.
+// Grid lines are seen nevertheless.
+TEST(Renderer, ShowsNothingOfAnObstacleThroughTheClothOnIt) {
+  constexpr int size = 400;
+  bsi::Surface obstacle = bsi::make_rectangle(0.24, 0.24, 2, 2);
+  for (Vec3& position : obstacle.positions) position.z() -= 0.002;
+  bsi::Surface cloth = bsi::make_rectangle(0.26, 0.26, 9, 6);
+  constexpr std::array<std::array<double, 2>, 6> profile{
+      {{-0.13, 0}, {-0.03, 0}, {-0.029, 0.02}, {0.029, 0.02}, {0.03, 0}, {0.13, 0}}};
+  for (std::size_t i = 0; i < cloth.positions.size(); ++i) {
+    const auto [x, z] = profile[i % profile.size()];
+    cloth.positions[i].x() = x;
+    cloth.positions[i].z() = z;
+  }
+  const bsi::Mesh obstacle_mesh = bsi::build_mesh(obstacle.atlas);
+  const bsi::Mesh cloth_mesh = bsi::build_mesh(cloth.atlas);
+  const auto lines = grid_lines(cloth.atlas, cloth.positions);
+  const DrawnSurface hidden{obstacle.positions, obstacle_mesh.triangles, green, green};
+  DrawnSurface cover{cloth.positions, cloth_mesh.triangles, red, red};
+  Renderer renderer(size, size);
+  Camera camera = camera_from_above();
+  camera.field_of_view_deg /= 10;  // the square -0.1..0.1
+  const Picture plain = renderer.draw(std::array{hidden, cover}, camera);
+  cover.lines = lines;
+  const Picture lined = renderer.draw(std::array{hidden, cover}, camera);
+  int shining_through = 0, darkened = 0;
+  for (std::size_t pixel = 0; pixel < plain.rgb.size(); pixel += 3) {
+    // Green adds to whatever part of a pixel it takes.
+    shining_through += plain.rgb[pixel + 1] > plain.rgb[pixel + 2] + 8;
+    darkened += lined.rgb[pixel] + 8 < plain.rgb[pixel];
+  }
+  EXPECT_EQ(shining_through, 0);
+  EXPECT_GT(darkened, size * 3);
 }
 
 TEST(Renderer, DrawsTheSameBytesAgain) {

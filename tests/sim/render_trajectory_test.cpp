@@ -35,10 +35,10 @@ class RenderTrajectory : public testing::Test {
     files::permissions(path, files::perms::owner_all);
   }
 
-  // A sheet that rises by its size over `frames` frames of 0.1 s, on a floor of 200 m.
-  std::string write_trajectory(int frames, double height = 1.0) const {
+  // A sheet that rises by its size over `frames` frames of 0.1 s, on a floor.
+  std::string write_trajectory(int frames, double height = 1.0, double floor_size = 200) const {
     const bsi::Surface sheet = bsi::make_rectangle(1, 1, 9, 9);
-    const bsi::Surface floor = bsi::make_rectangle(200, 200, 2, 2);
+    const bsi::Surface floor = bsi::make_rectangle(floor_size, floor_size, 2, 2);
     std::vector<TrajectoryBody> bodies(2);
     bodies[0] = {"floor", floor.atlas, false, true, 0};
     bodies[1] = {"sheet", sheet.atlas, true, false, 1e-3};
@@ -136,7 +136,7 @@ TEST_F(RenderTrajectory, DrawsEveryFrameFromOneCameraThatSeesTheMotion) {
   const RenderReport report = render_trajectory(path, pictures(), options);
   EXPECT_EQ(report.pictures, 4);
   EXPECT_EQ(picture_count(), 4);
-  EXPECT_EQ(progress, (std::vector<int>{14, 24, 34, 44}));
+  EXPECT_EQ(progress, (std::vector<int>{4, 14, 24, 34, 44}));
   double last_row = 1e9;
   for (const char* name : {"frame_00000.png", "frame_00001.png", "frame_00003.png"}) {
     const Pixels pixels = read_png(files::path(pictures()) / name);
@@ -148,6 +148,20 @@ TEST_F(RenderTrajectory, DrawsEveryFrameFromOneCameraThatSeesTheMotion) {
     // The floor of 200 m does not make the sheet small.
     EXPECT_GT(part.count, 96 * 72 / 40) << name;
   }
+}
+
+// Beside a floor of 2 m that is seen whole the sheet is smaller than on one of 200 m, of which a
+// part is seen that is hardly larger than the sheet.
+TEST_F(RenderTrajectory, SeesObstaclesWholeThatAreNotTooLarge) {
+  std::array<int, 2> sheet{};
+  for (const bool is_huge : {false, true}) {
+    const std::string path = write_trajectory(2, 1.0, is_huge ? 200 : 2);
+    render_trajectory(path, pictures(), small_pictures());
+    files::remove(path);
+    files::remove(folder_.path("run.xdmf"));
+    sheet[is_huge] = red_part(read_png(files::path(pictures()) / "frame_00000.png")).count;
+  }
+  EXPECT_LT(1.3 * sheet[0], sheet[1]);
 }
 
 TEST_F(RenderTrajectory, DrawsFewerTrianglesWithinPixels) {
@@ -190,9 +204,14 @@ TEST_F(RenderTrajectory, LeavesOutFramesAndRemovesLeftOvers) {
   render_trajectory(path, pictures(), small_pictures());
   EXPECT_EQ(picture_count(), 5);
   RenderOptions options = small_pictures();
-  options.every = 2;
-  EXPECT_EQ(render_trajectory(path, pictures(), options).pictures, 3);
-  EXPECT_EQ(picture_count(), 3);
+  for (const int every : {2, 3}) {
+    options.every = every;
+    EXPECT_EQ(render_trajectory(path, pictures(), options).pictures, 3);
+    EXPECT_EQ(picture_count(), 3);
+    // Pictures have the numbers of their frames, and the last frame is among them.
+    for (const std::string frame : {"0", every == 2 ? "2" : "3", "4"})
+      EXPECT_TRUE(files::exists(files::path(pictures()) / ("frame_0000" + frame + ".png")));
+  }
 }
 
 std::string text_of(const files::path& path) {
@@ -258,10 +277,40 @@ TEST_F(RenderTrajectory, HandsThePicturesToFfmpegInRealTime) {
   EXPECT_NEAR(report.frames_per_second, 10, 1e-9);
   std::string arguments;
   std::getline(std::ifstream(files::path(pictures()) / "arguments"), arguments);
-  for (const char* part : {"-framerate 10.000000 ", "-i frame_%05d.png ", "-frames:v 3 ",
-                           "-pix_fmt yuv420p ", "libx264"}) {
+  for (const char* part :
+       {"-framerate 10.000000 ", "-i .movie_frames/%d.png ", "-pix_fmt yuv420p ", "libx264"}) {
     EXPECT_NE(arguments.find(part), std::string::npos) << part << "in " << arguments;
   }
+}
+
+// Numbered without gaps, in the order of the frames, for as long as it takes.
+TEST_F(RenderTrajectory, HandsFfmpegThePicturesThatItDrew) {
+  install_ffmpeg(
+      "for link in .movie_frames/*; do echo \"$link $(readlink \"$link\")\"; done > links;"
+      "echo movie > movie.mp4");
+  // Programs of the test's own, and the system's readlink.
+  setenv("PATH", (folder_.path("programs") + ":/usr/bin:/bin").c_str(), 1);
+  RenderOptions options = small_pictures();
+  options.every = 3;
+  render_trajectory(write_trajectory(6), pictures(), options);
+  EXPECT_EQ(text_of(files::path(pictures()) / "links"),
+            ".movie_frames/0.png ../frame_00000.png\n"
+            ".movie_frames/1.png ../frame_00003.png\n"
+            ".movie_frames/2.png ../frame_00005.png\n");
+  EXPECT_FALSE(files::exists(files::path(pictures()) / ".movie_frames"));
+}
+
+// A rendering that was killed leaves links behind, which are in the way of nobody.
+TEST_F(RenderTrajectory, RemovesNothingButItsLinksFromTheirFolder) {
+  install_ffmpeg("echo movie > movie.mp4");
+  const files::path links = files::path(pictures()) / ".movie_frames";
+  files::create_directories(links);
+  files::create_symlink("../frame_00007.png", links / "0.png");
+  std::ofstream(links / "mine") << "mine";
+  const RenderReport report = render_trajectory(write_trajectory(2), pictures(), small_pictures());
+  EXPECT_EQ(report.why_no_movie, "");
+  EXPECT_EQ(text_of(links / "mine"), "mine");
+  EXPECT_FALSE(files::is_symlink(links / "0.png"));
 }
 
 TEST_F(RenderTrajectory, KeepsThePicturesWhenFfmpegFails) {
