@@ -2,11 +2,13 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <limits>
+#include <optional>
 
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/command/bench_command.h"
 #include "sim/command/guarded_command.h"
+#include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
 #include "sim/trajectory/render_trajectory.h"
 #include "sim/trajectory/trajectory.h"
@@ -15,7 +17,7 @@
 namespace {
 
 constexpr const char* description =
-    R"(Weft simulates cloth, shells and particles stored as geometry images, integrated under error control.
+    R"(Weft simulates cloth stored as geometry images, integrated under error control.
 
   weft run cases/drape_torus.toml                    simulate; writes out/drape_torus.h5 and .xdmf
   weft run CASE -o DIR --set time.duration=0.5       the same with any case key overridden
@@ -57,11 +59,13 @@ int show_info(const std::string& path, bool crossings, bool json) {
 
 int render(const std::string& path, const std::string& directory, RenderOptions options) {
   try {
-    options.progress = [](int done, int all) {
-      std::cerr << "\rpicture " << done << " of " << all << std::flush;
+    std::optional<ProgressBar> bar;
+    options.progress = [&](int done, int all) {
+      if (!bar) bar.emplace(all, true, ProgressBar::Quantity{"picture", ""});
+      bar->show(done);
     };
     const RenderReport report = render_trajectory(path, directory, options);
-    std::cerr << '\n';
+    bar.reset();
     std::cout << report.pictures << " pictures in " << printable(directory) << '\n';
     if (options.detail_pixels) {
       std::cout << report.triangles << " of " << report.all_triangles << " triangles drawn, within "
@@ -192,6 +196,10 @@ std::string hint_for_unknown(const CLI::App& app) {
       names.push_back(command->get_name());
   }
   const std::string name = unknown[0].substr(0, unknown[0].find('='));
+  const bool is_override = name != unknown[0] && !name.starts_with("-");
+  if (is_override && !chosen.empty() && chosen.front()->get_option_no_throw("--set") != nullptr)
+    return in_quotes(unknown[0]) + " is unknown; did you mean \"--set " + unknown[0] +
+           "\"? Each override has a --set of its own";
   return in_quotes(name) + " is unknown" + (names.empty() ? "" : "; " + name_hint(name, names));
 }
 

@@ -1,14 +1,17 @@
 #include "sim/command/progress_bar.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <string>
 
 namespace weft::sim {
 
 namespace {
+
+constexpr double redrawn_after = 0.1, first_line_after = 1;  // s
 
 std::string minutes_and_seconds(double seconds) {
   const long whole = std::lround(seconds);
@@ -17,35 +20,66 @@ std::string minutes_and_seconds(double seconds) {
   return text;
 }
 
+std::string four_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+// Characters that fit on a line of the terminal, whose width may change.
+std::size_t columns() {
+  winsize size{};
+  const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  return is_known ? size.ws_col - 1 : 79;  // in the last column some would break the line
+}
+
 }  // namespace
 
-ProgressBar::ProgressBar(double end, bool shown)
+ProgressBar::ProgressBar(double end, bool shown, Quantity quantity)
     : end_(end),
       shown_(shown),
       terminal_(isatty(STDERR_FILENO) != 0),
-      start_(Clock::now()),
-      last_drawn_(start_) {}
+      quantity_(std::move(quantity)),
+      start_(Clock::now()) {
+  if (shown_ && terminal_) draw(0, "unknown");
+}
+
+ProgressBar::~ProgressBar() { clear(); }
+
+std::string ProgressBar::text(double value, const std::string& remaining) const {
+  char percent[16];
+  std::snprintf(percent, sizeof percent, "%3.0f %%  ", 100 * value / end_);
+  return percent + quantity_.name + ' ' + four_digits(value) + " of " + four_digits(end_) +
+         quantity_.unit + ", remaining " + remaining;
+}
 
 void ProgressBar::show(double value) {
   if (!shown_) return;
-  const Clock::time_point now = Clock::now();
   const double fraction = value / end_;
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const double remaining = fraction > 0 ? elapsed * (1 - fraction) / fraction : 0;
-  if (!terminal_) {
-    if (fraction * 10 < next_tenth_) return;
-    while (fraction * 10 >= next_tenth_) ++next_tenth_;
-    std::fprintf(stderr, "%3.0f %%  t = %.4g s, remaining %s\n", 100 * fraction, value,
-                 minutes_and_seconds(remaining).c_str());
-    return;
+  const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+  const std::string remaining =
+      fraction > 0 ? minutes_and_seconds(elapsed * (1 - fraction) / fraction) : "unknown";
+  if (terminal_) {
+    if (std::chrono::duration<double>(Clock::now() - last_drawn_).count() < redrawn_after) return;
+    draw(value, remaining);
+  } else if (fraction * 10 >= next_tenth_ || (!has_printed_ && elapsed >= first_line_after)) {
+    print(value, remaining);
   }
-  if (std::chrono::duration<double>(now - last_drawn_).count() < 0.1) return;
-  last_drawn_ = now;
+}
+
+void ProgressBar::print(double value, const std::string& remaining) {
+  has_printed_ = true;
+  while (value / end_ * 10 >= next_tenth_) ++next_tenth_;
+  std::fprintf(stderr, "%s\n", text(value, remaining).c_str());
+}
+
+void ProgressBar::draw(double value, const std::string& remaining) {
+  last_drawn_ = Clock::now();
   constexpr int width = 30;
-  const int filled = static_cast<int>(width * fraction);
-  std::fprintf(stderr, "\r[%s%s] %3.0f %%  t = %.4g of %.4g s, remaining %s   ",
-               std::string(filled, '#').c_str(), std::string(width - filled, '.').c_str(),
-               100 * fraction, value, end_, minutes_and_seconds(remaining).c_str());
+  const int filled = static_cast<int>(width * std::clamp(value / end_, 0.0, 1.0));
+  const std::string line = '[' + std::string(filled, '#') + std::string(width - filled, '.') +
+                           "] " + text(value, remaining);
+  std::fprintf(stderr, "\r%s\033[K", line.substr(0, columns()).c_str());
   std::fflush(stderr);
 }
 

@@ -2,23 +2,39 @@
 #pragma once
 
 #include <chrono>
+#include <string>
 
 namespace weft::sim {
 
-// On a terminal the bar is redrawn ten times a second; elsewhere a line is printed at every tenth
-// of the way.
+// On a terminal one line, cut to its width, is drawn at once and then ten times a second; elsewhere
+// whole lines are printed: one after a second, and one at every tenth of the way.
 class ProgressBar {
  public:
-  ProgressBar(double end, bool shown);
+  // Names the number that goes from 0 to `end` (> 0): "t = 0.2 of 2 s", "picture 3 of 40".
+  struct Quantity {
+    std::string name = "t =", unit = " s";
+  };
+  ProgressBar(double end, bool shown, Quantity quantity = {"t =", " s"});
+  // Clears it.
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
   void show(double value);
   void clear();
 
  private:
   using Clock = std::chrono::steady_clock;
+  void draw(double value, const std::string& remaining);
+  void print(double value, const std::string& remaining);
+  std::string text(double value, const std::string& remaining) const;
+
   double end_;
   bool shown_;
   bool terminal_;
+  Quantity quantity_;
   Clock::time_point start_, last_drawn_;
+  bool has_printed_ = false;
   int next_tenth_ = 1;
 };
 

@@ -110,7 +110,7 @@ void warn_of_errors(const ErrorEstimate& estimate) {
     complain("weft: the run that measures the error ended early: " + estimate.failure);
   }
   if (!estimate.parted_time) return;
-  std::cerr << "weft: from t = " << number_text(*estimate.parted_time)
+  std::cerr << "weft: from t = " << rounded_text(*estimate.parted_time)
             << " s on the error is only known to be large: a more exact run differs by "
                "more than a tenth of the motion or the size of a body; the motion may be chaotic "
                "there\n";
@@ -185,7 +185,7 @@ PilotReport run_pilot(Case& source, bool quiet) {
     bar.emplace(source.time.duration, !quiet);
   };
   options.progress = [&](double time) { bar->show(time); };
-  const PilotReport report = correct_accuracy(source, options);
+  PilotReport report = correct_accuracy(source, options);
   if (bar) bar->clear();
   return report;
 }
@@ -224,7 +224,12 @@ int run_case(const RunCommand& command) {
     options.earlier_wall_time = pilot.wall_time;
     ProgressBar bar(scene.source.time.duration, !command.quiet);
     options.progress = [&](double time) { bar.show(time); };
-    if (!command.quiet) options.notice = print_notice;
+    if (!command.quiet) {
+      options.notice = [&](const std::string& text) {
+        bar.clear();
+        print_notice(text);
+      };
+    }
     const RunReport report = run_simulation(scene, options);
     bar.clear();
     return finish(command, scene.source, report, pilot);

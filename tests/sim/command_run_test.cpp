@@ -1,8 +1,10 @@
 // `weft run`: its report, its file, how it stops, and that it asks for no OpenGL.
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -78,6 +80,34 @@ class CommandRun : public WeftCommand {
     EXPECT_LT(report.at("simulated_s"), 1e4);
   }
 };
+
+// A line longer than the 40 columns of this terminal would break and leave a trail.
+TEST_F(CommandRun, ShowsItsProgressOnOneLineOfTheTerminal) {
+  write("sheet.toml", sheet_case);
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+  const winsize size{24, 40, 0, 0};
+  ASSERT_EQ(ioctl(terminal, TIOCSWINSZ, &size), 0);
+  const std::string line = ptsname(terminal);
+  WeftProcess process(folder(), {"run", "sheet.toml", "--set", "time.duration=1"},
+                      [&] { dup2(open(line.c_str(), O_RDWR | O_NOCTTY), STDERR_FILENO); });
+  std::string shown;
+  std::array<char, 4096> part{};
+  // The last one to close the line makes this fail.
+  for (ssize_t count; (count = read(terminal, part.data(), part.size())) > 0;)
+    shown.append(part.data(), static_cast<std::size_t>(count));
+  close(terminal);
+  EXPECT_EQ(process.wait(), exit_code::done);
+  EXPECT_EQ(shown.find('\n'), std::string::npos) << shown;
+  EXPECT_EQ(shown.rfind("\r[", 0), 0U) << shown;
+  int lines = 0;
+  for (std::size_t at = 0; (at = shown.find('\r', at)) != std::string::npos; ++lines) {
+    const std::size_t end = shown.find('\033', ++at);
+    ASSERT_NE(end, std::string::npos) << shown;
+    EXPECT_LE(end - at, 39U) << shown;
+  }
+  EXPECT_GT(lines, 1);
+}
 
 TEST_F(CommandRun, ReportsInJson) {
   write("sheet.toml", sheet_case);
