@@ -44,7 +44,7 @@ std::string CpuLimit::reason(const Scene& scene, const Integrator& integrator) c
   const auto number = [](std::int64_t count) { return std::to_string(count); };
   std::string text =
       "the limit of " + short_text(limit_) +
-      " s of CPU time (compute.cpu_limit) is reached at t = " + number_text(integrator.time()) +
+      " s of CPU time (compute.cpu_limit) is reached at t = " + rounded_text(integrator.time()) +
       " s: " + number(counts.steps) + " steps, the last of " + short_text(integrator.last_step()) +
       " s";
   const auto add = [&](std::int64_t count, const char* what) {

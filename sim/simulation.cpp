@@ -18,7 +18,7 @@ namespace weft::sim {
 
 namespace {
 
-constexpr std::size_t listed_pairs = 10;
+constexpr std::size_t listed_places = 10;
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
 std::string describe_triangle(const Scene& scene, int body, int triangle) {
@@ -39,17 +39,25 @@ void refuse_crossings(const Scene& scene) {
     return !scene.bodies[c.surface_a].dynamic && !scene.bodies[c.surface_b].dynamic;
   });
   if (crossings.empty()) return;
+  // Quads of which several triangles cross are listed once.
+  std::vector<std::string> places;
+  for (const Crossing& c : crossings) {
+    std::string place = describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +
+                        describe_triangle(scene, c.surface_b, c.triangle_b);
+    if (std::ranges::find(places, place) == places.end()) places.push_back(std::move(place));
+    if (places.size() > listed_places) break;
+  }
   std::string message = "the initial state has " + std::to_string(crossings.size()) +
-                        " intersecting pairs of triangles";
-  for (std::size_t i = 0; i < std::min(crossings.size(), listed_pairs); ++i) {
-    const Crossing& c = crossings[i];
-    message += "\n  " + describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +
-               describe_triangle(scene, c.surface_b, c.triangle_b);
-  }
-  if (crossings.size() > listed_pairs) {
-    message += "\n  and " + std::to_string(crossings.size() - listed_pairs) + " more";
-  }
-  throw CaseError({scene.source.path, 0, 0}, message, "move the bodies apart");
+                        " intersecting pairs of triangles, at";
+  for (std::size_t i = 0; i < std::min(places.size(), listed_places); ++i)
+    message += "\n  " + places[i];
+  if (places.size() > listed_places) message += "\n  and elsewhere";
+  const bool are_of_one_body =
+      std::ranges::all_of(crossings, [](const Crossing& c) { return c.surface_a == c.surface_b; });
+  throw CaseError({scene.source.path, 0, 0}, message,
+                  are_of_one_body ? "expected a shape that does not pass through itself, or "
+                                    "self_contact = false"
+                                  : "move the bodies apart");
 }
 
 void refuse_missing_gaps(const Scene& scene) {
@@ -60,7 +68,9 @@ void refuse_missing_gaps(const Scene& scene) {
   if (fault) {
     throw CaseError({scene.source.path, 0, 0},
                     "the initial state cannot be simulated: " + fault->describe(scene),
-                    "move the bodies apart, or make thickness smaller");
+                    scene.bodies.size() == 1
+                        ? "make thickness smaller, or the edges of the mesh longer"
+                        : "move the bodies apart, or make thickness smaller");
   }
   if (const auto pair = contact.self_pair_in_reach(scene.initial_position)) {
     throw CaseError(

@@ -34,6 +34,7 @@ class Checker {
     tolerances();
     names();
     materials();
+    supports();
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
       const std::string path = join_path("body", i);
       check_shape(case_.body[i].shape, join_path(path, "shape"), case_.path, locations_);
@@ -169,6 +170,22 @@ class Checker {
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
       fail(join_path(join_path("body", i), "material"), "unknown material " + in_quotes(name),
            name_hint(name, known));
+    }
+  }
+
+  // Refuses a body that nothing can hold: it falls for ever and has no equilibrium.
+  void supports() const {
+    if (case_.time.method != TimeMethod::static_loads || case_.world.gravity.isZero()) return;
+    const auto is_pinned = [](const BodyCase& body) { return !body.pin.empty(); };
+    const bool can_rest = case_.contact.enabled &&
+                          (!case_.obstacle.empty() || std::ranges::any_of(case_.body, is_pinned));
+    if (can_rest) return;
+    for (std::size_t i = 0; i < case_.body.size(); ++i) {
+      if (is_pinned(case_.body[i])) continue;
+      fail(join_path(join_path("body", i), "name"),
+           "nothing holds body " + in_quotes(case_.body[i].name) +
+               ": under gravity it has no equilibrium (time.method = \"static\")",
+           "expected a pin, or an obstacle or a pinned body that it can rest on, with contact");
     }
   }
 

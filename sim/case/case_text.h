@@ -28,6 +28,8 @@ std::string quoted_list(const std::vector<std::string>& names);
 
 // The shortest decimal that reads back as the same bits.
 std::string number_text(double value);
+// Six significant digits, for what is measured.
+std::string rounded_text(double value);
 
 // Whether the name is one or more of A-Z a-z 0-9 _ -: fit for files, HDF5 groups and overrides.
 bool is_identifier(const std::string& name);

@@ -70,9 +70,11 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   for (const SceneBody& body : scene.bodies) self += body.self_contact ? 1 : 0;
   const int dynamic = scene.dynamic_bodies;
   const int obstacles = static_cast<int>(scene.bodies.size()) - dynamic;
-  out << "contact   range " << 1e3 * contact.range << " mm; " << dynamic * (dynamic - 1) / 2
-      << " pairs of bodies, " << dynamic * obstacles << " of body and obstacle, " << self
-      << " bodies with themselves\n";
+  const int pairs = dynamic * (dynamic - 1) / 2;
+  out << "contact   range " << 1e3 * contact.range << " mm; " << pairs
+      << (pairs == 1 ? " pair of bodies, " : " pairs of bodies, ") << dynamic * obstacles
+      << " of body and obstacle, " << self
+      << (self == 1 ? " body with itself\n" : " bodies with themselves\n");
   for (const SceneBody& body : scene.bodies) {
     if (body.dynamic && !body.self_contact)
       out << "  skipped self-traversal of " << body.name << ": self_contact is false\n";

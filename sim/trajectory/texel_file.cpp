@@ -8,6 +8,7 @@
 #include <cstring>
 #include <span>
 
+#include "sim/case/case_text.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/trajectory/hdf5_handle.h"
 #include "sim/trajectory/reading_process.h"
@@ -76,12 +77,35 @@ struct Header {
   std::int64_t message = 0;
 };
 
+herr_t append_image(hid_t file, const char* name, const H5O_info_t* info, void* names) {
+  if (info->type != H5O_TYPE_DATASET) return 0;
+  const Handle dataset(H5Dopen2(file, name, H5P_DEFAULT));
+  const Handle space(H5Dget_space(dataset.get()));
+  const int rank = H5Sget_simple_extent_ndims(space.get());
+  if (rank < 0) return 0;
+  std::vector<hsize_t> shape(static_cast<std::size_t>(rank));
+  H5Sget_simple_extent_dims(space.get(), shape.data(), nullptr);
+  if (hdf5::is_image(shape))
+    static_cast<std::vector<std::string>*>(names)->push_back('/' + std::string(name));
+  return 0;
+}
+
+// The message names the images that the file does have.
+std::string describe_missing(hid_t file, const std::string& dataset) {
+  std::vector<std::string> images;
+  H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, append_image, &images, H5O_INFO_BASIC);
+  const std::string message = "has no dataset " + in_quotes(dataset);
+  if (images.empty()) return message + ", nor any image of [rows, cols, 3] numbers";
+  return message + "; " + name_hint(dataset, images);
+}
+
 std::vector<double> read_numbers(const std::string& path, const std::string& dataset,
                                  double most_bytes, Header& header) {
   const hdf5::QuietErrors quiet;
   const Access access(path);
   const Handle file = access.open_for_reading();
-  const Handle source = access.open_dataset(file.get(), dataset);
+  const Handle source(H5Dopen2(file.get(), dataset.c_str(), H5P_DEFAULT));
+  if (source.get() < 0) access.reject(describe_missing(file.get(), dataset));
   const std::vector<hsize_t> shape = access.dimensions(source.get());
   if (!hdf5::is_image(shape) || !hdf5::holds_numbers(source.get())) {
     access.reject("dataset " + dataset +

@@ -86,6 +86,21 @@ shape = { type = "file", path = "none.h5", dataset = "x" }
 )" + sheet,
        R"(case.toml:3:33: no file "none.h5"
   expected an HDF5 file, here none.h5)"},
+      // Equilibria of what nothing can hold; the floor alone would not do without contact.
+      {"static_without_support",
+       sheet,
+       R"(case.toml:2:8: nothing holds body "sheet": under gravity it has no equilibrium (time.method = "static")
+  expected a pin, or an obstacle or a pinned body that it can rest on, with contact)",
+       {"time.method=static"}},
+      {"static_without_contact",
+       sheet + R"([[obstacle]]
+name = "floor"
+position = [0, 0, -1]
+shape = { type = "rectangle", size = [9, 9], resolution = [3, 3] }
+)",
+       R"(case.toml:2:8: nothing holds body "sheet": under gravity it has no equilibrium (time.method = "static")
+  expected a pin, or an obstacle or a pinned body that it can rest on, with contact)",
+       {"time.method=static", "contact.enabled=false"}},
       // Pins; the sheet has 5 rows and 9 columns.
       {"pin_of_nothing", sheet + R"([[body.pin]]
 motion.velocity = [1, 0, 0]

@@ -72,6 +72,8 @@ TEST_F(Command, RefusesArgumentsItDoesNotKnow) {
       {{"info", "sheet.h5", "--crossing"}, "did you mean \"--crossings\"?"},
       {{"run", "sheet.toml", "--frobnicate"}, "\"--frobnicate\" is unknown; expected one of"},
       {{"run", "sheet.toml", "another.toml"}, "\"another.toml\" is unknown"},
+      {{"run", "sheet.toml", "--set", "time.duration=1", "contact.friction=0"},
+       "\"contact.friction=0\" is unknown; did you mean \"--set contact.friction=0\"?"},
       {{"run"}, "case is required"},
       {{"render", "sheet.h5", "--every", "0"}, "--every"},
       {{"render", "sheet.h5", "--lod", "0"}, "\"0\" is not a number of pixels from 0.001 to 1000"},
@@ -118,6 +120,14 @@ TEST_F(Command, RefusesCrossedSheetsBeforeItWritesAnything) {
   EXPECT_EQ(result.code, exit_code::bad_case);
   EXPECT_TRUE(contains(result.err, "intersecting pairs of triangles")) << result.err;
   EXPECT_TRUE(contains(result.err, "flat") && contains(result.err, "upright")) << result.err;
+  EXPECT_TRUE(contains(result.err, "move the bodies apart")) << result.err;
+  std::vector<std::string> places;
+  std::istringstream lines(result.err);
+  for (std::string line; std::getline(lines, line);)
+    if (contains(line, "  with  ")) places.push_back(line);
+  EXPECT_GT(places.size(), 1U);
+  std::ranges::sort(places);
+  EXPECT_EQ(std::ranges::adjacent_find(places), places.end()) << result.err;
   EXPECT_FALSE(exists("out"));
 }
 

@@ -140,7 +140,8 @@ TEST(Scene, SaysWhatItNeedsAndSkips) {
 TEST(Scene, SaysThatAnEquilibriumHasNoFriction) {
   const std::string text = describe_scene(*build_scene(parse_case(
       "[time]\nmethod = \"static\"\n[contact]\nfriction = 0.5\n[material.m]\n[[body]]\nname = "
-      "\"b\"\nshape = { type = \"rectangle\", size = [1, 1], resolution = [9, 9] }\n",
+      "\"b\"\nshape = { type = \"rectangle\", size = [1, 1], resolution = [9, 9] }\n"
+      "[[body.pin]]\ncorners = [\"all\"]\n",
       "test.toml")));
   EXPECT_NE(text.find("skipped friction and contact damping"), std::string::npos) << text;
 }

@@ -310,7 +310,12 @@ TEST_F(Trajectory, ReadsFileShapes) {
               std::string::npos)
         << name;
   }
-  EXPECT_NE(message_of([&] { read_texels(path("run.h5"), "/none"); }).find("open dataset /none"),
+  EXPECT_EQ(message_of([&] { read_texels(path("run.h5"), "/body/floor/positon"); }),
+            path("run.h5") +
+                ": has no dataset \"/body/floor/positon\"; did you mean \"/body/floor/position\"?");
+  EXPECT_NE(message_of([&] {
+              read_texels(path("run.h5"), "/none");
+            }).find("has no dataset \"/none\"; expected one of \"/body/"),
             std::string::npos);
 }
 
