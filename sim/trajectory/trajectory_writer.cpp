@@ -79,6 +79,25 @@ Handle growing_group_properties(int links, int name_length) {
   return properties;
 }
 
+// Keeps times out of headers that HDF5 makes with its default properties of groups, whatever
+// properties a caller gives: the one behind the superblock is. The same run makes the same bytes
+// whenever it is run.
+class DefaultGroupsWithoutTimes {
+ public:
+  DefaultGroupsWithoutTimes() {
+    H5Pget_obj_track_times(H5P_GROUP_CREATE_DEFAULT, &tracked_before);
+    H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, false);
+  }
+  ~DefaultGroupsWithoutTimes() {
+    H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, tracked_before);
+  }
+  DefaultGroupsWithoutTimes(const DefaultGroupsWithoutTimes&) = delete;
+  DefaultGroupsWithoutTimes& operator=(const DefaultGroupsWithoutTimes&) = delete;
+
+ private:
+  hbool_t tracked_before = true;
+};
+
 // Without times of creation: the same run makes the same bytes.
 Handle dataset_properties() {
   Handle properties(H5Pcreate(H5P_DATASET_CREATE));
@@ -182,6 +201,7 @@ void TrajectoryWriter::Implementation::create_file() {
   access.check(set_commit_allocation(creation.get()), "set up HDF5");
   H5Pset_obj_track_times(creation.get(), false);
   H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED);
+  const DefaultGroupsWithoutTimes without_times;
   file = access.handle(
       H5Fcreate(temporary.c_str(), H5F_ACC_EXCL, creation.get(), file_access.get()), "create");
   lock_open_file(commit_descriptor(file.get()));
