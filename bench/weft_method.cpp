@@ -57,7 +57,10 @@ struct WeftMethod::Pyramids {
 WeftMethod::WeftMethod(const CollisionScene& scene, const WeftVariant& variant)
     : scene_(scene), variant_(variant), pyramids_(std::make_unique<Pyramids>()) {
   for (const Body& body : scene.bodies) {
-    if (!body.is_particles()) pyramids_->of_body.emplace_back(body.atlas, scene_.is_self());
+    if (!body.is_particles())
+      pyramids_->of_body.emplace_back(
+          body.atlas, bsi::PyramidParts{.tangents = scene_.is_self(),
+                                        .spheres = variant.bound != bsi::Bound::box});
   }
 }
 
@@ -79,6 +82,7 @@ void WeftMethod::rebuild() {
 void WeftMethod::query(std::vector<LeafPair>& pairs) {
   const bsi::TraversalOptions options{.margin = scene_.margin,
                                       .leaf = bsi::Leaf::triangle,
+                                      .bound = variant_.bound,
                                       .certificate = variant_.certificate,
                                       .threads = variant_.threads};
   bsi::TraversalCounters counters;

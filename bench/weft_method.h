@@ -18,6 +18,8 @@ struct WeftVariant {
   bool certificate = true;
   // query() lists the candidates pair by pair, as peers do, and not by pairs of leaf blocks.
   bool listed = false;
+  // What the traversals compare; the rebuild makes spheres where it is not `box`.
+  bsi::Bound bound = bsi::Bound::box;
   int threads = 1;
 };
 

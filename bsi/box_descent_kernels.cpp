@@ -152,7 +152,7 @@ WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
 // Pairs of leaf blocks: nearly all the time of a descent is spent here.
 WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Workspace& work,
                              BlockSink& sink, DescentCounters& counters) {
-  counters.box_tests += 64 * list.count;
+  counters.bound_tests += 64 * list.count;
   const Closeness where = closeness_of(query, list);
   const int level_a = list.level_a, level_b = list.level_b;
   LeafCache &cache_a = work.cache[0], &cache_b = work.cache[query.self ? 0 : 1];
@@ -211,11 +211,18 @@ WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
   return to;
 }
 
-// What of two blocks is near, as for append_children: of blocks that are leaves already, the blocks
-// themselves.
-WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
+WEFT_INLINE std::size_t block_at(const BoxLevel& level, Place place) {
+  return (static_cast<std::size_t>(place >> 16) << level.log_u) + (place & 0xffff);
+}
+
+// One block of the first body against the bits of its four lanes: as for append_children.
+WEFT_INLINE unsigned as_children_of_first(unsigned near) {
+  return (near | near << 3 | near << 6 | near << 9) & 0x1111U;
+}
+
+WEFT_INLINE unsigned near_by_boxes(const DescentQuery& query, const PairList& list, Places pair) {
   const auto group_of = [](const BoxLevel& level, Place place) -> const BoxGroup& {
-    return level.groups[(static_cast<std::size_t>(place >> 16) << level.log_u) + (place & 0xffff)];
+    return level.groups[block_at(level, place)];
   };
   const bool leaf_a = is_leaf(*list.a), leaf_b = is_leaf(*list.b);
   if (!leaf_a && !leaf_b) {
@@ -227,9 +234,34 @@ WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Pl
     return overlap_of_box(box_of(*query.a, nodes.a, query.half_margin),
                           group_of(*list.b, second_of(pair)), query.half_margin);
   }
-  const unsigned near = overlap_of_box(box_of(*query.b, nodes.b, query.half_margin),
-                                       group_of(*list.a, first_of(pair)), query.half_margin);
-  return (near | near << 3 | near << 6 | near << 9) & 0x1111U;
+  return as_children_of_first(overlap_of_box(box_of(*query.b, nodes.b, query.half_margin),
+                                             group_of(*list.a, first_of(pair)), query.half_margin));
+}
+
+WEFT_INLINE unsigned near_by_spheres(const DescentQuery& query, const PairList& list, Places pair) {
+  const auto group_of = [](const BoxLevel& level, Place place) -> const SphereGroup& {
+    return level.spheres[block_at(level, place)];
+  };
+  const bool leaf_a = is_leaf(*list.a), leaf_b = is_leaf(*list.b);
+  if (!leaf_a && !leaf_b) {
+    return touch_of_children(group_of(*list.a, first_of(pair)), group_of(*list.b, second_of(pair)),
+                             query.sphere_reach);
+  }
+  const NodePair nodes = nodes_of(list, pair);
+  if (leaf_a) {
+    return touch_of_sphere(sphere_of(*query.a, nodes.a), group_of(*list.b, second_of(pair)),
+                           query.sphere_reach);
+  }
+  return as_children_of_first(touch_of_sphere(
+      sphere_of(*query.b, nodes.b), group_of(*list.a, first_of(pair)), query.sphere_reach));
+}
+
+// The near ones among the children of two blocks, as for append_children; of a leaf block, itself.
+WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
+  if (query.bound == Bound::box) return near_by_boxes(query, list, pair);
+  const unsigned near = near_by_spheres(query, list, pair);
+  if (query.bound == Bound::sphere || near == 0) return near;
+  return near & near_by_boxes(query, list, pair);
 }
 
 // The pairs that follow a pair, the place after them. May write sixteen.
@@ -240,7 +272,7 @@ WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& 
   return append_children(pair + (pair & list.split), near_of(query, list, pair) & once, to);
 }
 
-WEFT_INLINE int box_tests_a_pair(const PairList& list) {
+WEFT_INLINE int tests_a_pair(const PairList& list) {
   return is_leaf(*list.a) || is_leaf(*list.b) ? 4 : 16;
 }
 
@@ -249,7 +281,7 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
   if (query.self && cannot_touch(query, pair, counters)) return 0;
   const PairList list = list_of(query, pair.a.level, pair.b.level, nullptr);
   if (holds_leaf_blocks(list)) return -1;
-  counters.box_tests += box_tests_a_pair(list);
+  counters.bound_tests += tests_a_pair(list);
   Places found[2 * largest_expansion];
   const PairList below = list_below(query, list, found);
   const auto count = append_following(query, list, places_of(pair), found) - found;
@@ -280,7 +312,7 @@ WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList
                              DescentCounters& counters) {
   const int count = list.count < batch ? list.count : batch;
   list.count -= count;
-  counters.box_tests += box_tests_a_pair(list) * count;
+  counters.bound_tests += tests_a_pair(list) * count;
   const Closeness where = closeness_of(query, list);
   const bool certifies = query.certificate_margin >= 0;
   Places* to = next.pairs + next.count;

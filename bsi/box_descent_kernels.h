@@ -5,12 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "bsi/box_layout.h"
+#include "bsi/leaf_pair.h"
 
 namespace weft::bsi {
-
-struct LeafBlockPair;
-struct LeafPair;
 
 // Two blocks that may come near each other. In a self traversal, a == b stands for the block with
 // itself.
@@ -23,13 +20,15 @@ struct DescentQuery {
   const BoxTree* b;           // a itself in a self traversal
   double certificate_margin;  // negative: the certificate is not to be used
   float half_margin;          // every box is widened by it
+  float sphere_reach;         // how far apart spheres may be whose leaves' boxes, widened, overlap
+  Bound bound;
   bool self;
   bool triangles;        // leaves are triangles, not quads
   std::uint64_t serial;  // of the query, not 0: tells its leaves from those of others
 };
 
 struct DescentCounters {
-  std::int64_t box_tests;
+  std::int64_t bound_tests;
   std::int64_t certificate_tests;
   std::int64_t certified;
 };

@@ -71,4 +71,28 @@ WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 #endif
 }
 
+// Spheres in lanes, one array a component.
+struct LaneSpheres {
+  Lanes centre[3], radius;
+};
+
+// Float32 rounding of the squares below and of sums of radii stays within this factor
+// (docs/theory.md, "Spheres").
+constexpr float touch_factor = 1 + 0x1p-20F;
+
+// The lanes in which two spheres touch; none where a centre is no number.
+WEFT_INLINE unsigned touch(const LaneSpheres& a, const LaneSpheres& b) {
+  const Lanes x = a.centre[0] - b.centre[0], y = a.centre[1] - b.centre[1],
+              z = a.centre[2] - b.centre[2];
+  const Lanes reach = (a.radius + b.radius) * touch_factor;
+  const auto touches = x * x + y * y + z * z <= reach * reach;
+#if defined(__AVX__)
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(touches)));
+#else
+  unsigned mask = 0;
+  for (int i = 0; i < 8; ++i) mask |= touches[i] != 0 ? 1U << i : 0U;
+  return mask;
+#endif
+}
+
 }  // namespace weft::bsi::WEFT_KERNELS

@@ -15,6 +15,13 @@ struct alignas(32) BoxGroup {
   float high[3][4];
 };
 
+// The spheres of the four children of a block, one array a component; one that is not there has no
+// number for a centre (NaN), so that every comparison with it is false.
+struct alignas(64) SphereGroup {
+  float centre[3][4];
+  float radius[4];
+};
+
 // Bounds of the steps from vertex to vertex inside a block: along u (x, y, z), then along v. The
 // lower ones are held with their sign changed, so that a union is one maximum.
 struct alignas(64) TangentBounds {
@@ -32,6 +39,7 @@ struct VertexImage {
 struct BoxLevel {
   const BoxGroup* groups;         // one a block: its children's boxes; null on the last level
   const TangentBounds* tangents;  // one a block; null where the level has none
+  const SphereGroup* spheres;     // one a block: its children's spheres; null as groups, or if none
   std::int32_t log_u, log_v;      // 2^log_u x 2^log_v blocks
   std::int32_t split_u, split_v;  // 1 where the next level halves the axis, else 0
   std::int32_t patch;
@@ -40,6 +48,7 @@ struct BoxLevel {
 struct BoxPatch {
   VertexImage vertices[2];  // at both ends of the paths; twice the same unless swept
   float low[3], high[3];    // of the whole patch
+  float centre[3], radius;  // of its sphere, where there are spheres
   std::int32_t quad_rows, quad_cols;
   std::int32_t wrap_u, wrap_v;  // 1 or 0
   std::int32_t first_level;     // into BoxTree::levels
@@ -57,6 +66,9 @@ struct BoxTree {
   std::int32_t swept;                     // 1 or 0
   float magnitude;                        // the largest |coordinate| of a vertex, m
 };
+
+// No less than the ratio of a distance to its largest component.
+inline constexpr float root_of_three = 1.7320511F;
 
 // A block: its level, counted through all patches, and its place there.
 struct BoxNode {

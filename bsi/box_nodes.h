@@ -23,14 +23,33 @@ WEFT_INLINE BoxNode child_of(const BoxLevel& level, BoxNode node, int child) {
           static_cast<std::uint16_t>((node.v << level.split_v) + (child >> 1))};
 }
 
+// Of a block below the level `above`.
+WEFT_INLINE BoxNode parent_of(const BoxLevel& above, BoxNode node) {
+  return {node.level - 1, static_cast<std::uint16_t>(node.u >> above.split_u),
+          static_cast<std::uint16_t>(node.v >> above.split_v)};
+}
+WEFT_INLINE int child_number(const BoxLevel& above, BoxNode node) {
+  return 2 * (above.split_v * (node.v & 1)) + above.split_u * (node.u & 1);
+}
+
+// Four numbers, one after the other in both halves.
+WEFT_INLINE Lanes in_both_halves(Quad four) {
+  return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+
+// Numbers `first` and first + 1, each four times over.
+template <int first>
+WEFT_INLINE Lanes each_four_times(Lanes lanes) {
+  constexpr int f = first;
+  return __builtin_shufflevector(lanes, lanes, f, f, f, f, f + 1, f + 1, f + 1, f + 1);
+}
+
 // The two rows of lanes: low - h and high + h of four boxes, one after the other in both halves.
 WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   LaneBoxes boxes;
   for (int axis = 0; axis < 3; ++axis) {
-    const Quad low = load_quad(group.low[axis]) - half_margin;
-    const Quad high = load_quad(group.high[axis]) + half_margin;
-    boxes.low[axis] = __builtin_shufflevector(low, low, 0, 1, 2, 3, 0, 1, 2, 3);
-    boxes.high[axis] = __builtin_shufflevector(high, high, 0, 1, 2, 3, 0, 1, 2, 3);
+    boxes.low[axis] = in_both_halves(load_quad(group.low[axis]) - half_margin);
+    boxes.high[axis] = in_both_halves(load_quad(group.high[axis]) + half_margin);
   }
   return boxes;
 }
@@ -40,10 +59,8 @@ template <int first>
 WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   LaneBoxes result;
   for (int axis = 0; axis < 3; ++axis) {
-    const Lanes low = boxes.low[axis], high = boxes.high[axis];
-    constexpr int f = first;
-    result.low[axis] = __builtin_shufflevector(low, low, f, f, f, f, f + 1, f + 1, f + 1, f + 1);
-    result.high[axis] = __builtin_shufflevector(high, high, f, f, f, f, f + 1, f + 1, f + 1, f + 1);
+    result.low[axis] = each_four_times<first>(boxes.low[axis]);
+    result.high[axis] = each_four_times<first>(boxes.high[axis]);
   }
   return result;
 }
@@ -72,6 +89,61 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
 #endif
 }
 
+// --- Spheres ---
+
+// Of four spheres, the radii larger by `reach`, one after the other in both halves.
+WEFT_INLINE LaneSpheres both_halves(const SphereGroup& group, float reach) {
+  LaneSpheres spheres;
+  for (int axis = 0; axis < 3; ++axis) {
+    spheres.centre[axis] = in_both_halves(load_quad(group.centre[axis]));
+  }
+  spheres.radius = in_both_halves(load_quad(group.radius) + reach);
+  return spheres;
+}
+
+template <int first>
+WEFT_INLINE LaneSpheres each_four_times(const LaneSpheres& spheres) {
+  LaneSpheres result;
+  for (int axis = 0; axis < 3; ++axis) {
+    result.centre[axis] = each_four_times<first>(spheres.centre[axis]);
+  }
+  result.radius = each_four_times<first>(spheres.radius);
+  return result;
+}
+
+// Bit 4 i + j: child i of the one comes within `reach` of child j of the other.
+WEFT_INLINE unsigned touch_of_children(const SphereGroup& a, const SphereGroup& b, float reach) {
+  const LaneSpheres of_a = both_halves(a, 0), of_b = both_halves(b, reach);
+  return touch(each_four_times<0>(of_a), of_b) | touch(each_four_times<2>(of_a), of_b) << 8;
+}
+
+// The sphere of a block in all lanes.
+WEFT_INLINE LaneSpheres sphere_of(const BoxTree& tree, BoxNode node) {
+  const BoxLevel& level = level_of(tree, node);
+  const BoxPatch& patch = tree.patches[level.patch];
+  float sphere[4];
+  if (node.level == patch.first_level) {
+    for (int axis = 0; axis < 3; ++axis) sphere[axis] = patch.centre[axis];
+    sphere[3] = patch.radius;
+  } else {
+    const BoxLevel& above = tree.levels[node.level - 1];
+    const BoxNode parent = parent_of(above, node);
+    const SphereGroup& group = above.spheres[block_of(above, parent)];
+    const int child = child_number(above, node);
+    for (int axis = 0; axis < 3; ++axis) sphere[axis] = group.centre[axis][child];
+    sphere[3] = group.radius[child];
+  }
+  return {{broadcast(sphere[0]), broadcast(sphere[1]), broadcast(sphere[2])}, broadcast(sphere[3])};
+}
+
+// Bit j: child j comes within `reach` of the sphere.
+WEFT_INLINE unsigned touch_of_sphere(const LaneSpheres& sphere, const SphereGroup& group,
+                                     float reach) {
+  return touch(sphere, both_halves(group, reach)) & 15U;
+}
+
+// --- Boxes of single blocks ---
+
 struct WideBox {
   float low[3], high[3];
 };
@@ -88,10 +160,8 @@ WEFT_INLINE WideBox box_of(const BoxTree& tree, BoxNode node, float half_margin)
     return box;
   }
   const BoxLevel& above = tree.levels[node.level - 1];
-  const BoxNode parent{node.level - 1, static_cast<std::uint16_t>(node.u >> above.split_u),
-                       static_cast<std::uint16_t>(node.v >> above.split_v)};
-  const int child = 2 * (above.split_v * (node.v & 1)) + above.split_u * (node.u & 1);
-  const BoxGroup& group = above.groups[block_of(above, parent)];
+  const BoxGroup& group = above.groups[block_of(above, parent_of(above, node))];
+  const int child = child_number(above, node);
   for (int axis = 0; axis < 3; ++axis) {
     box.low[axis] = group.low[axis][child] - half_margin;
     box.high[axis] = group.high[axis][child] + half_margin;

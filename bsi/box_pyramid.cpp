@@ -38,8 +38,8 @@ Box join(Box a, const Box& b) {
 
 }  // namespace
 
-BoxPyramid::BoxPyramid(const Atlas& atlas, bool tangents)
-    : atlas_(atlas), holds_tangents_(tangents) {
+BoxPyramid::BoxPyramid(const Atlas& atlas, const PyramidParts& parts)
+    : atlas_(atlas), parts_(parts) {
   const int patches = static_cast<int>(atlas.patches().size());
   for (int patch = 0; patch < patches; ++patch) add_patch(patch);
   for (int patch = 0; patch < patches; ++patch) add_strips(patch);
@@ -82,10 +82,11 @@ void BoxPyramid::add_patch(int patch) {
     levels_.push_back(place);
     if (level == leaf_level) break;
     groups += blocks_along(place.log_u + place.log_v);
-    if (holds_tangents_) tangents += blocks_along(place.log_u + place.log_v);
+    if (parts_.tangents) tangents += blocks_along(place.log_u + place.log_v);
   }
   groups_.resize(groups);
   tangents_.resize(tangents);
+  if (parts_.spheres) spheres_.resize(groups);
   first_vertex_.push_back(vertices_[0].size());
   const std::size_t stride = aligned(static_cast<std::size_t>(image.quad_cols()) + 1 + 4);
   view.vertices[0].stride = view.vertices[1].stride = stride;
@@ -125,7 +126,8 @@ void BoxPyramid::point_views() {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const bool leaf = i + 1 == levels_.size() || levels_[i].patch != levels_[i + 1].patch;
     levels_[i].groups = leaf ? nullptr : &groups_[places_[i].groups];
-    levels_[i].tangents = leaf || !holds_tangents_ ? nullptr : &tangents_[places_[i].tangents];
+    levels_[i].tangents = leaf || !parts_.tangents ? nullptr : &tangents_[places_[i].tangents];
+    levels_[i].spheres = leaf || !parts_.spheres ? nullptr : &spheres_[places_[i].groups];
   }
   for (int patch = 0; patch < patch_count(); ++patch) {
     BoxPatch& view = patches_[patch];
@@ -152,6 +154,12 @@ QuadRange BoxPyramid::quads(int patch, int level, int u, int v) const {
           block_boundary(u + 1, image.quad_cols, place.log_u)};
 }
 
+BoxPyramid::ChildPlace BoxPyramid::child_place(int patch, int level, int u, int v) const {
+  const BoxLevel& above = level_of(patch, level - 1);
+  return {(static_cast<std::size_t>(v >> above.split_v) << above.log_u) + (u >> above.split_u),
+          2 * (above.split_v * (v & 1)) + above.split_u * (u & 1)};
+}
+
 Box BoxPyramid::box(int patch, int level, int u, int v) const {
   Box result;
   if (level == 0) {
@@ -161,9 +169,7 @@ Box BoxPyramid::box(int patch, int level, int u, int v) const {
     return result;
   }
   const BoxLevel& above = level_of(patch, level - 1);
-  const std::size_t parent =
-      (static_cast<std::size_t>(v >> above.split_v) << above.log_u) + (u >> above.split_u);
-  const int child = 2 * (above.split_v * (v & 1)) + above.split_u * (u & 1);
+  const auto [parent, child] = child_place(patch, level, u, v);
   for (int axis = 0; axis < 3; ++axis) {
     result.low[axis] = above.groups[parent].low[axis][child];
     result.high[axis] = above.groups[parent].high[axis][child];
@@ -177,8 +183,8 @@ std::size_t BoxPyramid::bytes() const {
     floats += strip.rows.size() + strip.boundary[0].size() + strip.boundary[1].size();
   }
   return sizeof(float) * floats + sizeof(BoxGroup) * groups_.size() +
-         sizeof(TangentBounds) * tangents_.size() + sizeof(Box) * group_boxes_.size() +
-         sizeof(std::int32_t) * boundaries_.size();
+         sizeof(TangentBounds) * tangents_.size() + sizeof(SphereGroup) * spheres_.size() +
+         sizeof(Box) * group_boxes_.size() + sizeof(std::int32_t) * boundaries_.size();
 }
 
 std::optional<TexelAddress> BoxPyramid::rebuild(std::span<const Vec3> positions, int threads) {
@@ -216,6 +222,7 @@ std::optional<TexelAddress> BoxPyramid::rebuild_all(int ends, int threads) {
     const std::size_t count = blocks_along(strip_log_[patch]);
     join_strips(std::span(strips_).subspan(first, count));
     first += count;
+    if (parts_.spheres) rebuild_spheres(patch, threads);
   }
   rebuild_groups();
   ends_ = {};
@@ -340,7 +347,7 @@ void BoxPyramid::finish_row(Strip& strip, int v) {
     const BoundRow lower = split ? row(strip, level, 2 * v + 1) : BoundRow{nullptr, 0};
     const BoundRow out = row(strip, level - 1, v);
     merge_into_parent(strip.patch, level - 1, upper, lower, v, out);
-    if (!holds_tangents_) continue;
+    if (!parts_.tangents) continue;
     if (level == levels(strip.patch) - 1) bound_step_row(strip, v, out);
     store_tangents(strip.patch, level - 1, v, out);
   }
@@ -355,7 +362,7 @@ void BoxPyramid::join_strips(std::span<Strip> strips) {
     for (int v = 0; v < 1 << level; ++v) {
       merge_into_parent(patch, level, of(level + 1, 2 * v), of(level + 1, 2 * v + 1), v,
                         of(level, v));
-      if (holds_tangents_) store_tangents(patch, level, v, of(level, v));
+      if (parts_.tangents) store_tangents(patch, level, v, of(level, v));
     }
   }
   const BoundRow whole = row(strips[0], 0, 0);
@@ -375,7 +382,7 @@ void BoxPyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRo
   BoxGroup* groups = &groups_[places_[patches_[patch].first_level + level].groups + first];
   kernels.store_groups(upper, lower, parent.split_u != 0, blocks, groups);
   // The leaves have no bounds of steps to be merged.
-  const bool steps = holds_tangents_ && level < levels(patch) - 2;
+  const bool steps = parts_.tangents && level < levels(patch) - 2;
   const PlaneRange planes{0, steps ? step_planes.end : box_planes.end};
   kernels.merge(upper, lower.plane != nullptr ? lower : upper, planes, parent.split_u != 0, blocks,
                 out);

@@ -1,4 +1,5 @@
-// The boxes of the pyramid, the min/max face of the reduction: what the traversals descend.
+// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image,
+// rebuilt from the deformed image in one pass, which the traversals descend.
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 #include "bsi/box_build_kernels.h"
 #include "bsi/box_layout.h"
 #include "bsi/geometry_image.h"
+#include "bsi/sphere.h"
 
 namespace weft::bsi {
 
@@ -21,16 +23,27 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
+struct PyramidParts {
+  // Bounds of the steps between vertices, by which whole blocks are excused from looking for
+  // contact with themselves (docs/theory.md, "The tangent certificate"); they take more than half
+  // of a rebuild.
+  bool tangents = true;
+  // For traversals whose bound is not `box`, and for pictures.
+  bool spheres = false;
+};
+
 // Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
 // blocks of one or two quads; block boundaries are block_boundary(k, quads, log). The last level
 // holds the leaf blocks. No block is empty. Above the patch tops of a body of several patches stand
 // the groups of BlockLevels.
 //
-// Held are a box for every block, the vertices in float32, and bounds of the steps between
-// vertices, by which whole blocks are excused from looking for contact with themselves
-// (docs/theory.md, "The tangent certificate"). Boxes lie inside their parents' exactly: a minimum
-// rounds nothing. They bound the vertices rounded to float32; the traversals widen them by what the
-// rounding may have moved.
+// Held are a box for every block, the vertices in float32, and what PyramidParts names. Boxes lie
+// inside their parents' exactly: a minimum rounds nothing. They bound the vertices rounded to
+// float32; the traversals widen them by what the rounding may have moved.
+//
+// A sphere has its centre in the middle of the box and holds the boxes of all leaf blocks of its
+// block, so that spheres never part what boxes find. Its radius is the lesser of half the diagonal
+// of the box and what holds the spheres of the children. Every float64 vertex lies inside.
 //
 // Can be moved, not copied. All const members may be called from many threads at once.
 class BoxPyramid {
@@ -41,9 +54,7 @@ class BoxPyramid {
   static constexpr int quad_limit = 1 << 17;
 
   // Throws std::invalid_argument, naming the patch, on more than quad_limit quads along an axis.
-  // `tangents`: hold the bounds of steps that the certificate of self traversals asks for; they
-  // take more than half of a rebuild.
-  explicit BoxPyramid(const Atlas& atlas, bool tangents = true);
+  explicit BoxPyramid(const Atlas& atlas, const PyramidParts& parts = {});
   BoxPyramid(BoxPyramid&&) = default;
   BoxPyramid& operator=(BoxPyramid&&) = default;
 
@@ -62,12 +73,15 @@ class BoxPyramid {
   bool is_built() const { return built_; }
 
   const Atlas& atlas() const { return atlas_; }
+  const PyramidParts& parts() const { return parts_; }
   int patch_count() const { return static_cast<int>(patches_.size()); }
   int levels(int patch) const { return patches_[patch].level_count; }
   int blocks_u(int patch, int level) const { return 1 << level_of(patch, level).log_u; }
   int blocks_v(int patch, int level) const { return 1 << level_of(patch, level).log_v; }
   QuadRange quads(int patch, int level, int u, int v) const;
   Box box(int patch, int level, int u, int v) const;
+  // Precondition: parts().spheres.
+  Sphere sphere(int patch, int level, int u, int v) const;
   int group_levels() const { return group_levels_; }
   // Patches [first, second) of the u-th group of a level above the patch tops.
   std::array<int, 2> patches_of_group(int level, int u) const {
@@ -101,10 +115,17 @@ class BoxPyramid {
     std::size_t groups = 0;
     std::size_t tangents = 0;
   };
+  // A block among the children of another.
+  struct ChildPlace {
+    std::size_t parent = 0;  // among the groups of its level
+    int child = 0;
+  };
 
   const BoxLevel& level_of(int patch, int level) const {
     return levels_[patches_[patch].first_level + level];
   }
+  // Precondition: level > 0.
+  ChildPlace child_place(int patch, int level, int u, int v) const;
   void add_patch(int patch);
   void add_strips(int patch);
   void point_views();
@@ -121,9 +142,10 @@ class BoxPyramid {
   BoundRow row(Strip& strip, int level, int v) const;
   TexelAddress first_unbounded() const;
   void rebuild_groups();
+  void rebuild_spheres(int patch, int threads);
 
   Atlas atlas_;
-  bool holds_tangents_ = true;
+  PyramidParts parts_;
   std::vector<BoxPatch> patches_;
   std::vector<BoxLevel> levels_;
   std::vector<LevelPlace> places_;         // by level, as levels_
@@ -134,6 +156,7 @@ class BoxPyramid {
   int group_levels_ = 0;
   std::vector<BoxGroup> groups_;
   std::vector<TangentBounds> tangents_;
+  std::vector<SphereGroup> spheres_;  // as groups_, or none
   std::array<std::vector<float>, 2> vertices_;
   std::vector<Box> group_boxes_;
   std::vector<Strip> strips_;

@@ -15,6 +15,13 @@ enum class Leaf {
   triangle,  // 2 q and 2 q + 1 are those of quad q, as in Mesh
 };
 
+// What traversals compare above the leaves, whose boxes settle what is found.
+enum class Bound {
+  sphere,  // as the paper does
+  box,
+  sphere_then_box,  // the boxes of blocks whose spheres meet
+};
+
 // Numbers of two triangles (or quads) of the first and the second body; of one body: a <= b.
 struct LeafPair {
   int a = 0;

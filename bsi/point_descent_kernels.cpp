@@ -150,6 +150,21 @@ WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&po
 #endif
 }
 
+// The points in lanes that lie within a sphere, as touch().
+WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide (&point)[3]) {
+  const Wide x = point[0] - spheres.centre[0][lane], y = point[1] - spheres.centre[1][lane],
+             z = point[2] - spheres.centre[2][lane];
+  const float reach = spheres.radius[lane] * touch_factor;
+#if defined(__AVX512F__)
+  return _mm512_cmp_ps_mask(square(x, y, z), _mm512_set1_ps(reach * reach), _CMP_LE_OQ);
+#else
+  const WideBits in = square(x, y, z) <= reach * reach;
+  unsigned mask = 0;
+  for (int k = 0; k < width; ++k) mask |= in[k] != 0 ? 1U << k : 0U;
+  return mask;
+#endif
+}
+
 // Where the lists of the children of a block are made: one after the other behind its own, each
 // with room for a vector more.
 struct ChildLists {
@@ -157,8 +172,31 @@ struct ChildLists {
   int end(int child) const { return first + child * room + counts[child]; }
 };
 
+// Of the four children of a block, as far as points may be off: what the query compares.
+struct ChildBounds {
+  Bound bound;
+  LaneBoxes boxes;
+  LaneSpheres spheres;
+};
+
+WEFT_INLINE ChildBounds bounds_of(const DescentQuery& query, const BoxLevel& level,
+                                  std::size_t block, float reach) {
+  ChildBounds bounds{query.bound, both_halves(level.groups[block], reach), {}};
+  if (query.bound != Bound::box) {
+    bounds.spheres = both_halves(level.spheres[block], query.sphere_reach);
+  }
+  return bounds;
+}
+
+WEFT_INLINE unsigned points_near(const ChildBounds& bounds, int child, const Wide (&point)[3]) {
+  if (bounds.bound == Bound::box) return points_in(bounds.boxes, child, point);
+  const unsigned near = points_in(bounds.spheres, child, point);
+  if (bounds.bound == Bound::sphere || near == 0) return near;
+  return near & points_in(bounds.boxes, child, point);
+}
+
 // Many points, a vector of them against one child at a time.
-WEFT_INLINE void share_vectors(const LaneBoxes& reach, const PointLists& lists,
+WEFT_INLINE void share_vectors(const ChildBounds& bounds, const PointLists& lists,
                                const PointList& list, ChildLists& children) {
   for (int i = 0; i < list.count; i += width) {
     const int from = list.first + i;
@@ -167,21 +205,28 @@ WEFT_INLINE void share_vectors(const LaneBoxes& reach, const PointLists& lists,
     const unsigned there =
         list.count - i < width ? (1U << (list.count - i)) - 1 : (1U << (width - 1)) * 2 - 1;
     for (int child = 0; child < 4; ++child) {
-      const unsigned near = points_in(reach, child, point) & there;
+      const unsigned near = points_near(bounds, child, point) & there;
       if (near == 0) continue;
       children.counts[child] += copy_marked(lists, from, near, children.end(child));
     }
   }
 }
 
+WEFT_INLINE unsigned children_near(const ChildBounds& bounds, const float (&point)[3]) {
+  const LaneSpheres sphere{{broadcast(point[0]), broadcast(point[1]), broadcast(point[2])},
+                           broadcast(0)};
+  unsigned near = 15U;
+  if (bounds.bound != Bound::box) near &= touch(bounds.spheres, sphere);
+  if (bounds.bound != Bound::sphere) near &= overlap(bounds.boxes, in_all_lanes(point, point));
+  return near;
+}
+
 // A few points, one of them against all children at a time.
-WEFT_INLINE void share_one_by_one(const LaneBoxes& reach, const PointLists& lists,
+WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& lists,
                                   const PointList& list, ChildLists& children) {
   for (int i = list.first; i < list.first + list.count; ++i) {
-    LaneBoxes point;
-    for (int axis = 0; axis < 3; ++axis)
-      point.low[axis] = point.high[axis] = broadcast(lists.value[axis][i]);
-    for (unsigned near = overlap(reach, point) & 15U; near != 0; near &= near - 1) {
+    const float point[3] = {lists.value[0][i], lists.value[1][i], lists.value[2][i]};
+    for (unsigned near = children_near(bounds, point); near != 0; near &= near - 1) {
       const int child = __builtin_ctz(near), place = children.end(child);
       for (float* part : lists.value) part[place] = part[i];
       lists.number[place] = lists.number[i];
@@ -190,15 +235,15 @@ WEFT_INLINE void share_one_by_one(const LaneBoxes& reach, const PointLists& list
   }
 }
 
-// The lists of the children of a block whose boxes, widened by `reach`, hold a point.
-int share_points(const BoxGroup& group, const BoxLevel& level, const PointLists& lists,
-                 const PointList& list, float reach, PointList* next) {
+// The lists of the children of a block whose bounds hold a point.
+int share_points(const ChildBounds& bounds, const BoxLevel& level, const PointLists& lists,
+                 const PointList& list, PointList* next) {
   ChildLists children{list.first + list.count + width, list.count + width, {}};
   constexpr int few = 4;
   if (list.count <= few) {
-    share_one_by_one(both_halves(group, reach), lists, list, children);
+    share_one_by_one(bounds, lists, list, children);
   } else {
-    share_vectors(both_halves(group, reach), lists, list, children);
+    share_vectors(bounds, lists, list, children);
   }
   int shared = 0;
   for (int child = 0; child < 4; ++child) {
@@ -231,25 +276,27 @@ void pair_points(const DescentQuery& query, const PointLists& lists, const Point
   }
 }
 
-void descend_points(const DescentQuery& query, int patch, int count, float largest_half,
+void descend_points(const DescentQuery& asked, int patch, int count, float largest_half,
                     int first_number, void* workspace, PairSink& sink, DescentCounters& counters) {
+  DescentQuery query = asked;
   const BoxTree& tree = *query.a;
   const PointLists lists = lists_in(workspace);
   // Above the leaves, where a box too many costs time and no more, points are held against boxes
   // widened on both sides' behalf, and for the rounding of both (docs/theory.md, "Points").
   const float reach = 2 * largest_half + 0x1p-21F * (tree.magnitude + 2 * largest_half);
+  query.sphere_reach = root_of_three * reach;
   PointList stack[4 * 18];
   stack[0] = {{tree.patches[patch].first_level, 0, 0}, 0, count};
   for (int lists_left = 1; lists_left > 0;) {
     const PointList list = stack[--lists_left];
     const BoxLevel& level = level_of(tree, list.node);
     if (is_leaf(level)) {
-      counters.box_tests += 8 * list.count;
+      counters.bound_tests += 8 * list.count;
       pair_points(query, lists, list, first_number, sink);
     } else {
-      counters.box_tests += 4 * list.count;
-      const BoxGroup& group = level.groups[block_of(level, list.node)];
-      lists_left += share_points(group, level, lists, list, reach, stack + lists_left);
+      counters.bound_tests += 4 * list.count;
+      const ChildBounds bounds = bounds_of(query, level, block_of(level, list.node), reach);
+      lists_left += share_points(bounds, level, lists, list, stack + lists_left);
     }
   }
 }

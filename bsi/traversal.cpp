@@ -41,6 +41,15 @@ std::uint64_t next_serial() {
   return ++last;
 }
 
+// Boxes that overlap when `half` widens them lie apart by no more than this (m): twice the half
+// along each axis, and what rounding the four widened bounds may add.
+float sphere_reach(float half, float magnitude_a, float magnitude_b) {
+  const double gap = 2.0 * static_cast<double>(half);
+  const double rounding =
+      0x1p-22 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b) + gap);
+  return rounded_up(static_cast<double>(root_of_three) * (gap + rounding));
+}
+
 DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool self,
                       const TraversalOptions& options) {
   assert(first.is_built() && second.is_built());
@@ -49,6 +58,9 @@ DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool se
   query.a = &first.tree();
   query.b = &second.tree();
   query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
+  query.sphere_reach = sphere_reach(query.half_margin, first.magnitude(), second.magnitude());
+  query.bound = options.bound;
+  assert(query.bound == Bound::box || (first.parts().spheres && second.parts().spheres));
   query.self = self;
   query.serial = next_serial();
   query.triangles = options.leaf == Leaf::triangle;
@@ -124,7 +136,7 @@ class PatchPairs {
 };
 
 void add(TraversalCounters& total, const DescentCounters& part) {
-  total.box_tests += part.box_tests;
+  total.bound_tests += part.bound_tests;
   total.certificate_tests += part.certificate_tests;
   total.certified += part.certified;
 }
@@ -217,7 +229,7 @@ void collect(int count, int chunk, int threads, std::vector<Found>& found,
   for (int c = 0; c < chunks; ++c) {
     begin[c] = total;
     total += parts[c].size();
-    counters.box_tests += tests[c].box_tests;
+    counters.bound_tests += tests[c].bound_tests;
     counters.certificate_tests += tests[c].certificate_tests;
     counters.certified += tests[c].certified;
   }

@@ -15,6 +15,8 @@ struct TraversalOptions {
   // Metres, >= 0 and finite.
   double margin = 0;
   Leaf leaf = Leaf::triangle;
+  // What is not `box` needs the spheres of both pyramids (PyramidParts).
+  Bound bound = Bound::box;
   // Self traversal: leave out what the tangent certificate proves not to touch.
   bool certificate = true;
   // 0: those of OpenMP. Beyond one, the calling thread keeps as much memory as its largest answer.
@@ -22,7 +24,7 @@ struct TraversalOptions {
 };
 
 struct TraversalCounters {
-  std::int64_t box_tests = 0;          // pairs of boxes looked at
+  std::int64_t bound_tests = 0;        // pairs of spheres or boxes looked at
   std::int64_t certificate_tests = 0;  // blocks and windows of neighbouring blocks looked at
   std::int64_t certified = 0;          // of these, left out
 };
@@ -36,14 +38,15 @@ float half_margin(double margin, float magnitude_a, float magnitude_b);
 // rounding may have taken from it, m.
 double certificate_margin(double margin, float magnitude);
 
-// What is found is settled by the leaves alone, so that every implementation finds the same: pairs
+// What is found is settled by the leaves alone, so that every implementation and every bound finds
+// the same: pairs
 // of leaves whose boxes (of the vertices rounded to float32, at both ends of the path in a swept
 // pyramid), widened by h = half_margin(...) to low - h and high + h in float32, overlap or touch.
 // Every pair that comes within the margin is among them.
 //
 // The pyramids must be built (BoxPyramid::is_built), plain or swept each. Found leaves are
-// appended in an order that depends on the pyramids alone, not on the number of threads, none
-// twice; counters are added to. Thread-safe.
+// appended in an order that depends on the pyramids and the bound, not on the number of threads,
+// none twice; counters are added to. Thread-safe.
 
 // Leaves near a point (a particle of some radius: radius + margin). The point must be finite and
 // below BoxPyramid::coordinate_limit.

@@ -268,7 +268,7 @@ void ContactSearch::find_quad_pairs(std::span<const Vec3> start, std::span<const
   bsi::TraversalCounters tests;
   PhaseTimer timer(statistics_.phases.traverse);
   search_.search->find(queries_, quad_pairs_, tests);
-  statistics_.counters.bound_tests += tests.box_tests;
+  statistics_.counters.bound_tests += tests.bound_tests;
 }
 
 void ContactSearch::build_lists(std::span<const Vec3> start, std::span<const Vec3> end) {

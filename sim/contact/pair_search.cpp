@@ -15,7 +15,7 @@ class CpuSearch : public PairSearch {
     for (const BodyPath& path : paths) {
       std::optional<bsi::BoxPyramid>& pyramid = pyramids_[path.body];
       const SceneBody& body = scene_.bodies[path.body];
-      if (!pyramid) pyramid.emplace(body.atlas, body.self_contact);
+      if (!pyramid) pyramid.emplace(body.atlas, bsi::PyramidParts{.tangents = body.self_contact});
       const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
                                        : pyramid->rebuild(path.end, threads());
       assert(!bad && "positions are finite");

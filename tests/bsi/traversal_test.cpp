@@ -43,7 +43,7 @@ Body make_body(const std::string& name, Surface surface, double noise, const Vec
   if (noise > 0) surface.positions = crumpled(surface.positions, noise, seed);
   for (Vec3& position : surface.positions) position += offset;
   Body body{name + (swept ? " swept" : ""), std::move(surface), {}, BoxPyramid(Atlas({{2, 2}}))};
-  body.pyramid = BoxPyramid(body.surface.atlas);
+  body.pyramid = BoxPyramid(body.surface.atlas, {.spheres = true});
   if (swept) {
     body.end = crumpled(body.surface.positions, 0.03, seed + 1);
     for (Vec3& position : body.end) position.z() += 0.1;
@@ -195,10 +195,12 @@ std::vector<LeafPair> sorted(std::vector<LeafPair> pairs) {
 }
 
 constexpr std::array leaf_kinds{Leaf::quad, Leaf::triangle};
+constexpr std::array bounds{Bound::sphere, Bound::box, Bound::sphere_then_box};
 
 std::string describe(const TraversalOptions& options) {
+  constexpr std::array names{"spheres", "boxes", "spheres, then boxes"};
   return std::string(options.leaf == Leaf::quad ? "quads" : "triangles") + ", margin " +
-         std::to_string(options.margin);
+         std::to_string(options.margin) + ", by " + names[static_cast<int>(options.bound)];
 }
 
 // --- Sets
@@ -212,19 +214,23 @@ TEST(Traversal, DualFindsEveryPairOfLeaves) {
     for (std::size_t j = i % 3; j < bodies().size(); j += 3) {
       const Body &first = bodies()[i], &second = bodies()[j];
       for (const Leaf leaf : leaf_kinds) {
-        const TraversalOptions options{.margin = margins[turn++ % margins.size()], .leaf = leaf};
-        SCOPED_TRACE(first.name + " and " + second.name + ", " + describe(options));
-        std::vector<LeafPair> pairs;
-        TraversalCounters counters;
-        dual_traversal(first.pyramid, second.pyramid, options, pairs, counters);
-        ASSERT_TRUE(sorted(pairs) == all_dual_pairs(first, second, options));
-        EXPECT_GE(counters.box_tests, pairs.empty() ? 0 : 1);
-        EXPECT_EQ(counters.certificate_tests, 0);
-        found += pairs.size();
+        TraversalOptions options{.margin = margins[turn++ % margins.size()], .leaf = leaf};
+        const std::vector<LeafPair> expected = all_dual_pairs(first, second, options);
+        for (const Bound bound : bounds) {
+          options.bound = bound;
+          SCOPED_TRACE(first.name + " and " + second.name + ", " + describe(options));
+          std::vector<LeafPair> pairs;
+          TraversalCounters counters;
+          dual_traversal(first.pyramid, second.pyramid, options, pairs, counters);
+          ASSERT_TRUE(sorted(pairs) == expected);
+          EXPECT_GE(counters.bound_tests, pairs.empty() ? 0 : 1);
+          EXPECT_EQ(counters.certificate_tests, 0);
+          found += pairs.size();
+        }
       }
     }
   }
-  EXPECT_GT(found, 1000000U);
+  EXPECT_GT(found, 3000000U);
 }
 
 TEST(Traversal, SelfFindsEveryPairOfLeaves) {
@@ -232,19 +238,27 @@ TEST(Traversal, SelfFindsEveryPairOfLeaves) {
     for (const Leaf leaf : leaf_kinds) {
       for (const double margin : {0.0, 1e-3, 0.02, 0.2, 1e300}) {
         if (margin > 1 && body.surface.atlas.quad_count() > 100) continue;
-        TraversalOptions options{.margin = margin, .leaf = leaf, .certificate = false};
-        SCOPED_TRACE(body.name + ", " + describe(options));
-        std::vector<LeafPair> all, excused;
-        TraversalCounters counters;
-        self_traversal(body.pyramid, options, all, counters);
-        ASSERT_TRUE(sorted(all) == all_self_pairs(body, options));
-        EXPECT_EQ(counters.certificate_tests, 0);
-        // The certificate takes pairs away, and adds none. (Which: tangent_certificate_test.)
-        options.certificate = true;
-        self_traversal(body.pyramid, options, excused, counters);
-        EXPECT_TRUE(std::ranges::includes(sorted(all), sorted(excused)));
-        if (counters.certified == 0) {
-          EXPECT_EQ(excused.size(), all.size());
+        TraversalOptions options{.margin = margin, .leaf = leaf};
+        const std::vector<LeafPair> expected = all_self_pairs(body, options);
+        std::vector<LeafPair> excused_by_first;
+        for (const Bound bound : bounds) {
+          options.bound = bound;
+          options.certificate = false;
+          SCOPED_TRACE(body.name + ", " + describe(options));
+          std::vector<LeafPair> all, excused;
+          TraversalCounters counters;
+          self_traversal(body.pyramid, options, all, counters);
+          ASSERT_TRUE(sorted(all) == expected);
+          EXPECT_EQ(counters.certificate_tests, 0);
+          // The certificate takes pairs away, and adds none. (Which: tangent_certificate_test.)
+          options.certificate = true;
+          self_traversal(body.pyramid, options, excused, counters);
+          EXPECT_TRUE(std::ranges::includes(sorted(all), sorted(excused)));
+          if (counters.certified == 0) {
+            EXPECT_EQ(excused.size(), all.size());
+          }
+          if (bound == bounds.front()) excused_by_first = sorted(excused);
+          EXPECT_TRUE(sorted(excused) == excused_by_first);
         }
       }
     }
@@ -281,22 +295,26 @@ TEST(Traversal, SingleFindsEveryLeafNearABall) {
     for (const Leaf leaf : leaf_kinds) {
       for (const auto& [radius, margin] :
            {std::pair{0.0, 0.0}, {0.1, 0.0}, {0.0, 0.05}, {0.2, 0.03}, {3e17, 1e17}}) {
-        const TraversalOptions options{.margin = margin, .leaf = leaf};
-        SCOPED_TRACE(body.name + ", " + describe(options));
-        std::vector<LeafPair> expected, together, one_by_one;
+        std::vector<LeafPair> expected;
         for (std::size_t i = 0; i < points.size(); ++i) {
-          const Vec3& point = points[i];
-          for (const int l : leaves_near(body, leaf, point, margin + radius))
+          for (const int l : leaves_near(body, leaf, points[i], margin + radius))
             expected.push_back({static_cast<int>(i), l});
-          std::vector<int> found;
-          TraversalCounters counters;
-          single_traversal(body.pyramid, point, radius, options, found, counters);
-          for (const int l : found) one_by_one.push_back({static_cast<int>(i), l});
         }
-        TraversalCounters counters;
-        single_traversal(body.pyramid, points, radius, options, together, counters);
-        ASSERT_EQ(sorted(one_by_one), expected);
-        ASSERT_EQ(sorted(together), expected);
+        for (const Bound bound : bounds) {
+          const TraversalOptions options{.margin = margin, .leaf = leaf, .bound = bound};
+          SCOPED_TRACE(body.name + ", " + describe(options));
+          std::vector<LeafPair> together, one_by_one;
+          for (std::size_t i = 0; i < points.size(); ++i) {
+            std::vector<int> found;
+            TraversalCounters counters;
+            single_traversal(body.pyramid, points[i], radius, options, found, counters);
+            for (const int l : found) one_by_one.push_back({static_cast<int>(i), l});
+          }
+          TraversalCounters counters;
+          single_traversal(body.pyramid, points, radius, options, together, counters);
+          ASSERT_EQ(sorted(one_by_one), expected);
+          ASSERT_EQ(sorted(together), expected);
+        }
       }
     }
   }
@@ -345,7 +363,7 @@ struct Findings {
   TraversalCounters counters;
   bool operator==(const Findings& other) const {
     return self == other.self && dual == other.dual && single == other.single &&
-           blocks == other.blocks && counters.box_tests == other.counters.box_tests &&
+           blocks == other.blocks && counters.bound_tests == other.counters.bound_tests &&
            counters.certificate_tests == other.counters.certificate_tests &&
            counters.certified == other.counters.certified;
   }
@@ -416,7 +434,7 @@ TEST(Traversal, PairsOfLeafBlocksAreTheSamePairsInTheSameOrder) {
         append_pairs(body.pyramid, other.pyramid, leaf, dual, 1, listed);
         EXPECT_EQ(pairs, listed) << body.name << ", " << name(set);
       }
-      EXPECT_EQ(counters.box_tests, counters_of_blocks.box_tests);
+      EXPECT_EQ(counters.bound_tests, counters_of_blocks.bound_tests);
       EXPECT_EQ(counters.certified, counters_of_blocks.certified);
     }
   }

@@ -1,0 +1,115 @@
+// The spheres of a pyramid, made from its boxes, from the leaf blocks up.
+#include <omp.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "bsi/box_pyramid.h"
+#include "bsi/sphere_bounds.h"
+
+namespace weft::bsi {
+
+namespace {
+
+// Levels of fewer blocks are made by one thread.
+constexpr int blocks_worth_a_team = 1 << 12;
+
+// Around the boxes of the children, each of which reaches half its diagonal.
+void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
+#pragma omp simd
+  for (int child = 0; child < 4; ++child) {
+    float squared = 0, size = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float low = boxes.low[axis][child], high = boxes.high[axis][child];
+      const float centre = 0.5F * low + 0.5F * high;
+      const float above = high - centre, below = centre - low;
+      const float half = above > below ? above : below;
+      spheres.centre[axis][child] = low <= high ? centre : std::numeric_limits<float>::quiet_NaN();
+      squared += half * half;
+      size += std::fabs(centre);
+    }
+    const float reach = std::sqrt(squared);
+    spheres.radius[child] = reach * round_up + (size * box_rounding + radius_floor);
+  }
+}
+
+// How far the spheres of the children of a block reach from the centre of its own.
+float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
+  float reach[4];
+#pragma omp simd
+  for (int child = 0; child < 4; ++child) {
+    const float x = children.centre[0][child] - centre[0];
+    const float y = children.centre[1][child] - centre[1];
+    const float z = children.centre[2][child] - centre[2];
+    reach[child] = std::sqrt(x * x + y * y + z * z) + children.radius[child];
+  }
+  float largest = 0;
+  for (const float of_child : reach) largest = of_child > largest ? of_child : largest;
+  return largest * round_up + radius_floor;
+}
+
+// The spheres of the children of block (u, v) of a level.
+void bound_children(const BoxLevel& level, const BoxLevel& below, int u, int v,
+                    SphereGroup& spheres) {
+  surround_boxes(level.groups[(static_cast<std::size_t>(v) << level.log_u) + u], spheres);
+  if (below.groups == nullptr) return;
+  for (int child = 0; child < 4; ++child) {
+    const float centre[3] = {spheres.centre[0][child], spheres.centre[1][child],
+                             spheres.centre[2][child]};
+    if (std::isnan(centre[0])) continue;
+    const int child_u = (u << level.split_u) + (child & 1);
+    const int child_v = (v << level.split_v) + (child >> 1);
+    const float carried = reach_of_children(
+        below.spheres[(static_cast<std::size_t>(child_v) << below.log_u) + child_u], centre);
+    spheres.radius[child] = std::min(spheres.radius[child], carried);
+  }
+}
+
+}  // namespace
+
+void BoxPyramid::rebuild_spheres(int patch, int threads) {
+  BoxPatch& whole = patches_[patch];
+  const int team = threads > 0 ? threads : omp_get_max_threads();
+  for (int at = levels(patch) - 2; at >= 0; --at) {
+    const BoxLevel& level = level_of(patch, at);
+    const BoxLevel& below = level_of(patch, at + 1);
+    SphereGroup* spheres = &spheres_[places_[whole.first_level + at].groups];
+    const bool shared = team > 1 && 1 << (level.log_u + level.log_v) >= blocks_worth_a_team;
+#pragma omp parallel for num_threads(team) if (shared)
+    for (int v = 0; v < 1 << level.log_v; ++v) {
+      for (int u = 0; u < 1 << level.log_u; ++u) {
+        bound_children(level, below, u, v,
+                       spheres[(static_cast<std::size_t>(v) << level.log_u) + u]);
+      }
+    }
+  }
+  // The whole patch is a child of nothing: it is bounded as the first child of a block would be.
+  BoxGroup box{};
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis][0] = whole.low[axis];
+    box.high[axis][0] = whole.high[axis];
+  }
+  SphereGroup sphere;
+  surround_boxes(box, sphere);
+  for (int axis = 0; axis < 3; ++axis) whole.centre[axis] = sphere.centre[axis][0];
+  whole.radius = sphere.radius[0];
+  if (levels(patch) > 1)
+    whole.radius =
+        std::min(whole.radius, reach_of_children(*level_of(patch, 0).spheres, whole.centre));
+}
+
+Sphere BoxPyramid::sphere(int patch, int level, int u, int v) const {
+  assert(parts_.spheres);
+  if (level == 0) {
+    const BoxPatch& whole = patches_[patch];
+    return {whole.centre[0], whole.centre[1], whole.centre[2], whole.radius};
+  }
+  const auto [parent, child] = child_place(patch, level, u, v);
+  const SphereGroup& group = level_of(patch, level - 1).spheres[parent];
+  return {group.centre[0][child], group.centre[1][child], group.centre[2][child],
+          group.radius[child]};
+}
+
+}  // namespace weft::bsi
