@@ -55,21 +55,26 @@ std::vector<Method> make_methods(const CollisionScene& scene, const PeerScene& m
     method.kind = kind;
     method.threads = threads;
     method.peer = std::move(peer);
-    method.all_candidates = !scene.is_self() || (name != "weft" && name != "weft-listed");
+    method.all_candidates =
+        !scene.is_self() || !name.starts_with("weft") || name == "weft-uncertified";
   };
   for (const PeerMaker& maker : available_peers()) {
     const bool oracle = maker.name == "brute-force";
     add(maker.name, oracle ? MethodKind::oracle : MethodKind::peer, 1, maker.make(meshes));
   }
   for (const int threads : measurement.threads) {
-    const auto variant = [&](bool certificate, bool listed) {
-      return std::make_unique<WeftMethod>(scene, WeftVariant{certificate, listed, threads});
+    const auto add_variant = [&](const char* name, MethodKind kind, WeftVariant variant) {
+      variant.threads = threads;
+      add(name, kind, threads, std::make_unique<WeftMethod>(scene, variant));
     };
-    add("weft", MethodKind::weft, threads, variant(true, false));
+    add_variant("weft", MethodKind::weft, {});
+    add_variant("weft-sphere", MethodKind::variant, {.bound = bsi::Bound::sphere});
+    add_variant("weft-sphere-then-box", MethodKind::variant,
+                {.bound = bsi::Bound::sphere_then_box});
     if (scene.bodies.front().is_particles()) continue;
-    add("weft-listed", MethodKind::variant, threads, variant(true, true));
+    add_variant("weft-listed", MethodKind::variant, {.listed = true});
     if (!scene.is_self()) continue;
-    add("weft-uncertified", MethodKind::variant, threads, variant(false, false));
+    add_variant("weft-uncertified", MethodKind::variant, {.certificate = false});
   }
   return methods;
 }
@@ -179,7 +184,8 @@ bool check_sets(const CollisionScene& scene, const std::vector<Method>& methods)
 }  // namespace
 
 std::vector<std::string> method_names() {
-  std::vector<std::string> names{"weft", "weft-listed", "weft-uncertified"};
+  std::vector<std::string> names{"weft", "weft-sphere", "weft-sphere-then-box", "weft-listed",
+                                 "weft-uncertified"};
   for (const PeerMaker& maker : available_peers()) names.push_back(maker.name);
   return names;
 }

@@ -7,6 +7,8 @@
 #include <immintrin.h>
 #endif
 
+#include "bsi/sphere_bounds.h"
+
 #define WEFT_INLINE static inline __attribute__((always_inline))
 
 namespace weft::bsi::WEFT_KERNELS {
@@ -75,10 +77,6 @@ WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 struct LaneSpheres {
   Lanes centre[3], radius;
 };
-
-// Float32 rounding of the squares below and of sums of radii stays within this factor
-// (docs/theory.md, "Spheres").
-constexpr float touch_factor = 1 + 0x1p-20F;
 
 // The lanes in which two spheres touch; none where a centre is no number.
 WEFT_INLINE unsigned touch(const LaneSpheres& a, const LaneSpheres& b) {

@@ -23,7 +23,7 @@ void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
     float squared = 0, size = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const float low = boxes.low[axis][child], high = boxes.high[axis][child];
-      const float centre = 0.5F * low + 0.5F * high;
+      const float centre = 0.5F * (low + high);
       const float above = high - centre, below = centre - low;
       const float half = above > below ? above : below;
       spheres.centre[axis][child] = low <= high ? centre : std::numeric_limits<float>::quiet_NaN();

@@ -18,5 +18,9 @@ inline constexpr float radius_floor = 1e-18F;
 // A vertex as far off as a length computed in float32 may be told from one that is farther only
 // beyond this factor: twice the 3.5 u above, a sum and a product.
 inline constexpr float prune_factor = 1 + 0x1p-20F;
+// Two spheres are held to touch where the squared distance of their centres, computed in float32,
+// is no more than the square of the sum of their radii times this factor: the distance is good
+// to 2.5 u of itself, the sum of two radii and a margin to 3 u.
+inline constexpr float touch_factor = 1 + 0x1p-20F;
 
 }  // namespace weft::bsi

@@ -41,15 +41,6 @@ std::uint64_t next_serial() {
   return ++last;
 }
 
-// Boxes that overlap when `half` widens them lie apart by no more than this (m): twice the half
-// along each axis, and what rounding the four widened bounds may add.
-float sphere_reach(float half, float magnitude_a, float magnitude_b) {
-  const double gap = 2.0 * static_cast<double>(half);
-  const double rounding =
-      0x1p-22 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b) + gap);
-  return rounded_up(static_cast<double>(root_of_three) * (gap + rounding));
-}
-
 DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool self,
                       const TraversalOptions& options) {
   assert(first.is_built() && second.is_built());
@@ -342,6 +333,13 @@ float half_margin(double margin, float magnitude_a, float magnitude_b) {
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
   return rounded_up(0.5 * (margin + rounding));
+}
+
+float sphere_reach(float half, float magnitude_a, float magnitude_b) {
+  const double gap = 2.0 * static_cast<double>(half);
+  const double rounding =
+      0x1p-22 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b) + gap);
+  return rounded_up(static_cast<double>(root_of_three) * (gap + rounding));
 }
 
 double certificate_margin(double margin, float magnitude) {

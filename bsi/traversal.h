@@ -34,6 +34,11 @@ struct TraversalCounters {
 // rounding. `magnitude_*`: BoxPyramid::magnitude of the two, m.
 float half_margin(double margin, float magnitude_a, float magnitude_b);
 
+// Boxes that overlap when `half` widens them lie apart by no more than this, m: twice the half
+// along each axis, and what rounding the four widened bounds may add. By so much spheres are
+// widened.
+float sphere_reach(float half, float magnitude_a, float magnitude_b);
+
 // The distance that the tangent certificate proves points of a body to keep: the margin and what
 // rounding may have taken from it, m.
 double certificate_margin(double margin, float magnitude);

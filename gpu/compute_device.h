@@ -8,6 +8,14 @@
 
 namespace weft::gpu {
 
+// A block as the shaders have it.
+struct BlockTexels {
+  std::array<float, 3> low{};
+  float radius = 0;
+  std::array<float, 3> high{};
+  float unused = 0;
+};
+
 struct ComputePyramid::Device {
   struct Body {
     bsi::Atlas atlas;
@@ -19,6 +27,7 @@ struct ComputePyramid::Device {
     float magnitude = 0;
     bool swept = false;
     bool tangents = false;
+    bool spheres = false;
   };
   // A dispatch over all the patches that have levels left.
   struct Stage {
@@ -34,12 +43,12 @@ struct ComputePyramid::Device {
   GlBuffer levels{gl}, map{gl}, tasks{gl};
   // At the starts of all paths, then at their ends, which only swept bodies use.
   GlBuffer coordinates{gl};
-  GlBuffer boxes{gl}, tangents{gl}, spheres{gl}, unbounded{gl};
+  GlBuffer bounds{gl}, tangents{gl}, unbounded{gl};
   ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
   ComputeProgram bound_tangents{gl, shaders::bound_tangents()};
   ComputeProgram bound_spheres{gl, shaders::bound_spheres(rounds_like_the_cpu)};
-  // Of the last rebuild: for boxes and spheres; for the bodies with tangents.
-  std::vector<Stage> stages, tangent_stages;
+  // Of the last rebuild: for all bodies; for those with tangents; for those with spheres.
+  std::vector<Stage> stages, tangent_stages, sphere_stages;
   std::vector<float> staging;  // a body's positions on their way
 
   explicit Device(GlContext& gl_context) : context(gl_context) {}
@@ -47,6 +56,7 @@ struct ComputePyramid::Device {
   void plan(std::span<const BodyImage> images);
   static std::vector<Stage> plan_stages(const std::vector<const Body*>& bounded,
                                         std::vector<shaders::Task>& tasks);
+  std::vector<BlockTexels> read_blocks(const Body& body) const;
   void dispatch(ComputeProgram& program, const std::vector<Stage>& stages);
 };
 

@@ -95,7 +95,7 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
   own.map.reserve(map.size() * sizeof(std::uint32_t), "particles of texels");
   own.map.write(std::span<const std::uint32_t>(map));
   own.coordinates.reserve(own.vertices * 2 * sizeof(Vertex), "vertices");
-  own.boxes.reserve(own.blocks * sizeof(BlockBox), "boxes");
+  own.bounds.reserve(own.blocks * sizeof(BlockTexels), "boxes and spheres");
   own.tangents.reserve(0, "bounds of steps");  // made when they are first asked for
   const std::vector<std::uint32_t> bounded(own.bodies.size(), all_bounded);
   own.unbounded.reserve(bounded.size() * sizeof(std::uint32_t), "marks of bodies");
@@ -109,6 +109,7 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
   Body& body = bodies[image.body];
   body.swept = !image.end.empty();
   body.tangents = image.tangents;
+  body.spheres = image.spheres;
   body.magnitude = 0;
   std::size_t first = body.first_vertex;
   for (const std::span<const Vec3> positions : {image.start, image.end}) {
@@ -155,15 +156,17 @@ std::vector<ComputePyramid::Device::Stage> ComputePyramid::Device::plan_stages(
 }
 
 void ComputePyramid::Device::plan(std::span<const BodyImage> images) {
-  std::vector<const Body*> all, with_tangents;
+  std::vector<const Body*> all, with_tangents, with_spheres;
   for (const BodyImage& image : images) {
     const Body* body = &bodies[image.body];
     all.push_back(body);
     if (body->tangents) with_tangents.push_back(body);
+    if (body->spheres) with_spheres.push_back(body);
   }
   std::vector<shaders::Task> table;
   stages = plan_stages(all, table);
   tangent_stages = plan_stages(with_tangents, table);
+  sphere_stages = plan_stages(with_spheres, table);
   tasks.reserve(table.size() * sizeof(shaders::Task), "tasks");
   tasks.write(std::span<const shaders::Task>(table));
   if (!with_tangents.empty()) {
@@ -177,7 +180,7 @@ void ComputePyramid::Device::dispatch(ComputeProgram& program, const std::vector
   coordinates.bind(1);
   map.bind(2);
   tasks.bind(3);
-  boxes.bind(4);
+  bounds.bind(4);
   tangents.bind(6);
   program.set("vertex_count", static_cast<GLuint>(vertices));
   for (std::size_t i = 0; i < planned.size(); ++i) {
@@ -198,25 +201,17 @@ void ComputePyramid::rebuild(std::span<const BodyImage> images) {
     own.unbounded.write(std::span(&all_bounded, 1), image.body * sizeof(std::uint32_t));
   }
   own.plan(images);
-  rebuild_boxes();
+  rebuild_there();
 }
 
-void ComputePyramid::rebuild_boxes() {
+void ComputePyramid::rebuild_there() {
   Device& own = *device_;
   own.context.make_current();
   own.unbounded.bind(5);
   own.dispatch(own.bound_boxes, own.stages);
   if (!own.tangent_stages.empty()) own.dispatch(own.bound_tangents, own.tangent_stages);
-  check_gl(own.gl, "bound boxes");
-}
-
-void ComputePyramid::rebuild_spheres() {
-  Device& own = *device_;
-  own.context.make_current();
-  own.spheres.reserve(own.blocks * sizeof(bsi::Sphere), "spheres");
-  own.spheres.bind(5);
-  own.dispatch(own.bound_spheres, own.stages);
-  check_gl(own.gl, "bound spheres");
+  if (!own.sphere_stages.empty()) own.dispatch(own.bound_spheres, own.sphere_stages);
+  check_gl(own.gl, "bound bodies");
 }
 
 std::optional<UnboundedTexel> ComputePyramid::first_unbounded() const {
@@ -242,20 +237,30 @@ const bsi::BlockLevel& ComputePyramid::level(int body, int patch, int level) con
 float ComputePyramid::magnitude(int body) const { return device_->bodies[body].magnitude; }
 bool ComputePyramid::is_swept(int body) const { return device_->bodies[body].swept; }
 bool ComputePyramid::has_tangents(int body) const { return device_->bodies[body].tangents; }
+bool ComputePyramid::has_spheres(int body) const { return device_->bodies[body].spheres; }
+
+std::vector<BlockTexels> ComputePyramid::Device::read_blocks(const Body& body) const {
+  std::vector<BlockTexels> texels(body.block_count);
+  bounds.read(std::span(texels), body.first_block * sizeof(BlockTexels));
+  return texels;
+}
 
 std::vector<BlockBox> ComputePyramid::read_boxes(int body) const {
   device_->context.make_current();
-  const Device::Body& place = device_->bodies[body];
-  std::vector<BlockBox> boxes(place.block_count);
-  device_->boxes.read(std::span(boxes), place.first_block * sizeof(BlockBox));
+  std::vector<BlockBox> boxes;
+  for (const BlockTexels& block : device_->read_blocks(device_->bodies[body])) {
+    boxes.push_back({block.low, block.high});
+  }
   return boxes;
 }
 
 std::vector<bsi::Sphere> ComputePyramid::read_spheres(int body) const {
   device_->context.make_current();
-  const Device::Body& place = device_->bodies[body];
-  std::vector<bsi::Sphere> spheres(place.block_count);
-  device_->spheres.read(std::span(spheres), place.first_block * sizeof(bsi::Sphere));
+  std::vector<bsi::Sphere> spheres;
+  for (const BlockTexels& block : device_->read_blocks(device_->bodies[body])) {
+    const auto middle = [&](int axis) { return 0.5F * (block.low[axis] + block.high[axis]); };
+    spheres.push_back({middle(0), middle(1), middle(2), block.radius});
+  }
   return spheres;
 }
 

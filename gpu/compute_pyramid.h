@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bsi/block_levels.h"
+#include "bsi/box_pyramid.h"
 #include "bsi/geometry_image.h"
-#include "bsi/pyramid.h"
 
 namespace weft::gpu {
 
@@ -25,6 +25,8 @@ struct BodyImage {
   std::span<const Vec3> end = {};
   // Bound the steps between vertices too, for self traversals with the tangent certificate.
   bool tangents = false;
+  // Make spheres too, for traversals whose bound is not `box`.
+  bool spheres = false;
 };
 
 struct UnboundedTexel {
@@ -43,13 +45,12 @@ struct BlockBox {
 // level holds the leaf blocks. No block is empty. (The blocks of bsi::BoxPyramid.)
 //
 // Every block has a box, bit-equal to minima and maxima of its float32 vertices on any device, and,
-// when they are asked for, a sphere: centre = middle of the box, radius by the rules of
-// bsi/sphere_bounds.h (the `fast` policy; of a leaf block its farthest vertex). Spheres are
-// conservative as in bsi::Pyramid.
+// when they are asked for, a sphere: that of bsi::BoxPyramid, or a little larger on a device whose
+// roots round differently.
 //
-// Memory on the device: 24 bytes a particle (both ends of its path) and 24 a block, of which
+// Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block, of which
 // there are about a third of the quads (up to 4/3, where an axis has one more quad than a power of
-// two); 48 a block that is no leaf (a quarter of them) for the tangent bounds; spheres 16 a block.
+// two); 48 per block that is no leaf (a quarter of them) for the tangent bounds.
 //
 // All functions make the context current on the calling thread, and throw std::runtime_error with
 // the reason when OpenGL fails (memory, a buffer beyond what the device allows).
@@ -71,11 +72,9 @@ class ComputePyramid {
   // the device. One dispatch for every two levels, whatever the number of bodies.
   void rebuild(std::span<const BodyImage> images);
   // The same again with the positions that are there already: what a rebuild costs the device.
-  void rebuild_boxes();
-  // Spheres of the bodies last rebuilt.
-  void rebuild_spheres();
+  void rebuild_there();
   // The first texel, of the first such body, that is not finite or not below
-  // bsi::Pyramid::coordinate_limit; nothing found with that body is to be used until its next
+  // bsi::BoxPyramid::coordinate_limit; nothing found with that body is to be used until its next
   // rebuild. Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 
@@ -88,6 +87,7 @@ class ComputePyramid {
   float magnitude(int body) const;
   bool is_swept(int body) const;
   bool has_tangents(int body) const;
+  bool has_spheres(int body) const;
   // For tests: by block. Wait for the device.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;

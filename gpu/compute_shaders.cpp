@@ -3,7 +3,7 @@
 #include <bit>
 #include <limits>
 
-#include "bsi/pyramid.h"
+#include "bsi/box_pyramid.h"
 #include "bsi/sphere_bounds.h"
 
 namespace weft::gpu::shaders {
@@ -74,14 +74,18 @@ uvec4 vertices_of_leaf(Level level, uint u, uint v) {
 }
 )";
 
+// Two texels a block: the low bounds of its box and the radius of its sphere, the high bounds and
+// nothing. The sphere's centre is the middle of the box.
 const char* const boxes = R"(
-// Of blocks: low x, y, z, high x, y, z.
-layout(std430, binding = 4) buffer Boxes { float bounds[]; };
+layout(std430, binding = 4) buffer Bounds { vec4 bounds[]; };
 struct Box { vec3 low, high; };
-Box load_box(uint block) {
-  uint i = 6u * block;
-  return Box(vec3(bounds[i], bounds[i + 1u], bounds[i + 2u]),
-             vec3(bounds[i + 3u], bounds[i + 4u], bounds[i + 5u]));
+Box load_box(uint block) { return Box(bounds[2u * block].xyz, bounds[2u * block + 1u].xyz); }
+vec3 middle_of(Box box) { return 0.5 * (box.low + box.high); }
+// Centre and radius.
+vec4 load_sphere(uint block) { return vec4(middle_of(load_box(block)), bounds[2u * block].w); }
+float squared(vec3 d) {
+  precise float sum = d.x * d.x + d.y * d.y + d.z * d.z;
+  return sum;
 }
 )";
 
@@ -97,9 +101,8 @@ Box join(Box a, Box b) { return Box(min(a.low, b.low), max(a.high, b.high)); }
 Box finish(Box box, uint block) { return box; }
 Box load(uint block) { return load_box(block); }
 void store(uint block, Box box) {
-  uint i = 6u * block;
-  bounds[i] = box.low.x; bounds[i + 1u] = box.low.y; bounds[i + 2u] = box.low.z;
-  bounds[i + 3u] = box.high.x; bounds[i + 4u] = box.high.y; bounds[i + 5u] = box.high.z;
+  bounds[2u * block] = vec4(box.low, -1.0);
+  bounds[2u * block + 1u] = vec4(box.high, 0.0);
 }
 
 // Largest bits of a coordinate, sign apart: those of NaN and infinity are larger than the others.
@@ -131,48 +134,37 @@ Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
-// For spheres: the bounds of bsi/sphere_bounds.h.
+// For spheres, as bsi/pyramid_spheres.cpp makes them; their lowest level needs no vertices.
 const char* const sphere_bounds = R"(
-layout(std430, binding = 5) buffer Spheres { vec4 sphere[]; };
 #define Bound vec4
 #define FIRST first
 #define KEEPS_LOWEST true
-vec3 middle_of(Box box) { return 0.5 * (box.low + box.high); }
-float squared(vec3 d) {
-  precise float sum = d.x * d.x + d.y * d.y + d.z * d.z;
-  return sum;
-}
 float cover(float reach, vec3 centre, float rounding) {
   precise float sum =
       reach * round_up + ((abs(centre.x) + abs(centre.y) + abs(centre.z)) * rounding + radius_floor);
   return sum;
 }
-vec4 start(uint block) { return vec4(middle_of(load_box(block)), -1.0); }
+vec4 start(uint block) { return vec4(middle_of(load_box(block)), 0.0); }
 vec4 join(vec4 a, vec4 b) {
   precise float reach = sqrt(squared(b.xyz - a.xyz)) + b.w;
   return vec4(a.xyz, max(a.w, reach));
 }
-vec4 finish(vec4 joined, uint block) {
+// Half the diagonal of the box.
+float half_diagonal(uint block, vec3 centre) {
   Box box = load_box(block);
-  precise float carried = joined.w * round_up + radius_floor;
-  vec3 half_side = max(box.high - joined.xyz, joined.xyz - box.low);
-  return vec4(joined.xyz, min(cover(sqrt(squared(half_side)), joined.xyz, box_rounding), carried));
+  vec3 half_side = max(box.high - centre, centre - box.low);
+  return cover(sqrt(squared(half_side)), centre, box_rounding);
 }
-vec4 load(uint block) { return sphere[block]; }
-void store(uint block, vec4 bound) { sphere[block] = bound; }
+vec4 finish(vec4 joined, uint block) {
+  precise float carried = joined.w * round_up + radius_floor;
+  return vec4(joined.xyz, min(half_diagonal(block, joined.xyz), carried));
+}
+vec4 load(uint block) { return load_sphere(block); }
+void store(uint block, vec4 bound) { bounds[2u * block].w = bound.w; }
 
 vec4 bound_leaf(Level level, uint block, uvec4 range, bool swept) {
-  Box box = load_box(block);
-  vec3 centre = middle_of(box);
-  float reach = 0.0;
-  for (uint row = range.x; row <= range.y; ++row) {
-    for (uint col = range.z; col <= range.w; ++col) {
-      uint vertex = vertex_of(level, texel_at(level, row, col));
-      reach = max(reach, squared(start_of(vertex) - centre));
-      if (swept) reach = max(reach, squared(end_of(vertex) - centre));
-    }
-  }
-  return vec4(centre, cover(sqrt(reach), centre, centre_rounding));
+  vec3 centre = middle_of(load_box(block));
+  return vec4(centre, half_diagonal(block, centre));
 }
 )";
 
@@ -289,7 +281,7 @@ struct Query {
   float half_margin;
   uint flags;
   float x, y, z;
-  uint unused;
+  float sphere_reach;
 };
 layout(std430, binding = 3) readonly buffer Queries { Query queries[]; };
 
@@ -398,6 +390,13 @@ bool cannot_touch(Query query, uvec4 pair) {
   return certified(bound, query.certificate_margin);
 }
 
+// As touch() of bsi/box_lanes.h.
+bool touch(vec4 a, vec4 b, float sphere_reach) {
+  precise float reach = (a.w + (b.w + sphere_reach)) * touch_factor;
+  precise float square = reach * reach;
+  return squared(a.xyz - b.xyz) <= square;
+}
+
 void expand(uvec4 pair) {
   Query query = queries[pair.w];
   if (cannot_touch(query, pair)) return;
@@ -408,8 +407,11 @@ void expand(uvec4 pair) {
   uint near = 0u;
   for (uint i = 0u; i < a.count; ++i) {
     Box box = point ? point_of(query) : load_box(child(a, i));
+    vec4 sphere = point ? vec4(box.low, 0.0) : load_sphere(child(a, i));
     for (uint j = itself ? i : 0u; j < b.count; ++j) {
-      if (overlap(box, load_box(child(b, j)), query.half_margin)) near |= 1u << (4u * i + j);
+      if (uses_spheres && !touch(sphere, load_sphere(child(b, j)), query.sphere_reach)) continue;
+      if (uses_boxes && !overlap(box, load_box(child(b, j)), query.half_margin)) continue;
+      near |= 1u << (4u * i + j);
     }
   }
   if (near == 0u) return;
@@ -558,7 +560,7 @@ void main() {
 std::string bound_boxes() {
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
          "const uint coordinate_limit = " +
-         std::to_string(std::bit_cast<std::uint32_t>(bsi::Pyramid::coordinate_limit)) + "u;\n" +
+         std::to_string(std::bit_cast<std::uint32_t>(bsi::BoxPyramid::coordinate_limit)) + "u;\n" +
          box_bounds + bounds_main;
 }
 
@@ -567,7 +569,6 @@ std::string bound_spheres(bool rounds_like_the_cpu) {
   const float round_up = rounds_like_the_cpu ? bsi::round_up : 1 + 0x1p-19F;
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
          "const float round_up = " + exactly(round_up) +
-         ";\nconst float centre_rounding = " + exactly(bsi::centre_rounding) +
          ";\nconst float box_rounding = " + exactly(bsi::box_rounding) +
          ";\nconst float radius_floor = " + exactly(bsi::radius_floor) + ";\n" + sphere_bounds +
          bounds_main;
@@ -578,13 +579,17 @@ std::string bound_tangents() {
          tangent_bounds + bounds_main;
 }
 
-std::string expand_pairs(bool rounds_like_the_cpu) {
+std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
+  const auto flag = [](bool value) { return value ? "true" : "false"; };
   // GLSL asks no more of float64 than of float32: products good to 2^-24, roots to 2^-20.
   const double rounding = rounds_like_the_cpu ? 0x1p-46 : 0x1p-16;
   const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-16;
   return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
          "const double certificate_rounding = " + exactly(rounding) +
-         ";\nconst double certificate_factor = " + exactly(factor) + ";\n" + expand_main;
+         ";\nconst double certificate_factor = " + exactly(factor) +
+         ";\nconst float touch_factor = " + exactly(bsi::touch_factor) +
+         ";\nconst bool uses_spheres = " + flag(bound != bsi::Bound::box) +
+         ";\nconst bool uses_boxes = " + flag(bound != bsi::Bound::sphere) + ";\n" + expand_main;
 }
 
 std::string find_leaves() {

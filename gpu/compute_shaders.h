@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "bsi/leaf_pair.h"
+
 namespace weft::gpu::shaders {
 
 // One level of one patch, as the shaders see it (std430). Levels of a patch follow each other, the
@@ -60,7 +62,7 @@ struct Query {
   float half_margin = 0;
   std::uint32_t flags = 0;
   float point[3]{};  // with flag point: what the blocks are compared with
-  std::uint32_t unused = 0;
+  float sphere_reach = 0;
 };
 namespace query_flags {
 inline constexpr std::uint32_t self = 1, point = 2, swept_a = 4, swept_b = 8;
@@ -80,9 +82,9 @@ struct List {
 };
 
 // Appends the pairs of children that are within the margin of each other, to the list of pairs of
-// leaf blocks if both are. `rounds_like_the_cpu`: the tangent certificate then decides to the bit
-// as on the CPU; otherwise it leaves out a little less.
-std::string expand_pairs(bool rounds_like_the_cpu);
+// leaf blocks if both are, by what `bound` says. `rounds_like_the_cpu`: the tangent certificate
+// then decides to the bit as on the CPU; otherwise it leaves out a little less.
+std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu);
 // From pairs of leaf blocks to pairs of leaves: query, a, b.
 std::string find_leaves();
 

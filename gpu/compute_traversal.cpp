@@ -28,12 +28,13 @@ using Lists = std::array<shaders::List, pair_lists + 2>;
 
 struct ComputeTraversal::Implementation {
   ComputePyramid& pyramids;
+  bsi::Bound bound;
   ComputePyramid::Device& device = pyramids.device();
   const GlFunctions& gl = device.gl;
   GLint group_limit = 0;
   GlBuffer queries{gl}, lists{gl}, leaf_pairs{gl}, results{gl};
   std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};  // read and written in turns
-  ComputeProgram expand_pairs{gl, shaders::expand_pairs(device.rounds_like_the_cpu)};
+  ComputeProgram expand_pairs{gl, shaders::expand_pairs(bound, device.rounds_like_the_cpu)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
   // Items that the lists have room for.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
@@ -44,7 +45,8 @@ struct ComputeTraversal::Implementation {
   int steps = 0;  // levels of the deepest patch
   std::vector<Candidate> candidates;
 
-  explicit Implementation(ComputePyramid& pyramids_of_bodies) : pyramids(pyramids_of_bodies) {
+  Implementation(ComputePyramid& pyramids_of_bodies, bsi::Bound compared)
+      : pyramids(pyramids_of_bodies), bound(compared) {
     gl.GetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &group_limit);
   }
   void begin();
@@ -69,7 +71,9 @@ void ComputeTraversal::Implementation::add_query(const PairQuery& query) {
   const bool self = query.body_a == query.body_b;
   const auto number = static_cast<std::uint32_t>(query_table.size());
   shaders::Query entry;
+  assert(bound == bsi::Bound::box || (a.spheres && b.spheres));
   entry.half_margin = bsi::half_margin(query.margin, a.magnitude, b.magnitude);
+  entry.sphere_reach = bsi::sphere_reach(entry.half_margin, a.magnitude, b.magnitude);
   if (self && query.certificate) {
     assert(a.tangents);
     entry.certificate_margin = bsi::certificate_margin(query.margin, a.magnitude);
@@ -98,8 +102,9 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
     const Eigen::Vector3f centre = ball.centre.cast<float>();
     const auto number = static_cast<std::uint32_t>(query_table.size());
     shaders::Query entry;
-    entry.half_margin = bsi::half_margin(margin + ball.radius, b.magnitude,
-                                         rounded_up(ball.centre.cwiseAbs().maxCoeff()));
+    const float magnitude = rounded_up(ball.centre.cwiseAbs().maxCoeff());
+    entry.half_margin = bsi::half_margin(margin + ball.radius, b.magnitude, magnitude);
+    entry.sphere_reach = bsi::sphere_reach(entry.half_margin, b.magnitude, magnitude);
     entry.flags = shaders::query_flags::point | (b.swept ? shaders::query_flags::swept_b : 0);
     std::copy_n(centre.data(), 3, entry.point);
     query_table.push_back(entry);
@@ -139,7 +144,7 @@ Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
   pairs[0].write(std::span<const shaders::BlockPair>(starts));
   device.levels.bind(0);
   queries.bind(3);
-  device.boxes.bind(4);
+  device.bounds.bind(4);
   lists.bind(5);
   gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, lists.name());
   const auto dispatch = [&](std::uint32_t list) {
@@ -210,9 +215,9 @@ std::span<const Candidate> ComputeTraversal::Implementation::run(Leaf leaf) {
   return candidates;
 }
 
-ComputeTraversal::ComputeTraversal(ComputePyramid& pyramids) {
+ComputeTraversal::ComputeTraversal(ComputePyramid& pyramids, bsi::Bound bound) {
   pyramids.device().context.make_current();
-  implementation_ = std::make_unique<Implementation>(pyramids);
+  implementation_ = std::make_unique<Implementation>(pyramids, bound);
 }
 
 ComputeTraversal::~ComputeTraversal() { implementation_->device.context.make_current(); }

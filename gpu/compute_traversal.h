@@ -25,7 +25,7 @@ struct PairQuery {
 };
 
 struct Ball {
-  Vec3 centre{0, 0, 0};  // m, finite and below bsi::Pyramid::coordinate_limit
+  Vec3 centre{0, 0, 0};  // m, finite and below bsi::BoxPyramid::coordinate_limit
   double radius = 0;     // m, >= 0
 };
 
@@ -49,8 +49,9 @@ struct Candidate {
 // the reason when OpenGL fails (memory, a buffer beyond what the device allows).
 class ComputeTraversal {
  public:
-  // The pyramids must outlive this.
-  explicit ComputeTraversal(ComputePyramid& pyramids);
+  // The pyramids must outlive this. What is not `box` needs the spheres of all bodies asked for
+  // (BodyImage::spheres).
+  explicit ComputeTraversal(ComputePyramid& pyramids, bsi::Bound bound = bsi::Bound::box);
   ~ComputeTraversal();
   ComputeTraversal(const ComputeTraversal&) = delete;
   ComputeTraversal& operator=(const ComputeTraversal&) = delete;

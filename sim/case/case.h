@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "bsi/leaf_pair.h"
+
 namespace weft::sim {
 
 using Vec3 = Eigen::Vector3d;
@@ -53,6 +55,7 @@ struct ContactCase {
   double friction = 0.0;               // Coulomb coefficient
   double friction_speed = 1e-2;        // m/s, regularisation
   std::optional<double> search_slack;  // m; default a quarter of the mean edge
+  bsi::Bound bound = bsi::Bound::box;  // of the hierarchy
 };
 
 enum class MembraneModel { triangles, springs };

@@ -138,7 +138,8 @@ Table describe(WorldCase& target) {
 }
 
 Table describe(ContactCase& target) {
-  auto& [enabled, range, stiffness, damping_time, friction, friction_speed, search_slack] = target;
+  auto& [enabled, range, stiffness, damping_time, friction, friction_speed, search_slack, bound] =
+      target;
   return {{
       field("enabled", &enabled, "Whether bodies feel each other, themselves and obstacles."),
       field("range", &range, "m", positive, "Gap at which the contact force starts."),
@@ -152,6 +153,10 @@ Table describe(ContactCase& target) {
       field("search_slack", &search_slack, "m", positive,
             "Extra distance of the contact search, so that its result lasts for many steps.")
           .with_default("a quarter of the mean edge"),
+      field(
+          "bound", choice(&bound, {"sphere", "box", "sphere_then_box"}),
+          "What the search compares above the leaves of the hierarchy. The result does not depend "
+          "on it."),
   }};
 }
 

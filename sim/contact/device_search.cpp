@@ -28,7 +28,7 @@ class OpenGlSearch : public PairSearch {
       : scene_(scene),
         context_(make_context(backend)),
         pyramids_(*context_, atlases_of(scene)),
-        traversal_(pyramids_) {}
+        traversal_(pyramids_, scene.source.contact.bound) {}
 
   std::string device() const { return context_->device(); }
 
@@ -38,6 +38,7 @@ class OpenGlSearch : public PairSearch {
       gpu::BodyImage image{.body = path.body, .start = path.start};
       if (path.is_swept()) image.end = path.end;
       image.tangents = scene_.bodies[path.body].self_contact;
+      image.spheres = scene_.source.contact.bound != bsi::Bound::box;
       images.push_back(image);
     }
     if (!images.empty()) pyramids_.rebuild(images);

@@ -15,7 +15,9 @@ class CpuSearch : public PairSearch {
     for (const BodyPath& path : paths) {
       std::optional<bsi::BoxPyramid>& pyramid = pyramids_[path.body];
       const SceneBody& body = scene_.bodies[path.body];
-      if (!pyramid) pyramid.emplace(body.atlas, bsi::PyramidParts{.tangents = body.self_contact});
+      if (!pyramid)
+        pyramid.emplace(body.atlas, bsi::PyramidParts{.tangents = body.self_contact,
+                                                      .spheres = bound() != bsi::Bound::box});
       const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
                                        : pyramid->rebuild(path.end, threads());
       assert(!bad && "positions are finite");
@@ -29,7 +31,7 @@ class CpuSearch : public PairSearch {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const PairQuery& query = queries[i];
       const bsi::TraversalOptions options{
-          .margin = query.margin, .leaf = bsi::Leaf::quad, .threads = threads()};
+          .margin = query.margin, .leaf = bsi::Leaf::quad, .bound = bound(), .threads = threads()};
       const bsi::BoxPyramid& a = *pyramids_[query.body_a];
       found[i].clear();
       if (query.body_a == query.body_b) {
@@ -41,6 +43,7 @@ class CpuSearch : public PairSearch {
   }
 
  private:
+  bsi::Bound bound() const { return scene_.source.contact.bound; }
   int threads() const { return scene_.source.compute.threads; }
 
   const Scene& scene_;

@@ -159,34 +159,42 @@ std::vector<PairQuery> all_pairs(const Scene& scene, double margin) {
 // The pyramids of a scene, rebuilt, and what searches them.
 struct Search {
   ComputePyramid pyramids;
-  ComputeTraversal traversal{pyramids};
-  Search(GlContext& context, const Scene& scene) : pyramids(context, scene.atlases()) {
+  ComputeTraversal traversal;
+  Search(GlContext& context, Scene scene, bsi::Bound bound)
+      : pyramids(context, scene.atlases()), traversal(pyramids, bound) {
+    for (BodyImage& image : scene.images) image.spheres = bound != bsi::Bound::box;
     pyramids.rebuild(scene.images);
   }
 };
 
-class ComputeTraversals : public testing::TestWithParam<Leaf> {};
+constexpr std::array bounds{bsi::Bound::sphere, bsi::Bound::box, bsi::Bound::sphere_then_box};
+
+class ComputeTraversals : public testing::TestWithParam<std::tuple<Leaf, bsi::Bound>> {
+ protected:
+  static Leaf leaf() { return std::get<Leaf>(GetParam()); }
+  static bsi::Bound bound() { return std::get<bsi::Bound>(GetParam()); }
+};
 
 TEST_P(ComputeTraversals, FindAllPairsOfAllBodiesAtOnce) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_bodies();
-  Search search(context, scene);
+  Search search(context, scene, bound());
   for (const double margin : {0.0, 0.02}) {
     const std::vector<PairQuery> queries = all_pairs(scene, margin);
-    const auto expected = expected_pairs(scene, queries, GetParam());
+    const auto expected = expected_pairs(scene, queries, leaf());
     EXPECT_GT(expected.size(), 1000);
-    EXPECT_EQ(sorted(search.traversal.find_pairs(queries, GetParam())), expected) << margin;
+    EXPECT_EQ(sorted(search.traversal.find_pairs(queries, leaf())), expected) << margin;
   }
   EXPECT_GT(search.traversal.reruns(), 0);
   const int reruns = search.traversal.reruns();
-  search.traversal.find_pairs(all_pairs(scene, 0.02), GetParam());
+  search.traversal.find_pairs(all_pairs(scene, 0.02), leaf());
   EXPECT_EQ(search.traversal.reruns(), reruns);  // the room is kept
 }
 
 TEST_P(ComputeTraversals, FindLeavesNearBalls) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_bodies();
-  Search search(context, scene);
+  Search search(context, scene, bound());
   std::mt19937 random(12);
   std::uniform_real_distribution<double> coordinate(-1, 1);
   std::vector<Ball> balls(300);
@@ -198,7 +206,7 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
     ball.radius = 0.05 * (1 + coordinate(random));
   }
   for (const int body : {1, 2, 4}) {
-    const auto boxes = leaf_boxes(scene.bodies[body].atlas, scene.images[body], GetParam());
+    const auto boxes = leaf_boxes(scene.bodies[body].atlas, scene.images[body], leaf());
     std::vector<Candidate> expected;
     for (std::uint32_t i = 0; i < balls.size(); ++i) {
       const Eigen::Vector3f centre = balls[i].centre.cast<float>();
@@ -210,7 +218,7 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
       }
     }
     EXPECT_GT(expected.size(), 5);
-    EXPECT_EQ(sorted(search.traversal.find_leaves(body, balls, 0.01, GetParam())), expected);
+    EXPECT_EQ(sorted(search.traversal.find_leaves(body, balls, 0.01, leaf())), expected);
   }
 }
 
@@ -247,7 +255,7 @@ TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
       scene.images.push_back({b, scene.start[b]});
       if (pick(0, 1) == 1) scene.images.back().end = scene.end[b];
     }
-    Search search(context, scene);
+    Search search(context, scene, bsi::Bound::box);
     const std::vector<PairQuery> queries = all_pairs(scene, pick(0, 1) * 0.05 * scale);
     for (const Leaf leaf : {Leaf::quad, Leaf::triangle}) {
       ASSERT_EQ(sorted(search.traversal.find_pairs(queries, leaf)),
@@ -267,7 +275,8 @@ std::vector<Candidate> found_by_cpu(const Scene& scene, const PairQuery& query, 
                                        : pyramids.back().rebuild_swept(image.start, image.end);
     EXPECT_FALSE(bad);
   }
-  const bsi::TraversalOptions options{query.margin, leaf, query.certificate};
+  const bsi::TraversalOptions options{
+      .margin = query.margin, .leaf = leaf, .certificate = query.certificate};
   std::vector<bsi::LeafPair> pairs;
   if (query.body_a == query.body_b) {
     bsi::self_traversal(pyramids[0], options, pairs, counters);
@@ -312,14 +321,14 @@ Scene scene_of_sheets() {
 TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_sheets();
-  Search search(context, scene);
+  Search search(context, scene, bound());
   bsi::TraversalCounters counters;
   std::size_t found = 0;
   for (int b = 0; b < scene.size(); ++b) {
     for (const double margin : {0.0, 0.004}) {
       const PairQuery query{b, b, margin, true};
-      const auto expected = found_by_cpu(scene, query, GetParam(), counters);
-      const auto on_device = sorted(search.traversal.find_pairs(std::span(&query, 1), GetParam()));
+      const auto expected = found_by_cpu(scene, query, leaf(), counters);
+      const auto on_device = sorted(search.traversal.find_pairs(std::span(&query, 1), leaf()));
       if (context.backend() == GlBackend::hardware) {
         ASSERT_TRUE(std::ranges::includes(on_device, expected, before));
       } else {
@@ -336,17 +345,24 @@ TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
 TEST(ComputeTraversal, FindsNothingWhereThereIsNothing) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_bodies();
-  Search search(context, scene);
+  Search search(context, scene, bsi::Bound::box);
   EXPECT_TRUE(search.traversal.find_pairs({}, Leaf::quad).empty());
   EXPECT_TRUE(search.traversal.find_leaves(0, {}, 0.1, Leaf::quad).empty());
   const PairQuery apart{0, 5, 0.1, false};
   EXPECT_TRUE(search.traversal.find_pairs(std::span(&apart, 1), Leaf::triangle).empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Leaves, ComputeTraversals, testing::Values(Leaf::quad, Leaf::triangle),
-                         [](const auto& tested) {
-                           return tested.param == Leaf::quad ? "quads" : "triangles";
-                         });
+std::string name_of(const testing::TestParamInfo<std::tuple<Leaf, bsi::Bound>>& tested) {
+  constexpr std::array names{"Spheres", "Boxes", "SpheresThenBoxes"};
+  const auto& [leaf, bound] = tested.param;
+  return std::string(leaf == Leaf::quad ? "quads" : "triangles") + "By" +
+         names[static_cast<int>(bound)];
+}
+
+INSTANTIATE_TEST_SUITE_P(Leaves, ComputeTraversals,
+                         testing::Combine(testing::Values(Leaf::quad, Leaf::triangle),
+                                          testing::ValuesIn(bounds)),
+                         name_of);
 
 }  // namespace
 }  // namespace weft::gpu
