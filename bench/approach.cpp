@@ -89,7 +89,7 @@ class MovingTori {
  private:
   const Body& rest_;
   std::vector<Vec3> moved_;
-  bsi::BoxPyramid of_rest_, of_moved_;
+  bsi::Pyramid of_rest_, of_moved_;
   std::vector<bsi::LeafPair> candidates_;
 };
 

@@ -23,7 +23,7 @@ struct HierarchyOptions {
 };
 int run_hierarchy(const HierarchyOptions& options);
 
-// The sphere pyramid beside a copy, and on several threads.
+// The pyramid and its parts beside a copy, and on several threads.
 struct RebuildOptions {
   std::vector<int> sizes{64, 128, 200, 256, 257, 512, 1024, 2048};
   int threads = 1;

@@ -74,7 +74,7 @@ Row measure(gpu::GlContext& context, const std::string& scene_name, int n, bsi::
   const gpu::BodyImage image{.body = 0, .start = sheet.start, .tangents = true, .spheres = spheres};
   const gpu::PairQuery query{0, 0, scene.margin, true};
   const DeviceCopy copy(context, traffic_of(pyramid));
-  bsi::BoxPyramid on_cpu(sheet.atlas, {.spheres = spheres});
+  bsi::Pyramid on_cpu(sheet.atlas, {.spheres = spheres});
   std::vector<bsi::LeafPair> pairs;
   bsi::TraversalCounters counters;
   Row row;

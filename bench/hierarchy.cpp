@@ -10,7 +10,6 @@
 #include "bench/medians.h"
 #include "bench/scene_measurement.h"
 #include "bench/weft_method.h"
-#include "bsi/pyramid.h"
 
 namespace weft::bench {
 
@@ -53,11 +52,9 @@ void measure_growth(int n, int repeats, Results& results) {
   CollisionScene scene = make_scene("drape", n);
   scene.margin = 0.25 / n;
   const Body& sheet = scene.bodies.front();
-  WeftMethod boxes(scene, {});
-  bsi::Pyramid fast(sheet.atlas, bsi::RadiusPolicy::fast);
-  bsi::Pyramid exact(sheet.atlas, bsi::RadiusPolicy::exact);
+  WeftMethod boxes(scene, {}), spheres(scene, {.bound = bsi::Bound::sphere_then_box});
   Copy copy(sheet.start, boxes.bytes());
-  std::vector<double> copy_ms, boxes_ms, query_ms, fast_ms, exact_ms;
+  std::vector<double> copy_ms, boxes_ms, query_ms, spheres_ms;
   std::vector<LeafPair> pairs;
   for (int pass = -1; pass < repeats; ++pass) {  // the first warms up
     const auto take = [&](std::vector<double>& times, const auto& work) {
@@ -69,16 +66,14 @@ void measure_growth(int n, int repeats, Results& results) {
     pairs.clear();
     take(query_ms, [&] { boxes.query(pairs); });
     boxes.list(pairs);
-    take(fast_ms, [&] { static_cast<void>(fast.rebuild(sheet.start, 1)); });
-    take(exact_ms, [&] { static_cast<void>(exact.rebuild(sheet.start, 1)); });
+    take(spheres_ms, [&] { spheres.rebuild(); });
   }
   results.rows.push_back(growth_row(n, "copy", MethodKind::variant, 1, copy_ms));
   Row weft = growth_row(n, "weft", MethodKind::weft, 1, boxes_ms);
   weft.query_ms = median(query_ms);
   weft.candidates = static_cast<long>(pairs.size());
   results.rows.push_back(weft);
-  results.rows.push_back(growth_row(n, "weft-spheres-fast", MethodKind::variant, 1, fast_ms));
-  results.rows.push_back(growth_row(n, "weft-spheres-exact", MethodKind::variant, 1, exact_ms));
+  results.rows.push_back(growth_row(n, "weft-sphere-then-box", MethodKind::variant, 1, spheres_ms));
   // The size that memory and floor are stated for.
   if (results.floor_n == 0 || n == 256) {
     results.floor_n = n;

@@ -262,7 +262,7 @@ struct Experiment {
 constexpr std::array experiments{
     Experiment{"hierarchy", "Rebuild, query and exact test beside other libraries", add_hierarchy,
                [](const Arguments& a) { return run_hierarchy(a.hierarchy); }},
-    Experiment{"rebuild", "Rebuild of the sphere pyramid beside a copy", add_rebuild,
+    Experiment{"rebuild", "Rebuild of the pyramid and its parts beside a copy", add_rebuild,
                [](const Arguments& a) { return run_rebuild(a.rebuild); }},
     Experiment{"paper-tori", "Two tori, at rest and approaching each other, against brute force",
                add_paper_tori, [](const Arguments& a) { return run_paper_tori(a.paper); }},

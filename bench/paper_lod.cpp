@@ -53,7 +53,7 @@ class Experiment {
   explicit Experiment(int n)
       : body_(bsi::make_blob(1, n)),
         triangles_(bsi::build_mesh(body_.atlas).triangles),
-        pyramid_(body_.atlas),
+        pyramid_(body_.atlas, {.tangents = false, .spheres = true}),
         renderer_(width, height),
         camera_(gpu::camera_for_box({-1.3, -1.3, -1.3}, {1.3, 1.3, 1.3},
                                     static_cast<double>(width) / height)) {}

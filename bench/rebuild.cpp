@@ -1,5 +1,6 @@
-// Rebuild of the sphere pyramid: times beside the memory-traffic floor, a copy that reads as many
-// bytes as the image holds and writes as many as the hierarchy. Medians of interleaved repeats.
+// Rebuild of the pyramid with and without its parts: times beside the memory-traffic floor, a copy
+// that reads as many bytes as the image holds and writes as many as the boxes take. Medians of
+// interleaved repeats.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -40,21 +41,30 @@ Surface wavy_sheet(int n) {
   return sheet;
 }
 
-// Of the spheres alone, which is what a rebuild must write.
-std::size_t sphere_bytes(const Pyramid& pyramid) {
-  std::size_t count = 0;
-  for (int level = 0; level < pyramid.levels(0); ++level) {
-    count += pyramid.level_spheres(0, level).size();
-  }
-  return count * sizeof(Sphere);
-}
+// The same image with no more than boxes; with spheres; with spheres and the bounds of steps.
+class Pyramids {
+ public:
+  explicit Pyramids(const Surface& sheet)
+      : sheet_(sheet),
+        boxes_(sheet.atlas, {.tangents = false}),
+        spheres_(sheet.atlas, {.tangents = false, .spheres = true}),
+        all_(sheet.atlas, {.tangents = true, .spheres = true}) {}
 
-Works rebuilds(const Surface& sheet, Pyramid& fast, Pyramid& exact, int threads) {
-  const auto of = [&, threads](Pyramid& pyramid) {
-    return [&, threads] { static_cast<void>(pyramid.rebuild(sheet.positions, threads)); };
-  };
-  return {of(fast), of(exact)};
-}
+  Works rebuilds(int threads) {
+    const auto of = [this, threads](Pyramid& pyramid) {
+      return [this, &pyramid, threads] {
+        static_cast<void>(pyramid.rebuild(sheet_.positions, threads));
+      };
+    };
+    return {of(boxes_), of(spheres_), of(all_)};
+  }
+  std::size_t bytes_of_boxes() const { return boxes_.bytes(); }
+  std::size_t bytes() const { return all_.bytes(); }
+
+ private:
+  const Surface& sheet_;
+  Pyramid boxes_, spheres_, all_;
+};
 
 // The floor: reads the image, writes as many bytes as the hierarchy has.
 std::function<void()> copy(const Surface& sheet, std::size_t written, std::vector<char>& out) {
@@ -72,25 +82,25 @@ std::function<void()> copy(const Surface& sheet, std::size_t written, std::vecto
 
 void measure_one_thread(int n, int repeats) {
   const Surface sheet = wavy_sheet(n);
-  Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
+  Pyramids pyramids(sheet);
   std::vector<char> out;
-  Works works = rebuilds(sheet, fast, exact, 1);
-  works.push_back(copy(sheet, sphere_bytes(fast), out));
+  Works works = pyramids.rebuilds(1);
+  works.push_back(copy(sheet, pyramids.bytes_of_boxes(), out));
   const auto ms = interleaved_medians(works, repeats, CLOCK_THREAD_CPUTIME_ID);
-  std::printf("%6d %9.3f %9.3f %9.3f %9.2f %9.2f %9.2f %9.2f %9.2f\n", n, ms[2], ms[0], ms[1],
-              ms[0] / ms[2], ms[1] / ms[0], 1e6 * ms[0] / (static_cast<double>(n) * n),
-              static_cast<double>(fast.bytes()) / (1 << 20),
-              static_cast<double>(exact.bytes()) / (1 << 20));
+  std::printf("%6d %9.3f %9.3f %9.3f %9.3f %9.2f %9.2f %9.2f %9.2f\n", n, ms[3], ms[0], ms[1],
+              ms[2], ms[0] / ms[3], ms[1] / ms[0], 1e6 * ms[0] / (static_cast<double>(n) * n),
+              static_cast<double>(pyramids.bytes()) / (1 << 20));
 }
 
 void measure_threads(int n, int threads, int repeats) {
   const Surface sheet = wavy_sheet(n);
-  Pyramid fast(sheet.atlas, RadiusPolicy::fast), exact(sheet.atlas, RadiusPolicy::exact);
-  Works works = rebuilds(sheet, fast, exact, 1);
-  const Works shared = rebuilds(sheet, fast, exact, threads);
+  Pyramids pyramids(sheet);
+  Works works = pyramids.rebuilds(1);
+  const Works shared = pyramids.rebuilds(threads);
   works.insert(works.end(), shared.begin(), shared.end());
   const auto ms = interleaved_medians(works, repeats, CLOCK_MONOTONIC);
-  std::printf("%6d %9.3f %9.3f %9.2f %9.2f\n", n, ms[0], ms[1], ms[0] / ms[2], ms[1] / ms[3]);
+  std::printf("%6d %9.3f %9.3f %9.3f %9.2f %9.2f %9.2f\n", n, ms[0], ms[1], ms[2], ms[0] / ms[3],
+              ms[1] / ms[4], ms[2] / ms[5]);
 }
 
 }  // namespace
@@ -98,12 +108,13 @@ void measure_threads(int n, int threads, int repeats) {
 int run_rebuild(const RebuildOptions& options) {
   std::printf("a wavy sheet of n x n vertices, %s, medians of %d interleaved repeats\n",
               name(instruction_set()).data(), options.repeats);
-  std::printf("one thread, CPU ms\n%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "n", "copy", "fast",
-              "exact", "fast/copy", "ex./fast", "ns/vertex", "MiB fast", "MiB exact");
+  std::printf("one thread, CPU ms\n%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "n", "copy", "boxes",
+              "+spheres", "+steps", "box/copy", "+sph./box", "ns/vertex", "MiB all");
   for (const int n : options.sizes) measure_one_thread(n, options.repeats);
   if (options.threads == 1) return 0;
-  std::printf("wall ms of one thread, and how many times faster %d are\n%6s %9s %9s %9s %9s\n",
-              options.threads, "n", "fast", "exact", "fast", "exact");
+  std::printf(
+      "wall ms of one thread, and how many times faster %d are\n%6s %9s %9s %9s %9s %9s %9s\n",
+      options.threads, "n", "boxes", "+spheres", "+steps", "boxes", "+spheres", "+steps");
   for (const int n : options.sizes) measure_threads(n, options.threads, options.repeats);
   return 0;
 }

@@ -12,7 +12,7 @@ namespace weft::bench {
 
 namespace {
 
-// As BoxPyramid::magnitude.
+// As Pyramid::magnitude.
 float magnitude_of(const Body& body) {
   float largest = 0;
   for (const auto* positions : {&body.start, &body.end}) {
@@ -50,7 +50,7 @@ PeerScene mesh_view(const CollisionScene& scene) {
 }
 
 struct WeftMethod::Pyramids {
-  std::vector<bsi::BoxPyramid> of_body;   // none for particles
+  std::vector<bsi::Pyramid> of_body;      // none for particles
   std::vector<bsi::LeafBlockPair> found;  // by the last query
 };
 
@@ -70,7 +70,7 @@ void WeftMethod::rebuild() {
   std::size_t next = 0;
   for (const Body& body : scene_.bodies) {
     if (body.is_particles()) continue;
-    bsi::BoxPyramid& pyramid = pyramids_->of_body[next++];
+    bsi::Pyramid& pyramid = pyramids_->of_body[next++];
     if (body.is_swept() ? pyramid.rebuild_swept(body.start, body.end, variant_.threads)
                         : pyramid.rebuild(body.start, variant_.threads)) {
       std::fprintf(stderr, "%s: a position is not finite\n", scene_.name.c_str());
@@ -86,7 +86,7 @@ void WeftMethod::query(std::vector<LeafPair>& pairs) {
                                       .certificate = variant_.certificate,
                                       .threads = variant_.threads};
   bsi::TraversalCounters counters;
-  const std::vector<bsi::BoxPyramid>& of_body = pyramids_->of_body;
+  const std::vector<bsi::Pyramid>& of_body = pyramids_->of_body;
   std::vector<bsi::LeafBlockPair>& found = pyramids_->found;
   found.clear();
   if (scene_.is_self()) {
@@ -101,7 +101,7 @@ void WeftMethod::query(std::vector<LeafPair>& pairs) {
 }
 
 void WeftMethod::list(std::vector<LeafPair>& pairs) {
-  const std::vector<bsi::BoxPyramid>& of_body = pyramids_->of_body;
+  const std::vector<bsi::Pyramid>& of_body = pyramids_->of_body;
   const std::vector<bsi::LeafBlockPair>& found = pyramids_->found;
   if (scene_.is_self()) {
     bsi::append_pairs(of_body.front(), bsi::Leaf::triangle, found, variant_.threads, pairs);
@@ -129,7 +129,7 @@ long WeftMethod::hits(std::span<const LeafPair> pairs, double distance) {
 
 std::size_t WeftMethod::bytes() const {
   std::size_t sum = 0;
-  for (const bsi::BoxPyramid& pyramid : pyramids_->of_body) sum += pyramid.bytes();
+  for (const bsi::Pyramid& pyramid : pyramids_->of_body) sum += pyramid.bytes();
   return sum;
 }
 

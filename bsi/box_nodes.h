@@ -113,8 +113,26 @@ WEFT_INLINE LaneSpheres each_four_times(const LaneSpheres& spheres) {
 
 // Bit 4 i + j: child i of the one comes within `reach` of child j of the other.
 WEFT_INLINE unsigned touch_of_children(const SphereGroup& a, const SphereGroup& b, float reach) {
+#if defined(__AVX512DQ__)
+  const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+  const auto of_a = [&](__m128 four) {
+    return _mm512_permutexvar_ps(four_times, _mm512_castps128_ps512(four));
+  };
+  __m512 squared = _mm512_setzero_ps();
+  for (int axis = 0; axis < 3; ++axis) {
+    const __m512 apart = _mm512_sub_ps(of_a(_mm_load_ps(a.centre[axis])),
+                                       _mm512_broadcast_f32x4(_mm_load_ps(b.centre[axis])));
+    squared = _mm512_add_ps(squared, _mm512_mul_ps(apart, apart));
+  }
+  const __m128 radius_b = _mm_add_ps(_mm_load_ps(b.radius), _mm_set1_ps(reach));
+  const __m512 radii =
+      _mm512_mul_ps(_mm512_add_ps(of_a(_mm_load_ps(a.radius)), _mm512_broadcast_f32x4(radius_b)),
+                    _mm512_set1_ps(touch_factor));
+  return _mm512_cmp_ps_mask(squared, _mm512_mul_ps(radii, radii), _CMP_LE_OQ);
+#else
   const LaneSpheres of_a = both_halves(a, 0), of_b = both_halves(b, reach);
   return touch(each_four_times<0>(of_a), of_b) | touch(each_four_times<2>(of_a), of_b) << 8;
+#endif
 }
 
 // The sphere of a block in all lanes.

@@ -8,22 +8,32 @@ DetailPatch::DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is)
     : pyramid_(pyramid), patch_(patch), size_(pyramid.atlas().patches()[patch]) {
   vertex_of_.resize(size_.texel_count());
   std::iota(vertex_of_.begin(), vertex_of_.end(), 0);
-  if (as_it_is) return;
   // Fewer than three blocks round a wrap would touch each other on both sides: the surface would be
-  // folded onto itself. On level 2 no two blocks reach round, however unequal.
+  // folded onto itself. On level 2 there are four, no two of which reach round, but where the axis
+  // has fewer than five quads.
+  constexpr int fewest_round_a_wrap = 5;
+  const bool is_narrow = (size_.wrap_u && size_.quad_cols() < fewest_round_a_wrap) ||
+                         (size_.wrap_v && size_.quad_rows() < fewest_round_a_wrap);
+  if (as_it_is || is_narrow) return;
   const int level = size_.wrap_u || size_.wrap_v ? 2 : 0;
   for (int v = 0; v < pyramid_.blocks_v(patch_, level); ++v) {
     for (int u = 0; u < pyramid_.blocks_u(patch_, level); ++u) add({patch_, level, u, v});
   }
 }
 
-void DetailPatch::add(const Block& block) {
+QuadRange DetailPatch::texels_of(const PatchBlock& block) const {
   QuadRange texels = pyramid_.quads(block.patch, block.level, block.u, block.v);
-  const double row = 0.5 * (texels.row_begin + texels.row_end);
-  const double col = 0.5 * (texels.col_begin + texels.col_end);
   // A texel goes with the quad to its lower right; those of an open border go with none.
   if (!size_.wrap_v) texels.row_begin = std::max(texels.row_begin, 1);
   if (!size_.wrap_u) texels.col_begin = std::max(texels.col_begin, 1);
+  return texels;
+}
+
+void DetailPatch::add(const PatchBlock& block) {
+  const QuadRange quads = pyramid_.quads(block.patch, block.level, block.u, block.v);
+  const double row = 0.5 * (quads.row_begin + quads.row_end);
+  const double col = 0.5 * (quads.col_begin + quads.col_end);
+  const QuadRange texels = texels_of(block);
   const int rows = texels.row_end - texels.row_begin;
   const int cols = texels.col_end - texels.col_begin;
   if (rows <= 0 || cols <= 0) return;
@@ -43,10 +53,30 @@ int DetailPatch::middle_texel(int vertex) const {
   return static_cast<int>(placed.row) * size_.cols + static_cast<int>(placed.col);
 }
 
+void DetailPatch::release(const PatchBlock& block) {
+  const QuadRange texels = texels_of(block);
+  for (int row = texels.row_begin; row < texels.row_end; ++row) {
+    for (int col = texels.col_begin; col < texels.col_end; ++col) {
+      const int texel = row * size_.cols + col;
+      vertex_of_[texel] = texel;
+    }
+  }
+}
+
 void DetailPatch::split(int vertex) {
-  std::array<Block, 4> child;
-  const int count = pyramid_.children(block(vertex), child);
-  for (int i = 0; i < count; ++i) add(child[i]);
+  const PatchBlock parent = block(vertex);
+  const int below = parent.level + 1;
+  if (below == pyramid_.levels(patch_)) {
+    release(parent);
+    return;
+  }
+  const int split_u = pyramid_.blocks_u(patch_, below) / pyramid_.blocks_u(patch_, parent.level);
+  const int split_v = pyramid_.blocks_v(patch_, below) / pyramid_.blocks_v(patch_, parent.level);
+  for (int v = 0; v < split_v; ++v) {
+    for (int u = 0; u < split_u; ++u) {
+      add({patch_, below, split_u * parent.u + u, split_v * parent.v + v});
+    }
+  }
 }
 
 void DetailPatch::split_to_level(int level) {

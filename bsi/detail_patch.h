@@ -33,12 +33,12 @@ inline double image_area(const DetailTriangle& triangle) {
 // vertices are the coarse surface: the dual of the partition of the image into rectangles.
 class DetailPatch {
  public:
-  // Blocks of the first level that are small enough round the wraps, or, where the patch is to be
-  // left as it is, none.
+  // Blocks of the first level that are small enough round the wraps; none where the patch is to be
+  // left as it is, or no level is.
   DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is);
 
   int texel_count() const { return size_.texel_count(); }
-  const Block& block(int vertex) const { return blocks_[vertex - texel_count()].block; }
+  const PatchBlock& block(int vertex) const { return blocks_[vertex - texel_count()].block; }
   // The texel in the middle of the block, or the vertex itself.
   int middle_texel(int vertex) const;
   bool is_block(int vertex) const { return vertex >= texel_count(); }
@@ -46,7 +46,7 @@ class DetailPatch {
 
   // Replaces every block of a level above `level` by blocks of that level.
   void split_to_level(int level);
-  // Replaces the block by its children; its number is not used again.
+  // Replaces the block by its children, a leaf block by its texels; its number is not used again.
   void split(int vertex);
 
   // visit(const DetailTriangle&), in the order of the quads.
@@ -55,12 +55,15 @@ class DetailPatch {
 
  private:
   struct PlacedBlock {
-    Block block;
+    PatchBlock block;
     double row = 0;  // of its middle
     double col = 0;
   };
 
-  void add(const Block& block);
+  // The texels of a block: those of the open borders go with none.
+  QuadRange texels_of(const PatchBlock& block) const;
+  void add(const PatchBlock& block);
+  void release(const PatchBlock& block);
   DetailCorner corner(int vertex, int texel_row, int texel_col) const;
 
   const Pyramid& pyramid_;

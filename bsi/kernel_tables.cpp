@@ -6,7 +6,6 @@
 #include "bsi/instruction_set.h"
 #include "bsi/narrow_phase_kernels.h"
 #include "bsi/point_descent_kernels.h"
-#include "bsi/sphere_kernels.h"
 #include "bsi/vertex_kernels.h"
 
 // One of each per instruction set that this build contains.
@@ -18,7 +17,6 @@
   extern const FeatureKernels feature_kernels;            \
   extern const NarrowPhaseKernels narrow_phase_kernels;   \
   extern const PointDescentKernels point_descent_kernels; \
-  extern const SphereKernels sphere_kernels;              \
   extern const VertexKernels vertex_kernels;              \
   }
 WEFT_DECLARE_KERNELS(portable)
@@ -41,7 +39,6 @@ const DescentKernels& descent_kernels() { return WEFT_CHOOSE(descent_kernels); }
 const FeatureKernels& feature_kernels() { return WEFT_CHOOSE(feature_kernels); }
 const NarrowPhaseKernels& narrow_phase_kernels() { return WEFT_CHOOSE(narrow_phase_kernels); }
 const PointDescentKernels& point_descent_kernels() { return WEFT_CHOOSE(point_descent_kernels); }
-const SphereKernels& sphere_kernels() { return WEFT_CHOOSE(sphere_kernels); }
 const VertexKernels& vertex_kernels() { return WEFT_CHOOSE(vertex_kernels); }
 
 }  // namespace weft::bsi

@@ -55,7 +55,15 @@ std::vector<DetailPatch> patches_at_levels(const Pyramid& pyramid, std::span<con
   return patches;
 }
 
-Vec3 centre_of(const Sphere& sphere) { return {sphere.x, sphere.y, sphere.z}; }
+// Of the block's sphere.
+Vec3 centre_of(const Pyramid& pyramid, const PatchBlock& block) {
+  const Box box = pyramid.box(block.patch, block.level, block.u, block.v);
+  Vec3 centre;
+  for (int axis = 0; axis < 3; ++axis) {
+    centre[axis] = static_cast<double>(0.5F * (box.low[axis] + box.high[axis]));
+  }
+  return centre;
+}
 
 // The first whole number beyond; not for negative ones.
 int first_after(double place) { return static_cast<int>(place) + 1; }
@@ -74,7 +82,7 @@ class Ruler {
         tolerance_(tolerance) {}
 
   Vec3 position(const DetailPatch& patch, int vertex) const {
-    if (patch.is_block(vertex)) return centre_of(pyramid_.sphere(patch.block(vertex)));
+    if (patch.is_block(vertex)) return centre_of(pyramid_, patch.block(vertex));
     const Atlas& atlas = pyramid_.atlas();
     return positions_[atlas.particle_of_texel(atlas.first_texel(patch_) + vertex)];
   }
@@ -253,7 +261,7 @@ DetailSurface assemble(const Pyramid& pyramid, std::span<const Vec3> positions,
           is_block ? index_of_block[vertex - patch.texel_count()] : index_of_particle[particle];
       if (index < 0) {
         index = static_cast<int>(surface.positions.size());
-        surface.positions.push_back(is_block ? centre_of(pyramid.sphere(patch.block(vertex)))
+        surface.positions.push_back(is_block ? centre_of(pyramid, patch.block(vertex))
                                              : positions[particle]);
         surface.particles.push_back(particle);
       }

@@ -36,10 +36,11 @@ struct DetailTolerance {
 
 // The surface through the sphere centres of the blocks of one level for each patch (`levels`, one a
 // patch), and the original vertices of the borders of patches, where neighbours of different levels
-// meet. On the last level of a patch it is the original surface, and levels beyond that count as
-// the last. A wrapped axis has at least three blocks: there levels 0 and 1 count as 2. A patch that
-// is sewn to itself keeps its original surface. The stated deviation is the largest radius of a
-// sphere whose centre is used. Precondition: pyramid.is_built(), from `positions`. O(texels).
+// meet. Beyond the last level of a patch it is the original surface. A wrapped axis has at least
+// three blocks: there levels 0 and 1 count as 2. A patch that is sewn to itself, or wraps fewer
+// than five quads, keeps its original surface. The stated deviation is the largest radius of a
+// sphere whose centre is used. Precondition: pyramid.is_built(), from `positions`, with spheres.
+// O(texels).
 DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                                std::span<const int> levels);
 

@@ -46,7 +46,7 @@ class Sieve {
   }
 
   // The same for all candidates of at most chunk_blocks pairs of blocks.
-  void sift(const BoxPyramid& first, const BoxPyramid& second, bool self,
+  void sift(const Pyramid& first, const Pyramid& second, bool self,
             std::span<const LeafBlockPair> blocks, TriangleHits& hits,
             NarrowPhaseCounters& counters) {
     listed_.resize(chunk_size + 16);

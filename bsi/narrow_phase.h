@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "bsi/box_pyramid.h"
 #include "bsi/geometry_image.h"
 #include "bsi/leaf_pair.h"
+#include "bsi/pyramid.h"
 #include "bsi/triangle_intersection.h"
 
 namespace weft::bsi {
@@ -52,7 +52,7 @@ void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
 
 // A body's triangles with the pyramid that was built of these positions, not swept.
 struct PyramidTriangles {
-  const BoxPyramid& pyramid;
+  const Pyramid& pyramid;
   TriangleSet triangles;
 };
 

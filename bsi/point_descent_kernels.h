@@ -29,7 +29,7 @@ struct PairSink {
 
 struct PointDescentKernels {
   // Rounds up to points_a_batch points (x, y, z each) to float32 and finds half_margin(reach,
-  // magnitude, ...) of each; the largest. `reach` must be below 4 * BoxPyramid::coordinate_limit.
+  // magnitude, ...) of each; the largest. `reach` must be below 4 * Pyramid::coordinate_limit.
   float (*load_points)(const double* positions, int count, double reach, float magnitude,
                        void* workspace);
   // The leaves below the root of `patch` whose boxes, widened by what belongs to the point, overlap

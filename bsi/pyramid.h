@@ -1,61 +1,79 @@
-// The bounding sphere image pyramid: a hierarchy of spheres over a geometry image, rebuilt from the
-// deformed image in one O(n) pass.
+// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image,
+// rebuilt from the deformed image in one pass, which the traversals descend.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "bsi/aligned_vector.h"
 #include "bsi/block_levels.h"
+#include "bsi/box_build_kernels.h"
+#include "bsi/box_layout.h"
 #include "bsi/geometry_image.h"
-#include "bsi/leaf_pair.h"
-#include "bsi/quadtree_index.h"
 #include "bsi/sphere.h"
-#include "bsi/sphere_build.h"
 
 namespace weft::bsi {
 
-// The number of a node of the hierarchy: block (u, v) of a level of a patch, or, with patch ==
-// group, the u-th group of patches at a level above the patch tops (v = 0).
-struct Block {
-  static constexpr int group = -1;
-  int patch = 0;
-  int level = 0;
-  int u = 0;
-  int v = 0;
-  bool operator==(const Block&) const = default;
+// Bounds of vertices rounded to float32, metres.
+struct Box {
+  std::array<float, 3> low{};
+  std::array<float, 3> high{};
+  bool operator==(const Box&) const = default;
 };
 
-// A sphere for each block of BlockLevels and each group of patches above the patch tops. Where the
-// leaves are triangles, every patch has one more level, which splits each quad's block in two
-// along u.
+// Block (u, v) of a level of a patch: see Pyramid.
+struct PatchBlock {
+  int patch = 0, level = 0, u = 0, v = 0;
+  bool operator==(const PatchBlock&) const = default;
+};
+
+struct PyramidParts {
+  // Bounds of the steps between vertices, by which whole blocks are excused from looking for
+  // contact with themselves (docs/theory.md, "The tangent certificate"); they take more than half
+  // of a rebuild.
+  bool tangents = true;
+  // For traversals whose bound is not `box`, and for pictures.
+  bool spheres = false;
+};
+
+// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
+// blocks of one or two quads; block boundaries are block_boundary(k, quads, log). The last level
+// holds the leaf blocks. No block is empty. Above the patch tops of a body of several patches stand
+// groups: level k has 2^k of them, which join the patches from block_boundary(i, patches, k) to the
+// next boundary, never none.
 //
-// Conservative: every float64 vertex lies inside the float32 spheres of all the blocks that contain
-// it, whatever the rounding. Spheres of children may stick out of their parent's.
+// Held are a box for every block, the vertices in float32, and what PyramidParts names. Boxes lie
+// inside their parents' exactly: a minimum rounds nothing. They bound the vertices rounded to
+// float32; the traversals widen them by what the rounding may have moved.
 //
-// All const members may be called from many threads at once.
+// A sphere has its centre in the middle of the box and holds the boxes of all leaf blocks of its
+// block, so that spheres never part what boxes find. Its radius is the lesser of half the diagonal
+// of the box and what holds the spheres of the children, on the four top levels those of the blocks
+// of the sixth. Every float64 vertex lies inside.
+//
+// Can be moved, not copied. All const members may be called from many threads at once.
 class Pyramid {
  public:
-  // Coordinates of this size (metres) and beyond cannot be bounded in float32, whose squares would
-  // overflow; a rebuild treats them like those that are not finite.
+  // Coordinates of this size (metres) and beyond are treated like those that are not finite.
   static constexpr float coordinate_limit = 1e18F;
+  // The most quads along an axis of a patch.
+  static constexpr int quad_limit = 1 << 17;
 
-  Pyramid() = default;
-  explicit Pyramid(const Atlas& atlas, RadiusPolicy policy = RadiusPolicy::fast,
-                   Leaf leaf = Leaf::quad);
+  // Throws std::invalid_argument, naming the patch, on more than quad_limit quads along an axis.
+  explicit Pyramid(const Atlas& atlas, const PyramidParts& parts = {});
+  Pyramid(Pyramid&&) = default;
+  Pyramid& operator=(Pyramid&&) = default;
 
-  // Rebuilds every level from the positions (metres) of the atlas' particles, on `threads` threads
-  // (0: those of OpenMP; one within a parallel region), with the same bits for any number of them
-  // and any instruction set. O(quads). Returns the first texel whose position is not finite (the
-  // pyramid is then not usable until the next rebuild). Allocates on the first call alone, on the
-  // first swept one and on those of more threads than before.
+  // Rebuilds everything from the positions (metres) of the atlas' particles, on `threads`
+  // threads (0: those of OpenMP), with the same bits for any number of them. O(quads); allocates
+  // nothing. Returns the first texel whose position is not finite (the pyramid is then not usable
+  // until the next rebuild).
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
                                                     int threads = 0);
-  // Bounds every vertex at both ends of its path, and so all along a straight one.
+  // Bounds every vertex at both ends of its path, and so all along a straight one. The first call
+  // makes room for the second image.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
                                                           std::span<const Vec3> end,
                                                           int threads = 0);
@@ -63,89 +81,101 @@ class Pyramid {
   bool is_built() const { return built_; }
 
   const Atlas& atlas() const { return atlas_; }
-  int patch_count() const { return numbers_.patch_count(); }
-  int levels(int patch) const { return numbers_.levels(patch) + (has_triangles() ? 1 : 0); }
-  int blocks_u(int patch, int level) const { return 1 << place(patch, level).log_u; }
-  int blocks_v(int patch, int level) const { return 1 << place(patch, level).log_v; }
-  // Of a triangle: its quad.
+  const PyramidParts& parts() const { return parts_; }
+  int patch_count() const { return static_cast<int>(patches_.size()); }
+  int levels(int patch) const { return patches_[patch].level_count; }
+  int blocks_u(int patch, int level) const { return 1 << level_of(patch, level).log_u; }
+  int blocks_v(int patch, int level) const { return 1 << level_of(patch, level).log_v; }
   QuadRange quads(int patch, int level, int u, int v) const;
-  const Sphere& sphere(int patch, int level, int u, int v) const {
-    return first_sphere()[place(patch, level).block(u, v)];
+  Box box(int patch, int level, int u, int v) const;
+  // Precondition: parts().spheres.
+  Sphere sphere(int patch, int level, int u, int v) const;
+  Sphere sphere(const PatchBlock& block) const {
+    return sphere(block.patch, block.level, block.u, block.v);
   }
-  // All spheres of a level, row by row (v), blocks_u(patch, level) a row.
-  std::span<const Sphere> level_spheres(int patch, int level) const;
-  // Levels above the patch tops: 0 for a single patch, else ceil(log2(patches)).
-  int group_levels() const { return numbers_.group_levels(); }
-  // The 2^level spheres of a level above the patch tops.
-  std::span<const Sphere> group_spheres(int level) const;
-  // Bounds the whole body.
-  const Sphere& top() const { return sphere(root()); }
-
-  // The tree, for traversals.
-  Block root() const { return {group_levels() > 0 ? Block::group : 0, 0, 0, 0}; }
-  const Sphere& sphere(const Block& block) const {
-    if (block.patch != Block::group) {
-      return sphere(block.patch, block.level, block.u, block.v);
-    }
-    return group_spheres(block.level)[block.u];
+  int group_levels() const { return group_levels_; }
+  // Patches [first, second) of the u-th group of a level above the patch tops.
+  std::array<int, 2> patches_of_group(int level, int u) const {
+    return {block_boundary(u, patch_count(), level), block_boundary(u + 1, patch_count(), level)};
   }
-  // Blocks of one quad or, on request, of one triangle.
-  bool is_leaf(const Block& block) const {
-    return block.patch != Block::group && block.level + 1 == levels(block.patch);
+  const Box& group_box(int level, int u) const {
+    return group_boxes_[(std::size_t{1} << level) - 1 + u];
   }
-  // The quad that a leaf bounds, or whose triangle it does, in the atlas' numbers.
-  int quad_of_leaf(const Block& leaf) const;
-  // Leaves of triangles only; in the numbers of Mesh.
-  int triangle_of_leaf(const Block& leaf) const { return 2 * quad_of_leaf(leaf) + (leaf.u & 1); }
-  // The 1 to 4 children that are not empty, u before v; returns their number. Not for leaves.
-  int children(const Block& block, std::array<Block, 4>& child) const;
-
-  // The number of a block of quads in the quadtree of its patch (quadtree_index.h): child i of n is
-  // 4 n + i. Where an axis is split no more there is one child instead of two, the first. O(level).
-  std::uint64_t flat_index(const Block& block) const;
-  // Precondition: the index of a block.
-  Block block_of_flat_index(int patch, std::uint64_t index) const;
-
-  // Memory held.
+  // Of the whole body.
+  Box top() const { return group_levels_ > 0 ? group_box(0, 0) : box(0, 0, 0, 0); }
+  // The largest |coordinate| of the float32 vertices, m.
+  float magnitude() const { return tree_.magnitude; }
   std::size_t bytes() const;
-  // True for a body so large that several threads share its rebuild.
-  bool is_parallel() const { return build_.is_parallel(); }
+  // The same in plain pointers, for the kernels of the traversals.
+  const BoxTree& tree() const { return tree_; }
 
  private:
-  // In front of the spheres, which puts the levels of a square image on cache lines: level l has
-  // (4^l - 1) / 3 spheres before it, one more than a multiple of four.
-  static constexpr std::size_t padding = 3;
+  // A run of rows of leaf blocks of a patch, bounded by one thread, with its rows in the making.
+  struct Strip {
+    int patch = 0;
+    int index = 0;
+    std::vector<float> rows;       // of every level, two, and of the columns of vertices
+    std::vector<std::size_t> row;  // where those of a level begin
+    std::size_t columns = 0;
+    // The row of vertices shared with the next strip, at both ends of its path.
+    std::array<std::vector<float>, 2> boundary;
+    bool finite = true;
+  };
+  // Where the arrays of a level begin.
+  struct LevelPlace {
+    std::size_t groups = 0;
+    std::size_t tangents = 0;
+  };
+  // A block among the children of another.
+  struct ChildPlace {
+    std::size_t parent = 0;  // among the groups of its level
+    int child = 0;
+  };
 
-  bool has_triangles() const { return !triangles_.empty(); }
-  // Counted from first_sphere().
-  const BlockLevel& place(int patch, int level) const {
-    return level < numbers_.levels(patch) ? numbers_.at(patch, level) : triangles_[patch];
+  const BoxLevel& level_of(int patch, int level) const {
+    return levels_[patches_[patch].first_level + level];
   }
-  const Sphere* first_sphere() const { return spheres_.data() + padding; }
-  std::size_t group_count() const { return (std::size_t{1} << group_levels()) - 1; }
-  std::optional<TexelAddress> rebuild_from(std::span<const std::span<const Vec3>> ends,
-                                           int threads);
+  // Precondition: level > 0.
+  ChildPlace child_place(int patch, int level, int u, int v) const;
+  void add_patch(int patch);
+  void add_strips(int patch);
+  void point_views();
+  std::optional<TexelAddress> rebuild_all(int ends, int threads);
+  void rebuild_strip(Strip& strip);
+  bool load_row(Strip& strip, int row, int end);
+  VertexRows vertex_rows(const Strip& strip, int first_row, int last_row, int end) const;
+  void bound_leaf_row(Strip& strip, int v);
+  void bound_step_row(Strip& strip, int v, BoundRow out);
+  void finish_row(Strip& strip, int v);
+  void join_strips(std::span<Strip> strips);
+  void merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v, BoundRow out);
+  void store_tangents(int patch, int level, int v, BoundRow row);
+  BoundRow row(Strip& strip, int level, int v) const;
+  TexelAddress first_unbounded() const;
+  void rebuild_groups();
+  void rebuild_spheres(int patch, int threads);
+  void tighten_spheres(int patch);
+  float& radius_of(int patch, int level, int u, int v);
 
   Atlas atlas_;
-  RadiusPolicy policy_ = RadiusPolicy::fast;
-  BlockLevels numbers_;
-  std::vector<BlockLevel> triangles_;  // by patch
-  // Of the blocks, then of the groups, then of the triangles.
-  AlignedVector<Sphere> spheres_;
-  SphereBuild build_;
+  PyramidParts parts_;
+  std::vector<BoxPatch> patches_;
+  std::vector<BoxLevel> levels_;
+  std::vector<LevelPlace> places_;         // by level, as levels_
+  std::vector<std::size_t> first_vertex_;  // by patch, into vertices_
+  std::vector<int> strip_log_;             // by patch: it has 2^ so many strips
+  std::vector<std::int32_t> boundaries_;   // of the columns of leaf blocks, patch after patch
+  std::vector<std::size_t> first_boundary_;
+  int group_levels_ = 0;
+  std::vector<BoxGroup> groups_;
+  std::vector<TangentBounds> tangents_;
+  std::vector<SphereGroup> spheres_;  // as groups_, or none
+  std::array<std::vector<float>, 2> vertices_;
+  std::vector<Box> group_boxes_;
+  std::vector<Strip> strips_;
+  BoxTree tree_{};
   bool built_ = false;
+  std::array<std::span<const Vec3>, 2> ends_;  // of the rebuild in progress
 };
-
-// One body of a scene: swept where `end` is not empty.
-struct PyramidRebuild {
-  Pyramid* pyramid = nullptr;
-  std::span<const Vec3> start;
-  std::span<const Vec3> end;
-  std::optional<TexelAddress> unbounded;  // the result, as of Pyramid::rebuild
-};
-
-// Rebuilds many bodies on `threads` threads (0: those of OpenMP): large ones one after the other on
-// all of them, the others one a thread. The pyramids must be different ones.
-void rebuild(std::span<PyramidRebuild> bodies, int threads = 0);
 
 }  // namespace weft::bsi

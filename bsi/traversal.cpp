@@ -33,7 +33,7 @@ float rounded_up(double value) {
 
 // More would change nothing, for no coordinate is larger than the limit, and might overflow.
 double largest_margin_that_counts(double margin) {
-  return std::min(margin, 4.0 * static_cast<double>(BoxPyramid::coordinate_limit));
+  return std::min(margin, 4.0 * static_cast<double>(Pyramid::coordinate_limit));
 }
 
 std::uint64_t next_serial() {
@@ -41,7 +41,7 @@ std::uint64_t next_serial() {
   return ++last;
 }
 
-DescentQuery query_of(const BoxPyramid& first, const BoxPyramid& second, bool self,
+DescentQuery query_of(const Pyramid& first, const Pyramid& second, bool self,
                       const TraversalOptions& options) {
   assert(first.is_built() && second.is_built());
   assert(options.margin >= 0 && std::isfinite(options.margin));
@@ -72,7 +72,7 @@ bool overlap(const Box& a, const Box& b, float half) {
 // The pairs of patches that descents start with, found through the groups above the patch tops.
 class PatchPairs {
  public:
-  PatchPairs(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query)
+  PatchPairs(const Pyramid& first, const Pyramid& second, const DescentQuery& query)
       : first_(first), second_(second), query_(query) {}
 
   std::vector<NodePair> find() {
@@ -88,11 +88,11 @@ class PatchPairs {
     bool operator==(const Node&) const = default;
   };
 
-  static Box box_of(const BoxPyramid& pyramid, const Node& node) {
+  static Box box_of(const Pyramid& pyramid, const Node& node) {
     return node.is_patch() ? pyramid.box(node.u, 0, 0, 0) : pyramid.group_box(node.level, node.u);
   }
 
-  static std::vector<Node> children_of(const BoxPyramid& pyramid, const Node& node) {
+  static std::vector<Node> children_of(const Pyramid& pyramid, const Node& node) {
     if (node.is_patch()) return {node};
     if (node.level + 1 < node.levels) {
       return {{node.level + 1, 2 * node.u, node.levels},
@@ -120,8 +120,8 @@ class PatchPairs {
     }
   }
 
-  const BoxPyramid& first_;
-  const BoxPyramid& second_;
+  const Pyramid& first_;
+  const Pyramid& second_;
   const DescentQuery& query_;
   std::vector<NodePair> found_;
 };
@@ -154,7 +154,7 @@ bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, Descent
 }
 
 // Enough pairs of blocks to share out among threads, always the same ones.
-std::vector<NodePair> frontier(const BoxPyramid& first, const BoxPyramid& second,
+std::vector<NodePair> frontier(const Pyramid& first, const Pyramid& second,
                                const DescentQuery& query, DescentCounters& counters) {
   constexpr std::size_t enough = 256;
   std::vector<NodePair> pairs = PatchPairs(first, second, query).find();
@@ -230,8 +230,8 @@ void collect(int count, int chunk, int threads, std::vector<Found>& found,
     std::copy(parts[c].begin(), parts[c].end(), found.data() + begin[c]);
 }
 
-void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
-              int threads, std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
+void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& query, int threads,
+              std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
   // So little that a team would cost more than it does.
@@ -248,7 +248,7 @@ void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQu
 }
 
 // What numbers of leaves depend on.
-DescentQuery numbering(const BoxPyramid& first, const BoxPyramid& second, bool self, Leaf leaf) {
+DescentQuery numbering(const Pyramid& first, const Pyramid& second, bool self, Leaf leaf) {
   DescentQuery query{};
   query.a = &first.tree();
   query.b = &second.tree();
@@ -291,7 +291,7 @@ void append_numbers(const DescentQuery& query, std::span<const LeafBlockPair> bl
   }
 }
 
-void traverse(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
+void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& query,
               const TraversalOptions& options, std::vector<LeafPair>& pairs,
               TraversalCounters& counters) {
   std::vector<LeafBlockPair> blocks;
@@ -306,12 +306,12 @@ struct FreeAligned {
   }
 };
 
-PatchBlock block_of(const BoxPyramid& pyramid, BoxNode node) {
+PatchBlock block_of(const Pyramid& pyramid, BoxNode node) {
   const int patch = pyramid.tree().levels[node.level].patch;
   return {patch, node.level - pyramid.tree().patches[patch].first_level, node.u, node.v};
 }
 
-void traverse_blocks(const BoxPyramid& first, const BoxPyramid& second, const DescentQuery& query,
+void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQuery& query,
                      int level, std::vector<BlockPair>& pairs, TraversalCounters& counters) {
   DescentCounters tests{};
   std::vector<NodePair> nodes = PatchPairs(first, second, query).find();
@@ -348,7 +348,7 @@ double certificate_margin(double margin, float magnitude) {
   return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 
-void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
+void single_traversal(const Pyramid& pyramid, const Vec3& point, double radius,
                       const TraversalOptions& options, std::vector<int>& leaves,
                       TraversalCounters& counters) {
   std::vector<LeafPair> pairs;
@@ -356,12 +356,12 @@ void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radiu
   for (const LeafPair& pair : pairs) leaves.push_back(pair.b);
 }
 
-void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, double radius,
+void single_traversal(const Pyramid& pyramid, std::span<const Vec3> points, double radius,
                       const TraversalOptions& options, std::vector<LeafPair>& pairs,
                       TraversalCounters& counters) {
   assert(radius >= 0 && std::isfinite(radius));
   assert(std::all_of(points.begin(), points.end(), [](const Vec3& p) {
-    return p.cwiseAbs().maxCoeff() < static_cast<double>(BoxPyramid::coordinate_limit);
+    return p.cwiseAbs().maxCoeff() < static_cast<double>(Pyramid::coordinate_limit);
   }));
   DescentQuery query = query_of(pyramid, pyramid, false, options);
   query.half_margin = 0;
@@ -386,48 +386,46 @@ void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, d
   add(counters, tests);
 }
 
-void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
-                    const TraversalOptions& options, std::vector<LeafPair>& pairs,
-                    TraversalCounters& counters) {
+void dual_traversal(const Pyramid& first, const Pyramid& second, const TraversalOptions& options,
+                    std::vector<LeafPair>& pairs, TraversalCounters& counters) {
   traverse(first, second, query_of(first, second, false, options), options, pairs, counters);
 }
 
-void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters) {
   traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options, pairs, counters);
 }
 
-void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
-                    const TraversalOptions& options, std::vector<LeafBlockPair>& blocks,
-                    TraversalCounters& counters) {
+void dual_traversal(const Pyramid& first, const Pyramid& second, const TraversalOptions& options,
+                    std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   traverse(first, second, query_of(first, second, false, options), options.threads, blocks,
            counters);
 }
 
-void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options.threads, blocks,
            counters);
 }
 
-void append_pairs(const BoxPyramid& first, const BoxPyramid& second, Leaf leaf,
+void append_pairs(const Pyramid& first, const Pyramid& second, Leaf leaf,
                   std::span<const LeafBlockPair> blocks, int threads,
                   std::vector<LeafPair>& pairs) {
   append_numbers(numbering(first, second, false, leaf), blocks, threads, pairs);
 }
 
-void append_pairs(const BoxPyramid& pyramid, Leaf leaf, std::span<const LeafBlockPair> blocks,
+void append_pairs(const Pyramid& pyramid, Leaf leaf, std::span<const LeafBlockPair> blocks,
                   int threads, std::vector<LeafPair>& pairs) {
   append_numbers(numbering(pyramid, pyramid, true, leaf), blocks, threads, pairs);
 }
 
-void dual_traversal_of_blocks(const BoxPyramid& first, const BoxPyramid& second, int level,
+void dual_traversal_of_blocks(const Pyramid& first, const Pyramid& second, int level,
                               const TraversalOptions& options, std::vector<BlockPair>& pairs,
                               TraversalCounters& counters) {
   traverse_blocks(first, second, query_of(first, second, false, options), level, pairs, counters);
 }
 
-void self_traversal_of_blocks(const BoxPyramid& pyramid, int level, const TraversalOptions& options,
+void self_traversal_of_blocks(const Pyramid& pyramid, int level, const TraversalOptions& options,
                               std::vector<BlockPair>& pairs, TraversalCounters& counters) {
   traverse_blocks(pyramid, pyramid, query_of(pyramid, pyramid, true, options), level, pairs,
                   counters);

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "bsi/box_pyramid.h"
 #include "bsi/leaf_pair.h"
+#include "bsi/pyramid.h"
 
 namespace weft::bsi {
 
@@ -31,7 +31,7 @@ struct TraversalCounters {
 
 // Half of the margin in float32, widened so that boxes of rounded vertices, each widened by it,
 // overlap where the points of the float64 surfaces come within `margin` of each other, whatever the
-// rounding. `magnitude_*`: BoxPyramid::magnitude of the two, m.
+// rounding. `magnitude_*`: Pyramid::magnitude of the two, m.
 float half_margin(double margin, float magnitude_a, float magnitude_b);
 
 // Boxes that overlap when `half` widens them lie apart by no more than this, m: twice the half
@@ -49,25 +49,24 @@ double certificate_margin(double margin, float magnitude);
 // pyramid), widened by h = half_margin(...) to low - h and high + h in float32, overlap or touch.
 // Every pair that comes within the margin is among them.
 //
-// The pyramids must be built (BoxPyramid::is_built), plain or swept each. Found leaves are
+// The pyramids must be built (Pyramid::is_built), plain or swept each. Found leaves are
 // appended in an order that depends on the pyramids and the bound, not on the number of threads,
 // none twice; counters are added to. Thread-safe.
 
 // Leaves near a point (a particle of some radius: radius + margin). The point must be finite and
-// below BoxPyramid::coordinate_limit.
-void single_traversal(const BoxPyramid& pyramid, const Vec3& point, double radius,
+// below Pyramid::coordinate_limit.
+void single_traversal(const Pyramid& pyramid, const Vec3& point, double radius,
                       const TraversalOptions& options, std::vector<int>& leaves,
                       TraversalCounters& counters);
 // The same for many points: pairs (number of the point, leaf), not in the order of the points. On
 // several threads, like what follows.
-void single_traversal(const BoxPyramid& pyramid, std::span<const Vec3> points, double radius,
+void single_traversal(const Pyramid& pyramid, std::span<const Vec3> points, double radius,
                       const TraversalOptions& options, std::vector<LeafPair>& pairs,
                       TraversalCounters& counters);
 
 // Pairs (leaf of the first, leaf of the second).
-void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
-                    const TraversalOptions& options, std::vector<LeafPair>& pairs,
-                    TraversalCounters& counters);
+void dual_traversal(const Pyramid& first, const Pyramid& second, const TraversalOptions& options,
+                    std::vector<LeafPair>& pairs, TraversalCounters& counters);
 
 // Unordered pairs of leaves of one body. Triangles: a < b, those that share a particle left out.
 // Quads: a <= b, neighbours and the quad with itself included, for a quad can fold. With the
@@ -75,30 +74,24 @@ void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
 // are proved to stay farther apart than the margin, all along their paths, except on triangles that
 // share a vertex: features (vertex and triangle, two edges) without a common vertex are then not
 // within the margin.
-void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters);
 
 // The same pairs, in the same order, as they are found, by pairs of leaf blocks: where bodies touch
 // they take a tenth of the memory, and the narrow phase likes them best.
-void dual_traversal(const BoxPyramid& first, const BoxPyramid& second,
-                    const TraversalOptions& options, std::vector<LeafBlockPair>& blocks,
-                    TraversalCounters& counters);
-void self_traversal(const BoxPyramid& pyramid, const TraversalOptions& options,
+void dual_traversal(const Pyramid& first, const Pyramid& second, const TraversalOptions& options,
+                    std::vector<LeafBlockPair>& blocks, TraversalCounters& counters);
+void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafBlockPair>& blocks, TraversalCounters& counters);
 
 std::size_t count_pairs(std::span<const LeafBlockPair> blocks);
 // Appends the numbers of the leaves that a dual traversal found; or a self traversal, the smaller
 // one first.
-void append_pairs(const BoxPyramid& first, const BoxPyramid& second, Leaf leaf,
+void append_pairs(const Pyramid& first, const Pyramid& second, Leaf leaf,
                   std::span<const LeafBlockPair> blocks, int threads, std::vector<LeafPair>& pairs);
-void append_pairs(const BoxPyramid& pyramid, Leaf leaf, std::span<const LeafBlockPair> blocks,
+void append_pairs(const Pyramid& pyramid, Leaf leaf, std::span<const LeafBlockPair> blocks,
                   int threads, std::vector<LeafPair>& pairs);
 
-// A block of a level of a patch: see BoxPyramid.
-struct PatchBlock {
-  int patch = 0, level = 0, u = 0, v = 0;
-  bool operator==(const PatchBlock&) const = default;
-};
 struct BlockPair {
   PatchBlock a, b;
   bool operator==(const BlockPair&) const = default;
@@ -107,10 +100,10 @@ struct BlockPair {
 // Approximate contact: the pairs of blocks of one level (of its last level, for a patch that has no
 // such level) whose widened boxes overlap. options.leaf counts for nothing. In a self traversal a
 // block is paired with itself too, and unordered pairs come once.
-void dual_traversal_of_blocks(const BoxPyramid& first, const BoxPyramid& second, int level,
+void dual_traversal_of_blocks(const Pyramid& first, const Pyramid& second, int level,
                               const TraversalOptions& options, std::vector<BlockPair>& pairs,
                               TraversalCounters& counters);
-void self_traversal_of_blocks(const BoxPyramid& pyramid, int level, const TraversalOptions& options,
+void self_traversal_of_blocks(const Pyramid& pyramid, int level, const TraversalOptions& options,
                               std::vector<BlockPair>& pairs, TraversalCounters& counters);
 
 }  // namespace weft::bsi

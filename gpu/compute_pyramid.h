@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bsi/block_levels.h"
-#include "bsi/box_pyramid.h"
 #include "bsi/geometry_image.h"
+#include "bsi/pyramid.h"
 
 namespace weft::gpu {
 
@@ -42,11 +42,11 @@ struct BlockBox {
 
 // Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
 // blocks of one or two quads; block boundaries are bsi::block_boundary(k, quads, log). The last
-// level holds the leaf blocks. No block is empty. (The blocks of bsi::BoxPyramid.)
+// level holds the leaf blocks. No block is empty. (The blocks of bsi::Pyramid.)
 //
 // Every block has a box, bit-equal to minima and maxima of its float32 vertices on any device, and,
-// when they are asked for, a sphere: that of bsi::BoxPyramid, or a little larger on a device whose
-// roots round differently.
+// when they are asked for, a sphere: that of bsi::Pyramid, but for the four top levels, whose
+// spheres are larger here, and a little larger on a device whose roots round differently.
 //
 // Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block, of which
 // there are about a third of the quads (up to 4/3, where an axis has one more quad than a power of
@@ -74,7 +74,7 @@ class ComputePyramid {
   // The same again with the positions that are there already: what a rebuild costs the device.
   void rebuild_there();
   // The first texel, of the first such body, that is not finite or not below
-  // bsi::BoxPyramid::coordinate_limit; nothing found with that body is to be used until its next
+  // bsi::Pyramid::coordinate_limit; nothing found with that body is to be used until its next
   // rebuild. Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 

@@ -3,7 +3,7 @@
 #include <bit>
 #include <limits>
 
-#include "bsi/box_pyramid.h"
+#include "bsi/pyramid.h"
 #include "bsi/sphere_bounds.h"
 
 namespace weft::gpu::shaders {
@@ -134,7 +134,7 @@ Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
-// For spheres, as bsi/pyramid_spheres.cpp makes them; their lowest level needs no vertices.
+// For spheres, as bsi/sphere_build.cpp makes them; their lowest level needs no vertices.
 const char* const sphere_bounds = R"(
 #define Bound vec4
 #define FIRST first
@@ -560,7 +560,7 @@ void main() {
 std::string bound_boxes() {
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
          "const uint coordinate_limit = " +
-         std::to_string(std::bit_cast<std::uint32_t>(bsi::BoxPyramid::coordinate_limit)) + "u;\n" +
+         std::to_string(std::bit_cast<std::uint32_t>(bsi::Pyramid::coordinate_limit)) + "u;\n" +
          box_bounds + bounds_main;
 }
 

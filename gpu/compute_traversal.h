@@ -25,7 +25,7 @@ struct PairQuery {
 };
 
 struct Ball {
-  Vec3 centre{0, 0, 0};  // m, finite and below bsi::BoxPyramid::coordinate_limit
+  Vec3 centre{0, 0, 0};  // m, finite and below bsi::Pyramid::coordinate_limit
   double radius = 0;     // m, >= 0
 };
 

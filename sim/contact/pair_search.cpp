@@ -13,7 +13,7 @@ class CpuSearch : public PairSearch {
 
   void rebuild(std::span<const BodyPath> paths) override {
     for (const BodyPath& path : paths) {
-      std::optional<bsi::BoxPyramid>& pyramid = pyramids_[path.body];
+      std::optional<bsi::Pyramid>& pyramid = pyramids_[path.body];
       const SceneBody& body = scene_.bodies[path.body];
       if (!pyramid)
         pyramid.emplace(body.atlas, bsi::PyramidParts{.tangents = body.self_contact,
@@ -32,7 +32,7 @@ class CpuSearch : public PairSearch {
       const PairQuery& query = queries[i];
       const bsi::TraversalOptions options{
           .margin = query.margin, .leaf = bsi::Leaf::quad, .bound = bound(), .threads = threads()};
-      const bsi::BoxPyramid& a = *pyramids_[query.body_a];
+      const bsi::Pyramid& a = *pyramids_[query.body_a];
       found[i].clear();
       if (query.body_a == query.body_b) {
         bsi::self_traversal(a, options, found[i], counters);
@@ -47,7 +47,7 @@ class CpuSearch : public PairSearch {
   int threads() const { return scene_.source.compute.threads; }
 
   const Scene& scene_;
-  std::vector<std::optional<bsi::BoxPyramid>> pyramids_;  // made when first needed
+  std::vector<std::optional<bsi::Pyramid>> pyramids_;  // made when first needed
 };
 
 }  // namespace

@@ -70,7 +70,7 @@ struct RenderedBody {
   std::vector<Vec3> positions;
   // At reduced detail.
   double most_deviation = 0;  // m
-  bsi::Pyramid pyramid;
+  std::optional<bsi::Pyramid> pyramid;
   bsi::DetailSurface detail;
   std::vector<Vec3> detail_normals;
 };
@@ -176,16 +176,16 @@ Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& fra
 // The camera stays, so bodies that stay are reduced once.
 void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,
                    RenderedBody& body) {
-  if (!body.moves && body.pyramid.is_built()) return;
-  if (body.pyramid.patch_count() == 0) {
-    body.pyramid = bsi::Pyramid(reader.bodies()[body.index].atlas);
+  if (!body.moves && body.pyramid) return;
+  if (!body.pyramid) {
+    body.pyramid.emplace(reader.bodies()[body.index].atlas, bsi::PyramidParts{.tangents = false});
   }
-  if (body.pyramid.rebuild(body.positions)) {
+  if (body.pyramid->rebuild(body.positions)) {
     throw std::runtime_error("cannot reduce the detail of frame " + std::to_string(frame) +
                              ": body '" + reader.bodies()[body.index].name + "' is too far away");
   }
   tolerance.most = body.most_deviation;
-  body.detail = bsi::detail_within(body.pyramid, body.positions, tolerance);
+  body.detail = bsi::detail_within(*body.pyramid, body.positions, tolerance);
   gpu::DrawnSurface original;
   original.positions = body.positions;
   original.triangles = body.mesh.triangles;

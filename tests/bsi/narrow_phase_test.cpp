@@ -362,14 +362,14 @@ std::vector<Image> images() {
 }
 
 struct Searched {
-  BoxPyramid pyramid;
+  Pyramid pyramid;
   std::vector<std::array<int, 3>> triangles;
   std::vector<LeafBlockPair> blocks;
   std::vector<LeafPair> pairs;
 };
 
 Searched search(const Surface& surface, double margin) {
-  Searched searched{BoxPyramid(surface.atlas), build_mesh(surface.atlas).triangles, {}, {}};
+  Searched searched{Pyramid(surface.atlas), build_mesh(surface.atlas).triangles, {}, {}};
   EXPECT_FALSE(searched.pyramid.rebuild(surface.positions));
   TraversalCounters counters;
   self_traversal(searched.pyramid, {.margin = margin}, searched.blocks, counters);

@@ -50,7 +50,7 @@ TEST(TangentBound, FeaturesWithoutACommonVertexAreAHexagonApart) {
 }
 
 // The largest margin with which a plain or swept patch is excused as a whole, found by halving.
-double certified_margin(const BoxPyramid& pyramid, double most) {
+double certified_margin(const Pyramid& pyramid, double most) {
   double low = 0, high = most;
   std::vector<LeafBlockPair> found;
   for (int i = 0; i < 34; ++i) {
@@ -89,7 +89,7 @@ TEST(TangentBound, IsTheSmallestHeightOfAPlaneGrid) {
   const Atlas atlas({{5, 6}});
   const std::vector<Feature> features = features_of(atlas);
   const std::vector<FeaturePair> pairs = pairs_of_features(features);
-  BoxPyramid pyramid(atlas);
+  Pyramid pyramid(atlas);
   int reached = 0;
   for (int sample = 0; sample < 400; ++sample) {
     const double size = std::pow(10.0, uniform(random, -25, 11));
@@ -119,7 +119,7 @@ struct Attack {
   Atlas atlas{{{rows, cols}}};
   std::vector<Feature> features = features_of(atlas);
   std::vector<FeaturePair> pairs = pairs_of_features(features);
-  BoxPyramid pyramid{atlas};
+  Pyramid pyramid{atlas};
   bool swept;
   Positions start, end;
 

@@ -205,7 +205,7 @@ struct Found {
   bool holds(int a, int b) const { return pairs[std::min(a, b) * count + std::max(a, b)]; }
 };
 
-Found find(const BoxPyramid& pyramid, double margin, Leaf leaf, bool certificate = true) {
+Found find(const Pyramid& pyramid, double margin, Leaf leaf, bool certificate = true) {
   Found found;
   found.count = pyramid.atlas().quad_count() * (leaf == Leaf::triangle ? 2 : 1);
   found.pairs.resize(found.count * found.count);
@@ -219,8 +219,8 @@ Found find(const BoxPyramid& pyramid, double margin, Leaf leaf, bool certificate
   return found;
 }
 
-BoxPyramid build(const Image& image) {
-  BoxPyramid pyramid(image.atlas);
+Pyramid build(const Image& image) {
+  Pyramid pyramid(image.atlas);
   const auto bad =
       image.swept() ? pyramid.rebuild_swept(image.start, image.end) : pyramid.rebuild(image.start);
   EXPECT_FALSE(bad);
@@ -266,7 +266,7 @@ void check(const Image& image, unsigned seed, Tally& tally) {
   const std::vector<Feature> features = features_of(image.atlas);
   const std::vector<FeaturePair> pairs = pairs_of_features(features);
   const std::vector<double> distances = image.distances(pairs);
-  const BoxPyramid pyramid = build(image);
+  const Pyramid pyramid = build(image);
   ++tally.images;
   for (const double margin : telling_margins(distances, random)) {
     const Found quads = find(pyramid, margin, Leaf::quad);
@@ -316,7 +316,7 @@ TEST(TangentCertificate, ContinuousCollisionFindsNoPairThatIsLeftOut) {
     const std::vector<Feature> features = features_of(image.atlas);
     const std::vector<FeaturePair> pairs = pairs_of_features(features);
     Random random(seed);
-    const BoxPyramid pyramid = build(image);
+    const Pyramid pyramid = build(image);
     // Below the least distance met, so that as many pairs as can be are left out.
     const std::vector<double> margins = telling_margins(image.distances(pairs), random);
     const double margin = margins.size() > 1 ? 0.6 * margins[1] : 0;

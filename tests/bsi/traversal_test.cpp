@@ -27,7 +27,7 @@ struct Body {
   std::string name;
   Surface surface;
   Positions end;  // empty: at rest
-  BoxPyramid pyramid;
+  Pyramid pyramid;
 };
 
 Positions crumpled(Positions positions, double amplitude, unsigned seed) {
@@ -42,8 +42,8 @@ Body make_body(const std::string& name, Surface surface, double noise, const Vec
   const auto seed = static_cast<unsigned>(surface.atlas.texel_count());
   if (noise > 0) surface.positions = crumpled(surface.positions, noise, seed);
   for (Vec3& position : surface.positions) position += offset;
-  Body body{name + (swept ? " swept" : ""), std::move(surface), {}, BoxPyramid(Atlas({{2, 2}}))};
-  body.pyramid = BoxPyramid(body.surface.atlas, {.spheres = true});
+  Body body{name + (swept ? " swept" : ""), std::move(surface), {}, Pyramid(Atlas({{2, 2}}))};
+  body.pyramid = Pyramid(body.surface.atlas, {.spheres = true});
   if (swept) {
     body.end = crumpled(body.surface.positions, 0.03, seed + 1);
     for (Vec3& position : body.end) position.z() += 0.1;
@@ -443,7 +443,7 @@ TEST(Traversal, PairsOfLeafBlocksAreTheSamePairsInTheSameOrder) {
 // --- Blocks of a level
 // -------------------------------------------------------------------------------
 
-std::vector<PatchBlock> blocks_of_level(const BoxPyramid& pyramid, int level) {
+std::vector<PatchBlock> blocks_of_level(const Pyramid& pyramid, int level) {
   std::vector<PatchBlock> blocks;
   for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
     const int there = std::min(level, pyramid.levels(patch) - 1);
@@ -462,7 +462,7 @@ BlockKey key_of(const PatchBlock& a, const PatchBlock& b) {
   return {a.patch, a.level, a.v, a.u, b.patch, b.level, b.v, b.u};
 }
 
-std::set<BlockKey> all_block_pairs(const BoxPyramid& first, const BoxPyramid& second, int level,
+std::set<BlockKey> all_block_pairs(const Pyramid& first, const Pyramid& second, int level,
                                    double margin, bool self) {
   const float half = half_margin(margin, first.magnitude(), second.magnitude());
   std::set<BlockKey> pairs;

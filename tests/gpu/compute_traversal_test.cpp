@@ -267,7 +267,7 @@ TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
 
 std::vector<Candidate> found_by_cpu(const Scene& scene, const PairQuery& query, Leaf leaf,
                                     bsi::TraversalCounters& counters) {
-  std::vector<bsi::BoxPyramid> pyramids;
+  std::vector<bsi::Pyramid> pyramids;
   for (const int body : {query.body_a, query.body_b}) {
     const BodyImage& image = scene.images[body];
     pyramids.emplace_back(scene.bodies[body].atlas);

@@ -130,7 +130,7 @@ std::vector<NamedBody> closed_bodies() {
 }
 
 bsi::Pyramid pyramid_of(const bsi::Surface& body) {
-  bsi::Pyramid pyramid(body.atlas);
+  bsi::Pyramid pyramid(body.atlas, {.tangents = false, .spheres = true});
   EXPECT_FALSE(pyramid.rebuild(body.positions));
   return pyramid;
 }

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "bsi/box_pyramid.h"
+#include "bsi/pyramid.h"
 #include "bsi/shapes.h"
 #include "bsi/traversal.h"
 
@@ -38,12 +38,13 @@ std::vector<Surface> surfaces() {
           moved(make_sphere(0.4, 6), 0.01, {1, 2, 3}),
           moved(make_rectangle(1, 1, 20, 20), 0.1, {0, 0, 0}, 1e17),
           moved(make_rectangle(1, 1, 9, 9), 0.1, {0, 0, 0}, 1e-19),
+          moved(make_rectangle(1, 1, 9, 12), 0, {1, -2, 3}, 0),  // all vertices in one place
           moved(make_rectangle(1, 1, 200, 200), 0.003, {0, 0, 0})};
 }
 
 // Visits every block of the pyramid but the groups.
 template <class Visit>
-void for_each_block(const BoxPyramid& pyramid, const Visit& visit) {
+void for_each_block(const Pyramid& pyramid, const Visit& visit) {
   for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
     for (int level = 0; level < pyramid.levels(patch); ++level) {
       for (int v = 0; v < pyramid.blocks_v(patch, level); ++v) {
@@ -69,7 +70,7 @@ Vec3 corner_of(const Box& box, int corner) {
 double half_diagonal(const Box& box) { return (corner_of(box, 7) - corner_of(box, 0)).norm() / 2; }
 
 // By how far the farthest vertex of a block lies beyond its sphere, m.
-double vertices_beyond(const BoxPyramid& pyramid, const Positions& positions, int patch, int level,
+double vertices_beyond(const Pyramid& pyramid, const Positions& positions, int patch, int level,
                        int u, int v) {
   const Sphere sphere = pyramid.sphere(patch, level, u, v);
   const QuadRange quads = pyramid.quads(patch, level, u, v);
@@ -86,7 +87,7 @@ double vertices_beyond(const BoxPyramid& pyramid, const Positions& positions, in
 
 TEST(PyramidSpheres, HoldEveryVertexAtBothEnds) {
   for (const Surface& surface : surfaces()) {
-    BoxPyramid pyramid(surface.atlas, {.tangents = false, .spheres = true});
+    Pyramid pyramid(surface.atlas, {.tangents = false, .spheres = true});
     const Positions end = crumpled(surface.positions, 0.02, 7);
     ASSERT_FALSE(pyramid.rebuild(surface.positions));
     for_each_block(pyramid, [&](int patch, int level, int u, int v) {
@@ -103,7 +104,7 @@ TEST(PyramidSpheres, HoldEveryVertexAtBothEnds) {
 // Otherwise a traversal by spheres would lose pairs that one by boxes finds.
 TEST(PyramidSpheres, HoldTheBoxesOfAllTheirLeafBlocks) {
   for (const Surface& surface : surfaces()) {
-    BoxPyramid pyramid(surface.atlas, {.tangents = false, .spheres = true});
+    Pyramid pyramid(surface.atlas, {.tangents = false, .spheres = true});
     ASSERT_FALSE(pyramid.rebuild(surface.positions));
     for_each_block(pyramid, [&](int patch, int level, int u, int v) {
       const int leaf_level = pyramid.levels(patch) - 1;
@@ -129,7 +130,7 @@ TEST(PyramidSpheres, HoldTheBoxesOfAllTheirLeafBlocks) {
 
 TEST(PyramidSpheres, HaveTheirCentresInTheMiddleOfTheBoxesAndReachNoFartherThanThem) {
   for (const Surface& surface : surfaces()) {
-    BoxPyramid pyramid(surface.atlas, {.tangents = false, .spheres = true});
+    Pyramid pyramid(surface.atlas, {.tangents = false, .spheres = true});
     ASSERT_FALSE(pyramid.rebuild(surface.positions));
     for_each_block(pyramid, [&](int patch, int level, int u, int v) {
       const Sphere sphere = pyramid.sphere(patch, level, u, v);
@@ -148,7 +149,7 @@ TEST(PyramidSpheres, AreSmallerThanTheirBoxesWhereTheChildrenAre) {
   Surface sheet = make_rectangle(1, 1, 65, 65);
   const double c = std::sqrt(0.5);
   for (Vec3& p : sheet.positions) p = Vec3(c * p.x() - c * p.y(), c * p.x() + c * p.y(), p.z());
-  BoxPyramid pyramid(sheet.atlas, {.tangents = false, .spheres = true});
+  Pyramid pyramid(sheet.atlas, {.tangents = false, .spheres = true});
   ASSERT_FALSE(pyramid.rebuild(sheet.positions));
   const double exact = std::sqrt(0.5);  // half the diagonal of the sheet
   EXPECT_GE(static_cast<double>(pyramid.sphere(0, 0, 0, 0).radius), exact);
@@ -156,9 +157,18 @@ TEST(PyramidSpheres, AreSmallerThanTheirBoxesWhereTheChildrenAre) {
   EXPECT_NEAR(half_diagonal(pyramid.box(0, 0, 0, 0)), std::sqrt(2.0) * exact, 1e-6);
 }
 
+// Half the diagonal of the box is 1.44 times as much, what the children's spheres need 1.36 times.
+TEST(PyramidSpheres, AreTightAtTheTop) {
+  const Surface torus = make_torus(0.3, 0.1, 64, 64);
+  Pyramid pyramid(torus.atlas, {.tangents = false, .spheres = true});
+  ASSERT_FALSE(pyramid.rebuild(torus.positions));
+  EXPECT_GE(static_cast<double>(pyramid.sphere(0, 0, 0, 0).radius), 0.4);
+  EXPECT_LE(static_cast<double>(pyramid.sphere(0, 0, 0, 0).radius), 1.1 * 0.4);
+}
+
 TEST(PyramidSpheres, AreTheSameOnAnyNumberOfThreads) {
   const Surface surface = moved(make_rectangle(1, 1, 300, 280), 0.003, {0, 0, 0});
-  BoxPyramid one(surface.atlas, {.spheres = true}), four(surface.atlas, {.spheres = true});
+  Pyramid one(surface.atlas, {.spheres = true}), four(surface.atlas, {.spheres = true});
   ASSERT_FALSE(one.rebuild(surface.positions, 1));
   ASSERT_FALSE(four.rebuild(surface.positions, 4));
   for_each_block(one, [&](int patch, int level, int u, int v) {
@@ -180,7 +190,7 @@ TEST(PyramidSpheres, LoseNoPairAtTheMarginHoweverFarFromTheOrigin) {
     const double margin = 0.01 + 0.1 * std::abs(uniform(random));
     for (Vec3& p : first.positions) p = turn * p + away;
     for (Vec3& p : second.positions) p = turn * (p + Vec3(0.9, 0.9, margin)) + away;
-    BoxPyramid a(first.atlas, {.spheres = true}), b(second.atlas, {.spheres = true});
+    Pyramid a(first.atlas, {.spheres = true}), b(second.atlas, {.spheres = true});
     ASSERT_FALSE(a.rebuild(first.positions));
     ASSERT_FALSE(b.rebuild(second.positions));
     std::vector<LeafPair> by_spheres, by_boxes;
@@ -193,6 +203,39 @@ TEST(PyramidSpheres, LoseNoPairAtTheMarginHoweverFarFromTheOrigin) {
     found += static_cast<int>(by_boxes.size());
   }
   EXPECT_GT(found, 1000);
+}
+
+TEST(PyramidSpheres, OfAnotherImageForgetTheLast) {
+  const Surface wide = make_rectangle(4, 4, 20, 20), small = make_rectangle(0.1, 0.1, 20, 20);
+  Pyramid again(wide.atlas, {.spheres = true}), fresh(wide.atlas, {.spheres = true});
+  ASSERT_FALSE(again.rebuild_swept(wide.positions, small.positions));
+  ASSERT_FALSE(again.rebuild(small.positions));
+  ASSERT_FALSE(fresh.rebuild(small.positions));
+  for_each_block(fresh, [&](int patch, int level, int u, int v) {
+    ASSERT_EQ(again.sphere(patch, level, u, v), fresh.sphere(patch, level, u, v));
+  });
+}
+
+TEST(Sphere, GapIsALowerBoundOfTheDistance) {
+  EXPECT_NEAR(bounding_sphere_gap({0, 0, 0, 1}, {3, 4, 0, 1.5F}), 2.5, 1e-13);
+  EXPECT_EQ(bounding_sphere_gap({0, 0, 0, 3}, {3, 4, 0, 2.5F}), 0);
+  EXPECT_EQ(bounding_sphere_gap({0, 0, 0, -1}, {3, 4, 0, 2.5F}),
+            std::numeric_limits<double>::infinity());
+  std::mt19937 random(16);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  for (int i = 0; i < 1000; ++i) {
+    const auto draw = [&] {
+      return Sphere{uniform(random), uniform(random), uniform(random), std::abs(uniform(random))};
+    };
+    const Sphere a = draw();
+    const Sphere b = draw();
+    const auto x = static_cast<long double>(a.x) - b.x;
+    const auto y = static_cast<long double>(a.y) - b.y;
+    const auto z = static_cast<long double>(a.z) - b.z;
+    const long double gap = std::sqrt(x * x + y * y + z * z) - a.radius - b.radius;
+    EXPECT_LE(bounding_sphere_gap(a, b), std::max(gap, 0.0L));
+    EXPECT_GE(bounding_sphere_gap(a, b), gap - 1e-14L);
+  }
 }
 
 }  // namespace
