@@ -9,11 +9,12 @@
 namespace weft::sim {
 namespace {
 
-std::unique_ptr<const Scene> drape(const std::string& backend) {
+std::unique_ptr<const Scene> drape(const std::string& backend, const std::string& bound = "box") {
   return build_scene(
       read_case(std::string(WEFT_CASES_DIR) + "/drape_torus.toml",
                 {"body.sheet.shape.resolution=[25, 25]", "body.sheet.position=[0,0,0.28]",
-                 "obstacle.torus.shape.resolution=[32, 16]", "compute.backend=" + backend}));
+                 "obstacle.torus.shape.resolution=[32, 16]", "compute.backend=" + backend,
+                 "contact.bound=" + bound}));
 }
 
 // The first test of the process: nothing before it asked for OpenGL.
@@ -56,26 +57,63 @@ TEST(ComputeChoice, RefusesADeviceThatIsNotThere) {
 }
 
 // The same contacts and the same trajectory, to the last bit.
-TEST(ComputeChoice, OsMesaFindsTheTrajectoryOfTheCpu) {
-  std::vector<std::vector<double>> states;
-  std::vector<Counters> counters;
-  for (const char* backend : {"cpu", "osmesa"}) {
-    const auto scene = drape(backend);
-    Statistics statistics;
-    Dynamics dynamics(*scene, statistics);
-    ASSERT_EQ(dynamics.contact()->compute().backend,
-              backend == std::string("cpu") ? ComputeBackend::cpu : ComputeBackend::osmesa);
-    const auto integrator = make_integrator(*scene, dynamics);
-    while (integrator->time() < 0.15) ASSERT_FALSE(integrator->step());
-    EXPECT_TRUE(dynamics.contact()->smallest_gap());  // they have met
-    states.emplace_back(integrator->state().begin(), integrator->state().end());
-    counters.push_back(statistics.counters);
+struct Drape {
+  std::vector<double> state;
+  Counters counters;
+};
+
+Drape drape_until_they_meet(const std::string& backend, const std::string& bound) {
+  const auto scene = drape(backend, bound);
+  Statistics statistics;
+  Dynamics dynamics(*scene, statistics);
+  EXPECT_EQ(dynamics.contact()->compute().backend,
+            backend == "cpu" ? ComputeBackend::cpu : ComputeBackend::osmesa);
+  const auto integrator = make_integrator(*scene, dynamics);
+  while (integrator->time() < 0.15) {
+    if (const auto failure = integrator->step()) {
+      ADD_FAILURE() << *failure;
+      break;
+    }
   }
-  EXPECT_EQ(states[0], states[1]);
-  EXPECT_EQ(counters[0].candidate_pairs, counters[1].candidate_pairs);
-  EXPECT_EQ(counters[0].narrow_phase_calls, counters[1].narrow_phase_calls);
-  EXPECT_EQ(counters[0].rebuilds, counters[1].rebuilds);
-  EXPECT_GT(counters[0].candidate_pairs, 0);
+  EXPECT_TRUE(dynamics.contact()->smallest_gap());
+  return {{integrator->state().begin(), integrator->state().end()}, statistics.counters};
+}
+
+TEST(ComputeChoice, OsMesaFindsTheTrajectoryOfTheCpuByEveryBound) {
+  const Drape expected = drape_until_they_meet("cpu", "box");
+  EXPECT_GT(expected.counters.candidate_pairs, 0);
+  for (const char* backend : {"cpu", "osmesa"}) {
+    for (const char* bound : {"sphere", "box", "sphere_then_box"}) {
+      SCOPED_TRACE(std::string(backend) + " by " + bound);
+      const Drape found = drape_until_they_meet(backend, bound);
+      EXPECT_EQ(found.state, expected.state);
+      EXPECT_EQ(found.counters.candidate_pairs, expected.counters.candidate_pairs);
+      EXPECT_EQ(found.counters.narrow_phase_calls, expected.counters.narrow_phase_calls);
+      EXPECT_EQ(found.counters.rebuilds, expected.counters.rebuilds);
+    }
+  }
+}
+
+TEST(ComputeChoice, ShippedCasesTakeTheSameStepsByEveryBound) {
+  int with_candidates = 0;
+  for (const auto& file : std::filesystem::directory_iterator(WEFT_CASES_DIR)) {
+    if (file.path().extension() != ".toml") continue;
+    SCOPED_TRACE(file.path().filename());
+    std::vector<double> expected;
+    for (const char* bound : {"box", "sphere", "sphere_then_box"}) {
+      const auto scene = build_scene(read_case(
+          file.path().string(), {"compute.backend=cpu", std::string("contact.bound=") + bound}));
+      Statistics statistics;
+      Dynamics dynamics(*scene, statistics);
+      const auto integrator = make_integrator(*scene, dynamics);
+      for (int step = 0; step < 40; ++step) ASSERT_FALSE(integrator->step());
+      const std::vector<double> state(integrator->state().begin(), integrator->state().end());
+      if (expected.empty()) expected = state;
+      EXPECT_EQ(state, expected) << bound;
+      with_candidates += statistics.counters.candidate_pairs > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(with_candidates, 6);
 }
 
 // A device that breaks down at its third search.
