@@ -40,4 +40,6 @@ SurfaceColours obstacle_colours() {
   return {grey, grey};
 }
 
+Colour touching_colour() { return linear_colour(0xd0021b); }
+
 }  // namespace weft::gpu

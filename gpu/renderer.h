@@ -42,6 +42,8 @@ struct SurfaceColours {
 SurfaceColours palette(int index);
 // The grey of obstacles.
 SurfaceColours obstacle_colours();
+// The red of what touches.
+Colour touching_colour();
 
 struct Camera {
   Vec3 eye{3, -3, 2};

@@ -157,6 +157,23 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
                    "and no grid lines; 0.5 is hard to see")
       ->type_name("PIXELS")
       ->check(in_pixels);
+  const auto whole = CLI::Range(0, 20);
+  CLI::Option* surface =
+      pictures
+          ->add_option(
+              "--level", drawing.surface_of_level,
+              "Draw the surface of this level of the bounding sphere image, 0 the coarsest")
+          ->type_name("LEVEL")
+          ->check(whole)
+          ->excludes("--lod");
+  pictures
+      ->add_option("--bsi", drawing.spheres_of_level,
+                   "Draw the spheres of this level of the bounding sphere image, those that touch "
+                   "another body's in red")
+      ->type_name("LEVEL")
+      ->check(whole)
+      ->excludes("--lod")
+      ->excludes(surface);
   pictures->add_flag("--force", drawing.force,
                      "Overwrite pictures and a movie that weft render did not make");
   pictures->callback([&] {

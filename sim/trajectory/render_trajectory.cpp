@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "gpu/renderer.h"
-#include "gpu/triangle_batch.h"
 #include "sim/trajectory/movie_file.h"
+#include "sim/trajectory/rendered_body.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -59,78 +59,6 @@ class Extent {
   Vec3 highest_ = Vec3::Constant(-infinity);
 };
 
-// A body as it is drawn: what stays the same over the frames, and the positions of one of them.
-struct RenderedBody {
-  int index = 0;
-  bool moves = true;
-  bool is_obstacle = false;
-  bsi::Mesh mesh;
-  std::vector<std::array<int, 2>> lines;
-  gpu::SurfaceColours colours;
-  std::vector<Vec3> positions;
-  // At reduced detail.
-  double most_deviation = 0;  // m
-  std::optional<bsi::Pyramid> pyramid;
-  bsi::DetailSurface detail;
-  std::vector<Vec3> detail_normals;
-};
-
-// By body: so little that bodies which contact keeps apart do not show through each other. Two
-// bodies are kept at least the mean of their thicknesses apart; what the two are allowed here adds
-// up to no more, where one of them is thick.
-std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  double least = infinity;
-  double least_positive = infinity;
-  for (const TrajectoryBody& body : bodies) {
-    least = std::min(least, body.thickness);
-    if (body.thickness > 0) least_positive = std::min(least_positive, body.thickness);
-  }
-  std::vector<double> most;
-  most.reserve(bodies.size());
-  for (const TrajectoryBody& body : bodies) {
-    most.push_back(0.25 * (std::max(body.thickness, least_positive) + least));
-  }
-  return most;
-}
-
-std::vector<RenderedBody> rendered_bodies(const std::string& path, const TrajectoryReader& reader) {
-  std::vector<RenderedBody> bodies;
-  const std::vector<double> most = most_deviation(reader.bodies());
-  int coloured = 0;
-  for (int index = 0; index < static_cast<int>(reader.bodies().size()); ++index) {
-    const TrajectoryBody& body = reader.bodies()[index];
-    RenderedBody& rendered = bodies.emplace_back();
-    rendered.index = index;
-    rendered.moves = body.moves;
-    rendered.is_obstacle = body.is_obstacle;
-    rendered.most_deviation = most[index];
-    try {
-      rendered.mesh = bsi::build_mesh(body.atlas);
-    } catch (const std::invalid_argument& error) {
-      throw TrajectoryError(path + ": body '" + body.name + "': " + error.what());
-    }
-    if (body.is_obstacle) {
-      rendered.colours = gpu::obstacle_colours();
-    } else {
-      rendered.colours = gpu::palette(coloured++);
-    }
-  }
-  return bodies;
-}
-
-// Positions that stay are read once.
-void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body) {
-  if (!body.moves && !body.positions.empty()) return;
-  body.positions = reader.positions(body.index, frame);
-  for (const Vec3& position : body.positions) {
-    if (position.allFinite()) continue;
-    throw std::runtime_error("cannot draw frame " + std::to_string(frame) + ": body '" +
-                             reader.bodies()[body.index].name +
-                             "' has a position that is not finite");
-  }
-}
-
 // How many times as large as what is simulated an obstacle may be so that all of it is seen, and
 // how far one that is larger is seen beyond, as a share of that.
 constexpr double whole_obstacle = 2, seen_beyond = 1.0 / 6;
@@ -171,47 +99,6 @@ Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& fra
     }
   }
   return extent;
-}
-
-// The camera stays, so bodies that stay are reduced once.
-void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,
-                   RenderedBody& body) {
-  if (!body.moves && body.pyramid) return;
-  if (!body.pyramid) {
-    body.pyramid.emplace(reader.bodies()[body.index].atlas, bsi::PyramidParts{.tangents = false});
-  }
-  if (body.pyramid->rebuild(body.positions)) {
-    throw std::runtime_error("cannot reduce the detail of frame " + std::to_string(frame) +
-                             ": body '" + reader.bodies()[body.index].name + "' is too far away");
-  }
-  tolerance.most = body.most_deviation;
-  body.detail = bsi::detail_within(*body.pyramid, body.positions, tolerance);
-  gpu::DrawnSurface original;
-  original.positions = body.positions;
-  original.triangles = body.mesh.triangles;
-  body.detail_normals = gpu::detail_normals(body.detail, original);
-}
-
-// Cells are square where the body is first drawn.
-void find_lines(const TrajectoryReader& reader, RenderedBody& body) {
-  if (body.is_obstacle || !body.lines.empty()) return;
-  body.lines = gpu::grid_lines(reader.bodies()[body.index].atlas, body.positions);
-}
-
-gpu::DrawnSurface drawn_surface(const RenderedBody& body, bool reduced) {
-  gpu::DrawnSurface surface;
-  surface.front_colour = body.colours.front;
-  surface.back_colour = body.colours.back;
-  if (reduced) {
-    surface.positions = body.detail.positions;
-    surface.triangles = body.detail.triangles;
-    surface.normals = body.detail_normals;
-  } else {
-    surface.positions = body.positions;
-    surface.triangles = body.mesh.triangles;
-    surface.lines = body.lines;
-  }
-  return surface;
 }
 
 std::string picture_name(int frame) {
@@ -303,7 +190,6 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   const Extent extent = extent_to_see(reader, frames, bodies);
   const gpu::Camera camera =
       gpu::camera_for_points(extent.points(), static_cast<double>(options.width) / options.height);
-  const bool reduced = options.detail_pixels.has_value();
   const bsi::DetailTolerance tolerance = gpu::pixel_tolerance(camera, options.width, options.height,
                                                               options.detail_pixels.value_or(0));
 
@@ -312,14 +198,21 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     std::vector<gpu::DrawnSurface> surfaces;
     for (RenderedBody& body : bodies) {
       read_positions(reader, frame, body);
-      if (reduced) {
-        reduce_detail(reader, frame, tolerance, body);
-      } else {
-        find_lines(reader, body);
-      }
-      surfaces.push_back(drawn_surface(body, reduced));
-      report.triangles += static_cast<std::int64_t>(surfaces.back().triangles.size());
       report.all_triangles += static_cast<std::int64_t>(body.mesh.triangles.size());
+    }
+    if (options.spheres_of_level) {
+      make_spheres(reader, frame, *options.spheres_of_level, bodies);
+    }
+    for (RenderedBody& body : bodies) {
+      if (options.detail_pixels) {
+        reduce_detail(reader, frame, tolerance, body);
+      } else if (options.surface_of_level) {
+        reduce_to_level(reader, frame, *options.surface_of_level, body);
+      }
+      add_surfaces(reader, body, surfaces);
+    }
+    for (const gpu::DrawnSurface& surface : surfaces) {
+      report.triangles += static_cast<std::int64_t>(surface.triangles.size());
     }
     gpu::write_png(picture_path(directory, frame), renderer.draw(surfaces, camera));
     ++report.pictures;

@@ -14,6 +14,12 @@ struct RenderOptions {
   // Draws bodies with as few triangles as keep every point within so many pixels, and without grid
   // lines; > 0.
   std::optional<double> detail_pixels;
+  // At most one of these two and detail_pixels. Draws the surface of this level of each body's
+  // pyramid (bsi/level_of_detail.h), or, beyond its last level, the body; >= 0.
+  std::optional<int> surface_of_level;
+  // Draws the spheres of this level of each body's pyramid, or of its last level, those that touch
+  // one of another body in red; >= 0.
+  std::optional<int> spheres_of_level;
   bool force = false;                       // overwrites pictures that are not its own
   bool movie = true;                        // also directory/movie.mp4, if ffmpeg is there
   std::optional<double> frames_per_second;  // of the movie, > 0; default below

@@ -199,6 +199,44 @@ TEST_F(RenderTrajectory, KeepsBodiesInContactApart) {
   EXPECT_NEAR(part.count, whole.count, 0.02 * whole.count);
 }
 
+TEST_F(RenderTrajectory, DrawsTheSurfaceOfALevel) {
+  const std::string path = write_domes(0);
+  std::int64_t fewer = 0;
+  for (const int level : {0, 2, 4}) {
+    RenderOptions options = small_pictures();
+    options.surface_of_level = level;
+    const RenderReport report = render_trajectory(path, pictures(), options);
+    EXPECT_LT(fewer, report.triangles) << level;
+    fewer = report.triangles;
+  }
+  RenderOptions options = small_pictures();
+  options.surface_of_level = 20;
+  const RenderReport whole = render_trajectory(path, pictures(), options);
+  EXPECT_LT(fewer, whole.triangles);
+  EXPECT_EQ(whole.triangles, whole.all_triangles);
+}
+
+// Pixels of the red of what touches; the palest body is far from it.
+int touching_pixels(const Pixels& pixels) {
+  int count = 0;
+  for (std::size_t i = 0; i + 2 < pixels.rgb.size(); i += 3) {
+    const int red = pixels.rgb[i], green = pixels.rgb[i + 1], blue = pixels.rgb[i + 2];
+    if (red > 90 && 3 * green < red && 3 * blue < red) ++count;
+  }
+  return count;
+}
+
+// The floor is one sphere of 0.7 m, which the sheet leaves.
+TEST_F(RenderTrajectory, DrawsTheSpheresOfALevelAndThoseThatTouchInRed) {
+  const std::string path = write_trajectory(2, 4.0, 1.0);
+  RenderOptions options = small_pictures();
+  options.spheres_of_level = 3;
+  const RenderReport report = render_trajectory(path, pictures(), options);
+  EXPECT_GT(report.triangles, report.all_triangles);
+  EXPECT_GT(touching_pixels(read_png(files::path(pictures()) / "frame_00000.png")), 100);
+  EXPECT_EQ(touching_pixels(read_png(files::path(pictures()) / "frame_00001.png")), 0);
+}
+
 TEST_F(RenderTrajectory, LeavesOutFramesAndRemovesLeftOvers) {
   const std::string path = write_trajectory(5);
   render_trajectory(path, pictures(), small_pictures());
