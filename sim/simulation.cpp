@@ -92,6 +92,10 @@ std::string in_folder(const std::string& path) {
   return path;
 }
 
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 // Steps the integrator and hands its states to the recorder.
 class Run {
  public:
@@ -121,6 +125,7 @@ class Run {
     cpu_limit_->exclude(-options_.earlier_cpu_time);
     integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
     integrate();
+    recorder_.commit();
     recorder_.check_in_place();
     const bool failed = report_.status == RunReport::Status::failed;
     report_.simulated_time =
@@ -133,9 +138,7 @@ class Run {
       report_.error_estimate = monitor_->estimate();
       report_.cpu_time -= report_.error_estimate->cpu_time;
     }
-    report_.wall_time =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count() +
-        options_.earlier_wall_time;
+    report_.wall_time = seconds_since(wall_start) + options_.earlier_wall_time;
     return report_;
   }
 
@@ -168,6 +171,7 @@ class Run {
   void integrate() {
     std::vector<double> interpolated(dynamics_.state_size());
     const double duration = scene_.source.time.duration;
+    auto last_look = std::chrono::steady_clock::now();
     for (long frame = 1; last_recorded_ < duration;) {
       if (is_interrupted()) return interrupt();
       if (const auto reason = integrator_->step())
@@ -181,6 +185,9 @@ class Run {
           return fail(*reason);
         record(frame_time(frame), interpolated);
       }
+      // The next step may take as long as this one.
+      recorder_.commit_before_pause(seconds_since(last_look));
+      last_look = std::chrono::steady_clock::now();
       if (options_.progress) options_.progress(std::min(integrator_->time(), duration));
       if (last_recorded_ < duration && cpu_limit_->is_passed())
         return fail_with_last_state(cpu_limit_->reason(scene_, *integrator_));

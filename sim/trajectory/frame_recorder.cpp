@@ -8,6 +8,9 @@ namespace {
 
 using Series = TrajectoryWriter::Series;
 
+// A kill loses no more than the frames of so much wall time, s.
+constexpr double commit_interval = 0.25;
+
 // The counters and times of a frame: one line each.
 struct StatisticColumn {
   const char* name;
@@ -127,7 +130,8 @@ FrameRecorder::FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::
                .compute = dynamics.contact() != nullptr ? dynamics.contact()->compute().text() : "",
                .velocity = scene.source.output.velocity,
                .force = force,
-               .step_series = step_series(dynamics)},
+               .step_series = step_series(dynamics),
+               .commit_interval = commit_interval},
               split_by_body(scene, scene.initial_position)) {}
 
 std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more) const {
@@ -165,6 +169,16 @@ void FrameRecorder::add_step(const Integrator& integrator, const Energies& energ
        number(counts.vetoed_steps - last_counts_.vetoed_steps), pairs, gap_or_nan(dynamics_)});
   append_energies(energies, step_rows_);
   last_counts_ = counts;
+}
+
+void FrameRecorder::commit_before_pause(double pause) {
+  PhaseTimer timer(dynamics_.statistics().phases.record);
+  writer_.commit_before_pause(pause);
+}
+
+void FrameRecorder::commit() {
+  PhaseTimer timer(dynamics_.statistics().phases.record);
+  writer_.commit();
 }
 
 double FrameRecorder::add_frame(double time, std::span<const double> y,

@@ -17,12 +17,15 @@ class FrameRecorder {
   FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
                 const std::vector<TrajectoryWriter::Series>& more = {});
 
-  // A row of /steps, with the energies after the step: kept until the next frame, which flushes it.
+  // A row of /steps, with the energies after the step: written with the next frame.
   void add_step(const Integrator& integrator, const Energies& energies);
   // A frame of the state `y` at `time`, and a value for each of the series `more`. Returns the
   // largest stretch in it.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
                    std::span<const double> more = {});
+  // As TrajectoryWriter: frames are committed about four times a second.
+  void commit_before_pause(double pause);
+  void commit();
   int frames() const { return writer_.frames(); }
   // Throws TrajectoryError unless the file is still where it was made.
   void check_in_place() const { writer_.check_in_place(); }

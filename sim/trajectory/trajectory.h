@@ -34,7 +34,7 @@ class TrajectoryError : public std::runtime_error {
 
 // Layout (format version 1; docs/trajectory.md has the whole reference). Only the first
 // N = len(/time) entries of every per-frame dataset are complete frames: a killed run may leave
-// one entry more elsewhere.
+// more entries elsewhere.
 //   /                        attributes: format = "weft-trajectory", version, weft_version, title,
 //                            compute
 //   /case                    string: the resolved case (TOML); a dataset, since HDF5 limits small
@@ -65,6 +65,9 @@ class TrajectoryWriter {
     bool velocity = false;
     bool force = false;  // overwrite
     std::vector<Series> step_series = {};
+    // Frames wait in memory until this wall time has passed since the last commit, s. The first is
+    // committed at once, and all are when they take 64 MiB.
+    double commit_interval = 0;
   };
   // Creates `path` (under a temporary name, renamed once complete and flushed) and its sidecar;
   // throws TrajectoryError when one of them exists without `force`, when the writer of what is
@@ -81,16 +84,22 @@ class TrajectoryWriter {
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
-  // Appends a frame and flushes it: afterwards it can be read whatever becomes of this process,
-  // and the sidecar PATH with .xdmf lists it. A process killed within this call leaves the frame
-  // out or in, never half of it. Lists are by body (velocities empty unless asked for; entries of
-  // bodies that do not move are not read) and by series;
+  // Appends a frame, and commits if `commit_interval` has passed. Lists are by body (velocities
+  // empty unless asked for; entries of bodies that do not move are not read) and by series;
   // `step_rows` holds the steps since the last frame, each as one value a step series. Throws
-  // TrajectoryError, after which the frames before stand and no other can be written. O(texels), no
-  // fsync.
+  // TrajectoryError, after which the frames committed before stand and no other can be written.
+  // O(texels), no fsync.
   void write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
                    const std::vector<std::span<const Vec3>>& velocities,
                    std::span<const double> series, std::span<const double> step_rows = {});
+  // Writes the frames that wait: afterwards they can be read whatever becomes of this process, and
+  // the sidecar PATH with .xdmf lists them. A process killed within this call leaves all of them
+  // out or all of them in. Throws as write_frame. The destructor commits too, in silence.
+  void commit();
+  // Commits if frames wait and the interval will have passed in `pause` seconds: for whoever does
+  // something that takes so long before the next frame.
+  void commit_before_pause(double pause);
+  // Frames written, committed or not.
   int frames() const;
   // Throws TrajectoryError unless the path still names the file of this writer, which someone may
   // have moved, removed or replaced.

@@ -3,12 +3,16 @@
 
 #include <cassert>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 
 #include "sim/trajectory/commit_driver.h"
 #include "sim/trajectory/file_lock.h"
+#include "sim/trajectory/frame_batch.h"
+#include "sim/trajectory/frame_views.h"
 #include "sim/trajectory/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/trajectory/xdmf_file.h"
@@ -23,12 +27,8 @@ std::string sidecar_of(const std::string& path) {
 using hdf5::Handle;
 using hdf5::make_space;
 
-constexpr hsize_t series_chunk = 128;  // values: 1 KiB rewritten a frame
-// Members of a group below /frame: as many links as fit into one page of metadata, with their
-// names.
-constexpr int links_per_group = 128;
-constexpr int frame_name_length = 8;
-
+constexpr hsize_t series_chunk = 128;                         // values: 1 KiB rewritten at a commit
+constexpr std::size_t largest_batch = std::size_t{64} << 20;  // bytes
 std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   std::vector<int> result;
   for (int p = 0; p < static_cast<int>(atlas.patches().size()); ++p) {
@@ -49,36 +49,6 @@ std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   return result;
 }
 
-// The shape of one frame: [rows, cols, 3] or [patches, rows, cols, 3].
-std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas) {
-  const bsi::Patch& first = atlas.patches().front();
-  std::vector<hsize_t> shape = {static_cast<hsize_t>(first.rows), static_cast<hsize_t>(first.cols),
-                                3};
-  if (atlas.patches().size() > 1) shape.insert(shape.begin(), atlas.patches().size());
-  return shape;
-}
-
-void gather_texels(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
-                   std::vector<float>& texels) {
-  assert(static_cast<int>(by_particle.size()) == atlas.particle_count());
-  texels.clear();
-  for (int texel = 0; texel < atlas.texel_count(); ++texel) {
-    const Vec3& value = by_particle[atlas.particle_of_texel(texel)];
-    for (int axis = 0; axis < 3; ++axis) texels.push_back(static_cast<float>(value[axis]));
-  }
-}
-
-// Properties of a group that grows: links stay in the object header (the commit driver relies on
-// it), which has room for `links` of them at once.
-Handle growing_group_properties(int links, int name_length) {
-  Handle properties(H5Pcreate(H5P_GROUP_CREATE));
-  H5Pset_link_phase_change(properties.get(), 65535, 0);
-  H5Pset_est_link_info(properties.get(), static_cast<unsigned>(links),
-                       static_cast<unsigned>(name_length));
-  H5Pset_obj_track_times(properties.get(), false);
-  return properties;
-}
-
 // Keeps times out of headers that HDF5 makes with its default properties of groups, whatever
 // properties a caller gives: the one behind the superblock is. The same run makes the same bytes
 // whenever it is run.
@@ -88,9 +58,7 @@ class DefaultGroupsWithoutTimes {
     H5Pget_obj_track_times(H5P_GROUP_CREATE_DEFAULT, &tracked_before);
     H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, false);
   }
-  ~DefaultGroupsWithoutTimes() {
-    H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, tracked_before);
-  }
+  ~DefaultGroupsWithoutTimes() { H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, tracked_before); }
   DefaultGroupsWithoutTimes(const DefaultGroupsWithoutTimes&) = delete;
   DefaultGroupsWithoutTimes& operator=(const DefaultGroupsWithoutTimes&) = delete;
 
@@ -132,7 +100,8 @@ struct TrajectoryWriter::Implementation {
       : access(path),
         bodies(std::move(body_list)),
         series(std::move(series_list)),
-        options(std::move(option_list)) {}
+        options(std::move(option_list)),
+        batch(bodies, options.velocity) {}
   ~Implementation() {
     const hdf5::QuietErrors quiet;
     close_objects();
@@ -156,25 +125,28 @@ struct TrajectoryWriter::Implementation {
   void flush(const std::string& action) const;
   void close_objects();
 
-  void append_frame(hid_t dataset, const bsi::Atlas& atlas, std::span<const Vec3> values);
+  bool is_due(double pause) const;
+  void commit();
+  void write_batch();
+  void append_images(hid_t dataset, const bsi::Atlas& atlas, const std::vector<float>& images);
   void append_values(hid_t dataset, hsize_t start, std::span<const double> values);
-  void append_steps(std::span<const double> rows);
-  void link_views(std::vector<XdmfSurface>& surfaces);
-  std::string link_view(hid_t group, const std::string& group_name, const std::string& name,
-                        const TrajectoryBody& body, const std::string& source);
+  void append_steps();
+  std::string action() const;
 
   hdf5::Access access;
   std::vector<TrajectoryBody> bodies;
   std::vector<Series> series;
   Options options;
   std::string temporary;  // empty once renamed
-  Handle file, body_group, series_group, step_group, frame_group, shelf_group, block_group, time;
+  Handle file, body_group, series_group, step_group, time;
   std::vector<BodyDatasets> body_datasets;
   std::vector<Handle> series_datasets, step_datasets;
+  std::optional<FrameViews> views;
   XdmfFile sidecar;
-  std::vector<float> texels;  // scratch
-  int frames = 0;
-  hsize_t steps = 0;
+  FrameBatch batch;
+  int committed_frames = 0;
+  hsize_t committed_steps = 0;
+  std::chrono::steady_clock::time_point last_commit;
   bool failed = false;
 };
 
@@ -230,11 +202,10 @@ void TrajectoryWriter::Implementation::create_root() {
   const Handle ordered(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   H5Pset_obj_track_times(ordered.get(), false);
-  const Handle growing = growing_group_properties(links_per_group, frame_name_length);
   body_group = make_group(file.get(), "body", ordered);
   series_group = make_group(file.get(), "series", ordered);
   step_group = make_group(file.get(), "steps", ordered);
-  frame_group = make_group(file.get(), "frame", growing);
+  views.emplace(access, file.get(), bodies, options.velocity);
 }
 
 Handle TrajectoryWriter::Implementation::make_group(hid_t parent, const std::string& name,
@@ -257,7 +228,7 @@ void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::strin
   if (!units.empty()) access.write_attribute(dataset.get(), "units", units);
 }
 
-// A dataset of frames, one chunk each, written without HDF5's chunk cache: straight from `texels`.
+// A dataset of frames, one chunk each, written without HDF5's chunk cache: straight from the batch.
 Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::string& name,
                                                        const bsi::Atlas& atlas,
                                                        const std::string& units) {
@@ -326,7 +297,8 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
       datasets.velocity = create_frames(group.get(), "velocity", atlas, "m/s");
     }
   } else {
-    gather_texels(atlas, initial_positions, texels);
+    std::vector<float> texels;
+    append_texels(atlas, initial_positions, texels);
     write_whole(group.get(), "position", H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, frame_shape(atlas),
                 texels.data(), "m");
   }
@@ -376,34 +348,39 @@ void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();
   step_datasets.clear();
-  for (Handle* handle :
-       {&time, &block_group, &shelf_group, &frame_group, &step_group, &series_group, &body_group}) {
-    handle->close();
-  }
+  if (views) views->close();
+  for (Handle* handle : {&time, &step_group, &series_group, &body_group}) handle->close();
 }
 
-void TrajectoryWriter::Implementation::append_frame(hid_t dataset, const bsi::Atlas& atlas,
-                                                    std::span<const Vec3> values) {
-  const std::string action = "write frame " + std::to_string(frames);
-  gather_texels(atlas, values, texels);
+// Names the frames of the batch.
+std::string TrajectoryWriter::Implementation::action() const {
+  const std::string first = std::to_string(committed_frames);
+  if (batch.frames() == 1) return "write frame " + first;
+  return "write frames " + first + " to " + std::to_string(committed_frames + batch.frames() - 1);
+}
+
+void TrajectoryWriter::Implementation::append_images(hid_t dataset, const bsi::Atlas& atlas,
+                                                     const std::vector<float>& images) {
+  const std::string action = this->action();
+  const auto count = static_cast<hsize_t>(batch.frames());
   std::vector<hsize_t> shape = frame_shape(atlas);
-  shape.insert(shape.begin(), static_cast<hsize_t>(frames) + 1);
+  shape.insert(shape.begin(), static_cast<hsize_t>(committed_frames) + count);
   access.check(H5Dset_extent(dataset, shape.data()), action);
   const Handle target(H5Dget_space(dataset));
   std::vector<hsize_t> start(shape.size(), 0);
-  start[0] = static_cast<hsize_t>(frames);
-  shape[0] = 1;
+  start[0] = static_cast<hsize_t>(committed_frames);
+  shape[0] = count;
   access.check(H5Sselect_hyperslab(target.get(), H5S_SELECT_SET, start.data(), nullptr,
                                    shape.data(), nullptr),
                action);
   access.check(H5Dwrite(dataset, H5T_NATIVE_FLOAT, make_space(shape).get(), target.get(),
-                        H5P_DEFAULT, texels.data()),
+                        H5P_DEFAULT, images.data()),
                action);
 }
 
 void TrajectoryWriter::Implementation::append_values(hid_t dataset, hsize_t start,
                                                      std::span<const double> values) {
-  const std::string action = "write frame " + std::to_string(frames);
+  const std::string action = this->action();
   const hsize_t count = values.size();
   const hsize_t size = start + count;
   access.check(H5Dset_extent(dataset, &size), action);
@@ -415,81 +392,60 @@ void TrajectoryWriter::Implementation::append_values(hid_t dataset, hsize_t star
                action);
 }
 
-void TrajectoryWriter::Implementation::append_steps(std::span<const double> rows) {
-  const std::size_t columns = options.step_series.size();
-  if (rows.empty()) return;
-  assert(columns > 0 && rows.size() % columns == 0);
-  std::vector<double> column(rows.size() / columns);
+void TrajectoryWriter::Implementation::append_steps() {
+  const std::size_t columns = step_datasets.size();
+  hsize_t steps = 0;
   for (std::size_t c = 0; c < columns; ++c) {
-    for (std::size_t row = 0; row < column.size(); ++row) column[row] = rows[row * columns + c];
-    append_values(step_datasets[c].get(), steps, column);
+    const std::vector<double> column = batch.steps(c, columns);
+    steps = column.size();
+    if (steps == 0) return;
+    append_values(step_datasets[c].get(), committed_steps, column);
   }
-  steps += column.size();
+  committed_steps += steps;
 }
 
-// A dataset [texels, 3] that shows one frame of `source`: what ParaView's readers understand (not
-// all of them take XDMF hyperslabs).
-std::string TrajectoryWriter::Implementation::link_view(hid_t group, const std::string& group_name,
-                                                        const std::string& name,
-                                                        const TrajectoryBody& body,
-                                                        const std::string& source) {
-  const std::string action = "write frame " + std::to_string(frames);
-  std::vector<hsize_t> shape = frame_shape(body.atlas);
-  shape.insert(shape.begin(), static_cast<hsize_t>(frames) + 1);
-  std::vector<hsize_t> start(shape.size(), 0);
-  start[0] = static_cast<hsize_t>(frames);
-  const Handle source_space = make_space(shape);
-  shape[0] = 1;
-  H5Sselect_hyperslab(source_space.get(), H5S_SELECT_SET, start.data(), nullptr, shape.data(),
-                      nullptr);
-  const Handle view_space = make_space({static_cast<hsize_t>(body.atlas.texel_count()), 3});
-  const Handle properties = dataset_properties();
-  access.check(
-      H5Pset_virtual(properties.get(), view_space.get(), ".", source.c_str(), source_space.get()),
-      action);
-  const Handle view =
-      access.handle(H5Dcreate2(group, name.c_str(), H5T_IEEE_F32LE, view_space.get(), H5P_DEFAULT,
-                               properties.get(), H5P_DEFAULT),
-                    action);
-  return group_name + "/" + name;
-}
-
-void TrajectoryWriter::Implementation::link_views(std::vector<XdmfSurface>& surfaces) {
-  const Handle growing = growing_group_properties(links_per_group, frame_name_length);
-  // Three levels, so that no group outgrows its page before the two-millionth frame.
-  constexpr int frames_per_shelf = links_per_group * links_per_group;
-  const std::string shelf = std::to_string(frames / frames_per_shelf);
-  const std::string block = std::to_string(frames / links_per_group);
-  if (frames % frames_per_shelf == 0) {
-    shelf_group = make_group(frame_group.get(), shelf, growing);
-  }
-  if (frames % links_per_group == 0) block_group = make_group(shelf_group.get(), block, growing);
-  const std::string frame = std::to_string(frames);
-  const std::string frame_name = "/frame/" + shelf + "/" + block + "/" + frame;
-  const Handle properties = growing_group_properties(static_cast<int>(bodies.size()) + 1, 16);
-  const Handle group = make_group(block_group.get(), frame, properties);
-  const Handle positions = make_group(group.get(), "position", properties);
-  const Handle velocities =
-      options.velocity ? make_group(group.get(), "velocity", properties) : Handle();
+void TrajectoryWriter::Implementation::write_batch() {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const TrajectoryBody& body = bodies[b];
-    const std::string home = "/body/" + body.name;
-    XdmfSurface surface;
-    surface.name = body.name;
-    surface.points = body.atlas.texel_count();
-    surface.triangles = 2 * body.atlas.quad_count();
-    surface.triangle_dataset = home + "/triangles";
-    surface.position_dataset = home + "/position";
-    if (body.moves) {
-      surface.position_dataset =
-          link_view(positions.get(), frame_name + "/position", body.name, body, home + "/position");
-      if (options.velocity) {
-        surface.velocity_dataset = link_view(velocities.get(), frame_name + "/velocity", body.name,
-                                             body, home + "/velocity");
-      }
+    if (!bodies[b].moves) continue;
+    const bsi::Atlas& atlas = bodies[b].atlas;
+    append_images(body_datasets[b].position.get(), atlas, batch.positions(b));
+    if (options.velocity) {
+      append_images(body_datasets[b].velocity.get(), atlas, batch.velocities(b));
     }
-    surfaces.push_back(std::move(surface));
   }
+  const auto start = static_cast<hsize_t>(committed_frames);
+  for (std::size_t s = 0; s < series.size(); ++s) {
+    append_values(series_datasets[s].get(), start, batch.series(s, series.size()));
+  }
+  append_steps();
+  std::string sidecar_text;
+  for (const double frame_time : batch.times()) {
+    sidecar_text += sidecar.describe(frame_time, views->add_frame());
+  }
+  append_values(time.get(), start, batch.times());
+  flush(action());
+  sidecar.append(sidecar_text);
+}
+
+void TrajectoryWriter::Implementation::commit() {
+  if (failed) access.reject("no frame can follow one that could not be written");
+  if (batch.frames() == 0) return;
+  const hdf5::QuietErrors quiet;
+  failed = true;  // until all is done
+  write_batch();
+  committed_frames += batch.frames();
+  batch.clear();
+  last_commit = std::chrono::steady_clock::now();
+  failed = false;
+}
+
+// Whether frames must not wait for another `pause` seconds.
+bool TrajectoryWriter::Implementation::is_due(double pause) const {
+  if (batch.frames() == 0) return false;
+  if (committed_frames == 0) return true;
+  if (batch.bytes() >= largest_batch) return true;
+  const std::chrono::duration<double> age = std::chrono::steady_clock::now() - last_commit;
+  return age.count() + pause >= options.commit_interval;
 }
 
 TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<TrajectoryBody> bodies,
@@ -522,9 +478,18 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   self.publish();
 }
 
-TrajectoryWriter::~TrajectoryWriter() = default;
+TrajectoryWriter::~TrajectoryWriter() {
+  if (implementation_->failed) return;
+  try {
+    implementation_->commit();
+  } catch (const std::exception&) {
+    // The frames before stand; whoever wants to know calls commit().
+  }
+}
 
-int TrajectoryWriter::frames() const { return implementation_->frames; }
+int TrajectoryWriter::frames() const {
+  return implementation_->committed_frames + implementation_->batch.frames();
+}
 
 void TrajectoryWriter::check_in_place() const {
   const hdf5::Access& access = implementation_->access;
@@ -537,31 +502,19 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
                                    std::span<const double> series,
                                    std::span<const double> step_rows) {
   Implementation& self = *implementation_;
-  assert(positions.size() == self.bodies.size());
-  assert(!self.options.velocity || velocities.size() == self.bodies.size());
   assert(series.size() == self.series.size());
-  if (self.failed) self.access.reject("no frame can follow one that could not be written");
-  const hdf5::QuietErrors quiet;
-  self.failed = true;  // until all is done
-  for (std::size_t b = 0; b < self.bodies.size(); ++b) {
-    if (!self.bodies[b].moves) continue;
-    self.append_frame(self.body_datasets[b].position.get(), self.bodies[b].atlas, positions[b]);
-    if (self.options.velocity) {
-      self.append_frame(self.body_datasets[b].velocity.get(), self.bodies[b].atlas, velocities[b]);
-    }
-  }
-  for (std::size_t s = 0; s < series.size(); ++s) {
-    self.append_values(self.series_datasets[s].get(), static_cast<hsize_t>(self.frames),
-                       series.subspan(s, 1));
-  }
-  self.append_steps(step_rows);
-  std::vector<XdmfSurface> surfaces;
-  self.link_views(surfaces);
-  self.append_values(self.time.get(), static_cast<hsize_t>(self.frames), {&time, 1});
-  self.flush("write frame " + std::to_string(self.frames));
-  ++self.frames;
-  self.sidecar.append(time, surfaces);
+  assert(step_rows.empty() || !self.step_datasets.empty());
+  if (self.failed) self.commit();  // which says so
+  self.failed = true;              // until the frame is whole
+  self.batch.add(time, positions, velocities, series, step_rows);
   self.failed = false;
+  commit_before_pause(0);
 }
+
+void TrajectoryWriter::commit_before_pause(double pause) {
+  if (implementation_->is_due(pause)) implementation_->commit();
+}
+
+void TrajectoryWriter::commit() { implementation_->commit(); }
 
 }  // namespace weft::sim

@@ -68,7 +68,7 @@ void XdmfFile::create(const std::string& path, const std::string& trajectory) {
   }
 }
 
-void XdmfFile::append(double time, const std::vector<XdmfSurface>& surfaces) {
+std::string XdmfFile::describe(double time, const std::vector<XdmfSurface>& surfaces) const {
   std::ostringstream text;
   text.precision(17);
   const auto item = [&](const char* type, int rows, const std::string& dataset) {
@@ -94,8 +94,12 @@ void XdmfFile::append(double time, const std::vector<XdmfSurface>& surfaces) {
     text << "    </Grid>\n";
   }
   text << "   </Grid>\n";
-  write_at(end_, text.str() + closing_tags);
-  end_ += static_cast<long>(text.str().size());
+  return text.str();
+}
+
+void XdmfFile::append(const std::string& frames) {
+  write_at(end_, frames + closing_tags);
+  end_ += static_cast<long>(frames.size());
 }
 
 void XdmfFile::write_at(long offset, const std::string& text) const {

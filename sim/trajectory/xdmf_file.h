@@ -17,8 +17,8 @@ struct XdmfSurface {
   std::string velocity_dataset;  // the same; empty: none
 };
 
-// The sidecar is written under a temporary name and renamed when it is made; every frame replaces
-// the closing tags at its end with itself and new closing tags, in one write: O(1) a frame, and a
+// The sidecar is written under a temporary name and renamed when it is made; frames replace the
+// closing tags at its end with themselves and new closing tags, in one write: O(1) a frame, and a
 // process that dies leaves valid XML.
 class XdmfFile {
  public:
@@ -30,8 +30,10 @@ class XdmfFile {
   // `trajectory` is the name of the HDF5 file, in the same folder. Replaces what is at `path`.
   // Throws TrajectoryError.
   void create(const std::string& path, const std::string& trajectory);
-  // `time` in s. Throws TrajectoryError.
-  void append(double time, const std::vector<XdmfSurface>& surfaces);
+  // The text of a frame at `time` (s), to be appended.
+  std::string describe(double time, const std::vector<XdmfSurface>& surfaces) const;
+  // Writes the texts of one frame or more. Throws TrajectoryError.
+  void append(const std::string& frames);
 
  private:
   void write_at(long offset, const std::string& text) const;

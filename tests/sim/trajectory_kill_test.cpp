@@ -62,6 +62,8 @@ namespace {
 
 class TrajectoryKill : public TrajectoryFolder {
  protected:
+  static constexpr double never = 1e9;  // s: frames are committed by hand
+
   static std::vector<TrajectoryBody> make_scene(int size) {
     return {make_body("cloth", {{.rows = size, .cols = size, .wrap_u = true}})};
   }
@@ -72,7 +74,8 @@ class TrajectoryKill : public TrajectoryFolder {
     std::vector<TrajectoryWriter::Series> series(static_cast<std::size_t>(series_count));
     for (int s = 0; s < series_count; ++s) series[s] = {"series" + std::to_string(s), "J"};
     return std::make_unique<TrajectoryWriter>(
-        file, bodies, series, TrajectoryWriter::Options{.title = "kill", .force = true},
+        file, bodies, series,
+        TrajectoryWriter::Options{.title = "kill", .force = true, .commit_interval = never},
         views(initial));
   }
   static void write_frame(TrajectoryWriter& writer, const std::vector<TrajectoryBody>& bodies,
@@ -82,15 +85,14 @@ class TrajectoryKill : public TrajectoryFolder {
     writer.write_frame(0.5 * frame, views(values), {}, series);
   }
 
-  // The file must hold at least `committed` frames, and every frame it shows must be right, read
-  // by our reader and, without it, through the virtual datasets of ParaView.
-  static void expect_whole(const std::string& file, int committed,
+  // The file must hold the first `committed` frames or the first `next`, and each of them must be
+  // right, read by our reader and, without it, through the virtual datasets of ParaView.
+  static void expect_whole(const std::string& file, int committed, int next,
                            const std::vector<TrajectoryBody>& bodies) {
     int frames = 0;
     {
       const TrajectoryReader reader(file);
-      ASSERT_GE(reader.frames(), committed);
-      ASSERT_LE(reader.frames(), committed + 1);
+      ASSERT_TRUE(reader.frames() == committed || reader.frames() == next) << reader.frames();
       ASSERT_EQ(reader.bodies().size(), bodies.size());
       const std::vector<double> series = reader.series_values(reader.series().back().name);
       for (int f = 0; f < reader.frames(); ++f) {
@@ -123,8 +125,9 @@ class TrajectoryKill : public TrajectoryFolder {
     }
   }
 
-  // Records a run and checks what each of its writes leaves.
-  void expect_every_moment(int frames, int series_count);
+  // Records a run whose commits are of so many frames each, and checks what each of its writes
+  // leaves.
+  void expect_every_moment(const std::vector<int>& batches, int series_count);
 
   // How many frames the sidecar lists; -1 where it does not end as XML does.
   static int sidecar_frames(const std::string& file) {
@@ -162,30 +165,35 @@ std::vector<DiskOperation> split_at_pages(const std::vector<DiskOperation>& oper
   return result;
 }
 
-void TrajectoryKill::expect_every_moment(int frames, int series_count) {
+void TrajectoryKill::expect_every_moment(const std::vector<int>& batches, int series_count) {
   const std::vector<TrajectoryBody> bodies = make_scene(3);
+  std::vector<int> frames{0};  // after each commit
   recording.clear();
   is_recording = true;
-  std::vector<std::size_t> marks;  // operations done when the file got its name, and after frames
+  std::vector<std::size_t> marks;  // operations done when the file got its name, and after commits
   {
     const auto writer = make_writer(path("run.h5"), bodies, series_count);
     marks.push_back(recording.size());
-    for (int f = 0; f < frames; ++f) {
-      write_frame(*writer, bodies, series_count, f);
+    for (const int batch : batches) {
+      frames.push_back(frames.back() + batch);
+      for (int f = frames.end()[-2]; f < frames.back(); ++f) {
+        write_frame(*writer, bodies, series_count, f);
+      }
+      writer->commit();
       marks.push_back(recording.size());
     }
   }
   is_recording = false;
   const std::vector<DiskOperation> operations = split_at_pages(recording, marks);
   ASSERT_GT(operations.size(), marks.back());  // closing writes too
-  ASSERT_GT(marks.back(), marks.front() + 10 * static_cast<std::size_t>(frames));
+  ASSERT_GT(marks.back(), marks.front() + 10 * batches.size());
 
   std::filesystem::remove(path("run.h5"));
   const std::string copy = path("copy.h5");
   std::fstream file(copy, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
-  int committed = -1;  // -1: the file does not have its name yet
+  int commits = -1;  // -1: the file does not have its name yet
   for (std::size_t i = 0; i < operations.size(); ++i) {
-    while (committed < frames && marks[committed + 1] <= i + 1) ++committed;
+    while (commits + 1 < static_cast<int>(marks.size()) && marks[commits + 1] <= i + 1) ++commits;
     const DiskOperation& operation = operations[i];
     if (operation.file.starts_with("run.xdmf")) continue;
     if (operation.bytes.empty()) {
@@ -195,18 +203,34 @@ void TrajectoryKill::expect_every_moment(int frames, int series_count) {
       file.write(operation.bytes.data(), static_cast<long>(operation.bytes.size()));
       file.flush();
     }
-    if (committed < 0) continue;
-    expect_whole(copy, committed, bodies);
+    if (commits < 0) continue;
+    const bool is_last = commits + 1 == static_cast<int>(frames.size());
+    expect_whole(copy, frames[commits], frames[is_last ? commits : commits + 1], bodies);
     if (HasFailure()) FAIL() << "after write " << i << " of " << operations.size();
   }
 }
 
 // Past the first pieces of everything: 128 values of a series, 128 frames of a group, the inner
 // nodes of chunk indices.
-TEST_F(TrajectoryKill, EveryMomentOfManyFramesLeavesAWholeFile) { expect_every_moment(132, 1); }
+TEST_F(TrajectoryKill, EveryMomentOfManyFramesLeavesAWholeFile) {
+  expect_every_moment(std::vector<int>(132, 1), 1);
+}
+
+// A batch is there as a whole or not at all. The first frame is always committed by itself.
+TEST_F(TrajectoryKill, EveryMomentOfBatchesLeavesAWholeFile) {
+  expect_every_moment({1, 5, 40, 1, 70, 2, 16}, 1);
+}
+
+// One batch that fills groups and makes others.
+TEST_F(TrajectoryKill, EveryMomentOfALargeBatchLeavesAWholeFile) {
+  expect_every_moment({1, 131, 3}, 1);
+}
 
 // Much metadata, so that some would cross the borders of pages.
-TEST_F(TrajectoryKill, EveryMomentOfManySeriesLeavesAWholeFile) { expect_every_moment(8, 30); }
+TEST_F(TrajectoryKill, EveryMomentOfManySeriesLeavesAWholeFile) {
+  expect_every_moment(std::vector<int>(8, 1), 30);
+  expect_every_moment({1, 3, 4}, 30);
+}
 
 TEST_F(TrajectoryKill, SurvivesSigkill) {
   const std::vector<TrajectoryBody> bodies = make_scene(9);
@@ -222,6 +246,7 @@ TEST_F(TrajectoryKill, SurvivesSigkill) {
       const auto writer = make_writer(path("run.h5"), bodies, 2);
       for (int f = 0;; ++f) {
         write_frame(*writer, bodies, 2, f);
+        writer->commit();
         if (write(pipe_ends[1], "x", 1) != 1) _exit(1);
       }
     }
@@ -238,7 +263,8 @@ TEST_F(TrajectoryKill, SurvivesSigkill) {
     close(pipe_ends[0]);
 
     // A frame may be complete and not yet reported: killed between.
-    ASSERT_NO_THROW(expect_whole(path("run.h5"), committed, bodies)) << "trial " << trial;
+    ASSERT_NO_THROW(expect_whole(path("run.h5"), committed, committed + 1, bodies))
+        << "trial " << trial;
     ASSERT_FALSE(HasFailure()) << "trial " << trial;
     const int listed = sidecar_frames(path("run.xdmf"));
     torn_sidecars += listed < 0 ? 1 : 0;

@@ -12,6 +12,7 @@
 #include <ctime>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -131,6 +132,116 @@ TEST_F(Trajectory, CanBeReadWhileItIsWritten) {
   writer.write_frame(1.0, views(values), {}, {});
   EXPECT_EQ(reader.frames(), 1);
   EXPECT_EQ(reader.positions(0, 0), values[0]);
+}
+
+TEST_F(Trajectory, FramesWaitForTheirCommit) {
+  const std::vector<TrajectoryBody> bodies = make_scene();
+  const auto values = scene_values(bodies, 0);
+  const auto there = [&] { return TrajectoryReader(path("run.h5")).frames(); };
+  {
+    TrajectoryWriter writer(path("run.h5"), bodies, {}, {.commit_interval = 1000}, views(values));
+    const auto write = [&] { writer.write_frame(writer.frames(), views(values), {}, {}); };
+    write();
+    EXPECT_EQ(there(), 1);  // the first does not wait
+    for (int frame = 1; frame < 4; ++frame) write();
+    EXPECT_EQ(there(), 1);
+    EXPECT_EQ(writer.frames(), 4);
+    writer.commit_before_pause(1);
+    EXPECT_EQ(there(), 1);
+    writer.commit_before_pause(1000);
+    EXPECT_EQ(there(), 4);
+    write();
+    EXPECT_EQ(there(), 4);
+    writer.commit();
+    EXPECT_EQ(there(), 5);
+    write();
+  }
+  EXPECT_EQ(there(), 6);
+}
+
+// After each call, whatever is older than the interval is on disk.
+TEST_F(Trajectory, AKillLosesNoMoreThanTheInterval) {
+  using Clock = std::chrono::steady_clock;
+  constexpr double interval = 0.05;
+  const std::vector<TrajectoryBody> bodies = {make_body("cloth", {{.rows = 2, .cols = 2}})};
+  const auto values = scene_values(bodies, 0);
+  TrajectoryWriter writer(path("run.h5"), bodies, {}, {.commit_interval = interval}, views(values));
+  const Clock::time_point start = Clock::now();
+  const auto now = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  std::vector<double> written;  // when
+  std::set<int> sizes;
+  while (now() < 8 * interval) {
+    const double before = now();
+    writer.write_frame(before, views(values), {}, {});
+    written.push_back(now());
+    const auto old = std::count_if(written.begin(), written.end(),
+                                   [&](double time) { return time <= before - interval; });
+    const int there = TrajectoryReader(path("run.h5")).frames();
+    ASSERT_GE(there, old);
+    sizes.insert(there);
+  }
+  EXPECT_GE(sizes.size(), 2);
+  EXPECT_LE(static_cast<double>(sizes.size()), now() / interval + 1);
+}
+
+TEST_F(Trajectory, FramesThatWaitTakeBoundedMemory) {
+  const std::vector<TrajectoryBody> bodies = {make_body("cloth", {{.rows = 1000, .cols = 1000}})};
+  const auto values = scene_values(bodies, 0);
+  TrajectoryWriter writer(path("run.h5"), bodies, {}, {.commit_interval = 1000}, views(values));
+  std::vector<int> there;
+  for (int frame = 0; frame < 8; ++frame) {
+    writer.write_frame(frame, views(values), {}, {});
+    there.push_back(TrajectoryReader(path("run.h5")).frames());
+  }
+  // 12 MB each: six are more than 64 MiB.
+  EXPECT_EQ(there, (std::vector<int>{1, 1, 1, 1, 1, 1, 7, 7}));
+}
+
+// Everything in a file, by name: the shapes and the bytes of datasets.
+std::map<std::string, std::string> all_data(const std::string& file_name) {
+  std::map<std::string, std::string> data;
+  const hid_t file = H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const auto add = [](hid_t root, const char* name, const H5O_info_t* info, void* all) {
+    std::string& bytes = (*static_cast<std::map<std::string, std::string>*>(all))[name];
+    if (info->type != H5O_TYPE_DATASET || std::string_view(name) == "case") return herr_t{0};
+    const hid_t dataset = H5Dopen2(root, name, H5P_DEFAULT);
+    const hid_t space = H5Dget_space(dataset);
+    const hid_t type = H5Dget_type(dataset);
+    hsize_t shape[5] = {};
+    const int rank = H5Sget_simple_extent_dims(space, shape, nullptr);
+    for (int axis = 0; axis < rank; ++axis) bytes += std::to_string(shape[axis]) + " ";
+    const std::size_t header = bytes.size();
+    bytes.resize(header +
+                 static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)) * H5Tget_size(type));
+    const herr_t result =
+        H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data() + header);
+    H5Tclose(type);
+    H5Sclose(space);
+    H5Dclose(dataset);
+    return result;
+  };
+  EXPECT_GE(H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, add, &data, H5O_INFO_BASIC), 0);
+  H5Fclose(file);
+  return data;
+}
+
+TEST_F(Trajectory, CommitsDoNotChangeWhatIsInTheFile) {
+  write(path("frames.h5"), 300, {.velocity = true});
+  write(path("batches.h5"), 300, {.velocity = true, .commit_interval = 0.003});
+  write(path("batch.h5"), 300, {.velocity = true, .commit_interval = 1000});
+  const auto data = all_data(path("frames.h5"));
+  EXPECT_GT(data.size(), 900);
+  EXPECT_TRUE(data == all_data(path("batches.h5")));
+  EXPECT_TRUE(data == all_data(path("batch.h5")));
+  const std::string sidecar = contents(path("frames.xdmf"));
+  for (const char* name : {"batches", "batch"}) {
+    std::string other = contents(path(std::string(name) + ".xdmf"));
+    for (auto at = other.find(name + std::string(".h5")); at != std::string::npos;
+         at = other.find(name + std::string(".h5"), at)) {
+      other.replace(at, std::string_view(name).size(), "frames");
+    }
+    EXPECT_TRUE(sidecar == other) << name;
+  }
 }
 
 TEST_F(Trajectory, SameRunMakesTheSameBytes) {

@@ -1,0 +1,127 @@
+#include "sim/trajectory/frame_views.h"
+
+namespace weft::sim {
+namespace {
+
+using hdf5::Handle;
+using hdf5::make_space;
+
+// Members of a group below /frame: as many links as fit into one page of metadata, with their
+// names.
+constexpr int links_per_group = 128;
+constexpr int frame_name_length = 8;
+constexpr int body_name_length = 16;
+// Three levels, so that no group outgrows its page before the two-millionth frame.
+constexpr int frames_per_shelf = links_per_group * links_per_group;
+
+// Links stay in the object header (the commit driver relies on it), which has room for `links` of
+// them at once.
+Handle growing_group_properties(int links, int name_length) {
+  Handle properties(H5Pcreate(H5P_GROUP_CREATE));
+  H5Pset_link_phase_change(properties.get(), 65535, 0);
+  H5Pset_est_link_info(properties.get(), static_cast<unsigned>(links),
+                       static_cast<unsigned>(name_length));
+  H5Pset_obj_track_times(properties.get(), false);
+  return properties;
+}
+
+}  // namespace
+
+std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas) {
+  const bsi::Patch& first = atlas.patches().front();
+  std::vector<hsize_t> shape = {static_cast<hsize_t>(first.rows), static_cast<hsize_t>(first.cols),
+                                3};
+  if (atlas.patches().size() > 1) shape.insert(shape.begin(), atlas.patches().size());
+  return shape;
+}
+
+FrameViews::FrameViews(const hdf5::Access& access, hid_t file,
+                       const std::vector<TrajectoryBody>& bodies, bool velocity)
+    : access_(access),
+      bodies_(bodies),
+      has_velocity_(velocity),
+      of_frames_(growing_group_properties(links_per_group, frame_name_length)),
+      of_bodies_(growing_group_properties(static_cast<int>(bodies.size()) + 1, body_name_length)),
+      frame_group_(make_group(file, "frame", of_frames_)) {}
+
+Handle FrameViews::make_group(hid_t parent, const std::string& name,
+                              const Handle& properties) const {
+  return access_.handle(
+      H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      "create group " + name);
+}
+
+void FrameViews::open_groups() {
+  if (frame_ % frames_per_shelf == 0) {
+    shelf_group_ =
+        make_group(frame_group_.get(), std::to_string(frame_ / frames_per_shelf), of_frames_);
+  }
+  if (frame_ % links_per_group == 0) {
+    block_group_ =
+        make_group(shelf_group_.get(), std::to_string(frame_ / links_per_group), of_frames_);
+  }
+}
+
+// A dataset [texels, 3] that shows one frame of `source`: what ParaView's readers understand (not
+// all of them take XDMF hyperslabs).
+std::string FrameViews::link_view(hid_t group, const std::string& group_name,
+                                  const TrajectoryBody& body, const std::string& source) const {
+  const std::string action = "write frame " + std::to_string(frame_);
+  std::vector<hsize_t> shape = frame_shape(body.atlas);
+  shape.insert(shape.begin(), static_cast<hsize_t>(frame_) + 1);
+  std::vector<hsize_t> start(shape.size(), 0);
+  start[0] = static_cast<hsize_t>(frame_);
+  const Handle source_space = make_space(shape);
+  shape[0] = 1;
+  H5Sselect_hyperslab(source_space.get(), H5S_SELECT_SET, start.data(), nullptr, shape.data(),
+                      nullptr);
+  const Handle view_space = make_space({static_cast<hsize_t>(body.atlas.texel_count()), 3});
+  const Handle properties(H5Pcreate(H5P_DATASET_CREATE));
+  H5Pset_obj_track_times(properties.get(), false);
+  access_.check(
+      H5Pset_virtual(properties.get(), view_space.get(), ".", source.c_str(), source_space.get()),
+      action);
+  const Handle view =
+      access_.handle(H5Dcreate2(group, body.name.c_str(), H5T_IEEE_F32LE, view_space.get(),
+                                H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                     action);
+  return group_name + "/" + body.name;
+}
+
+std::vector<XdmfSurface> FrameViews::add_frame() {
+  open_groups();
+  const std::string frame = std::to_string(frame_);
+  const std::string frame_name = "/frame/" + std::to_string(frame_ / frames_per_shelf) + "/" +
+                                 std::to_string(frame_ / links_per_group) + "/" + frame;
+  const Handle group = make_group(block_group_.get(), frame, of_bodies_);
+  const Handle positions = make_group(group.get(), "position", of_bodies_);
+  const Handle velocities =
+      has_velocity_ ? make_group(group.get(), "velocity", of_bodies_) : Handle();
+  std::vector<XdmfSurface> surfaces;
+  for (const TrajectoryBody& body : bodies_) {
+    const std::string home = "/body/" + body.name;
+    XdmfSurface surface;
+    surface.name = body.name;
+    surface.points = body.atlas.texel_count();
+    surface.triangles = 2 * body.atlas.quad_count();
+    surface.triangle_dataset = home + "/triangles";
+    surface.position_dataset = home + "/position";
+    if (body.moves) {
+      surface.position_dataset =
+          link_view(positions.get(), frame_name + "/position", body, home + "/position");
+      if (has_velocity_) {
+        surface.velocity_dataset =
+            link_view(velocities.get(), frame_name + "/velocity", body, home + "/velocity");
+      }
+    }
+    surfaces.push_back(std::move(surface));
+  }
+  ++frame_;
+  return surfaces;
+}
+
+void FrameViews::close() {
+  for (Handle* handle : {&block_group_, &shelf_group_, &frame_group_}) handle->close();
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,46 @@
+// Datasets that show one frame of one body each, for ParaView. Private to sim/.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/trajectory/hdf5_handle.h"
+#include "sim/trajectory/trajectory.h"
+#include "sim/trajectory/xdmf_file.h"
+
+namespace weft::sim {
+
+// The shape of one frame: [rows, cols, 3] or [patches, rows, cols, 3].
+std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas);
+
+// The group /frame, which grows by a group a frame. Throws TrajectoryError.
+class FrameViews {
+ public:
+  // `bodies` is kept by reference, `file` is the open file. Makes the group /frame.
+  FrameViews(const hdf5::Access& access, hid_t file, const std::vector<TrajectoryBody>& bodies,
+             bool velocity);
+
+  // Adds the views of the next frame, the first of which is 0, and returns its surfaces for the
+  // sidecar.
+  std::vector<XdmfSurface> add_frame();
+  // Closes the groups, so that the file can be closed.
+  void close();
+
+ private:
+  // Makes the groups that the next frame lies in, where it is the first in them.
+  void open_groups();
+  std::string link_view(hid_t group, const std::string& group_name, const TrajectoryBody& body,
+                        const std::string& source) const;
+  hdf5::Handle make_group(hid_t parent, const std::string& name,
+                          const hdf5::Handle& properties) const;
+
+  const hdf5::Access& access_;
+  const std::vector<TrajectoryBody>& bodies_;
+  bool has_velocity_;
+  int frame_ = 0;
+  // Properties of groups of frames, and of those of bodies.
+  hdf5::Handle of_frames_, of_bodies_;
+  hdf5::Handle frame_group_, shelf_group_, block_group_;
+};
+
+}  // namespace weft::sim
