@@ -15,7 +15,6 @@
 #include "sim/integrator/spectral_estimate.h"
 #include "sim/integrator/verlet_steps.h"
 #include "sim/integrator/work.h"
-#include "sim/process_time.h"
 
 namespace weft::sim {
 
@@ -73,17 +72,13 @@ class Pilot {
   Pilot(Case& target, const PilotOptions& options)
       : target_(target),
         options_(options),
-        limit_(target.compute.cpu_limit.value_or(std::numeric_limits<double>::infinity())),
-        cpu_start_(process_cpu_time()) {}
+        limit_(target.compute.cpu_limit.value_or(std::numeric_limits<double>::infinity())) {}
 
   PilotReport execute() {
-    const auto wall_start = std::chrono::steady_clock::now();
     const Case before = target_;
     correct();
     if (stopped()) target_ = before;
-    report_.cpu_time = process_cpu_time() - cpu_start_;
-    report_.wall_time =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
+    report_.cost = stopwatch_.elapsed();
     return report_;
   }
 
@@ -97,7 +92,7 @@ class Pilot {
   bool fails(const TimeCase& time);
 
   double duration() const { return target_.time.duration; }
-  double cpu_time() const { return process_cpu_time() - cpu_start_; }
+  double cpu_time() const { return stopwatch_.elapsed().cpu; }
   bool stopped() const { return report_.ended_run(); }
   // Whether to end here, after a step of a run.
   bool is_stopped_at(const Scene& scene, const Integrator& integrator) {
@@ -119,7 +114,7 @@ class Pilot {
   Case& target_;
   const PilotOptions& options_;
   CpuLimit limit_;
-  double cpu_start_;
+  Stopwatch stopwatch_;
   PilotReport report_;
   std::optional<std::string> failure_;  // of the last run that failed
 };

@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "sim/bill.h"
 #include "sim/case/case.h"
 
 namespace weft::sim {
@@ -19,8 +20,7 @@ struct PilotOptions {
 };
 
 struct PilotReport {
-  double cpu_time = 0;   // s, all threads
-  double wall_time = 0;  // s
+  Cost cost;
   // Stopped from outside, or by compute.cpu_limit with its reason: the case is as it was, and there
   // is no run to be made of it.
   bool interrupted = false;

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/process_time.h"
-
 namespace weft::sim {
 
 namespace {
@@ -75,7 +73,6 @@ ErrorMonitor::ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldSto
 }
 
 std::span<const double> ErrorMonitor::compare(double time, std::span<const double> y) {
-  const double start = process_cpu_time();
   if (advance(time)) {
     dynamics_.expand(time, state_, position_, scratch_velocity_);
     dynamics_.expand(time, y, other_position_, scratch_velocity_);
@@ -83,7 +80,6 @@ std::span<const double> ErrorMonitor::compare(double time, std::span<const doubl
   } else {
     std::fill(distances_.begin(), distances_.end(), std::numeric_limits<double>::quiet_NaN());
   }
-  cpu_time_ += process_cpu_time() - start;
   return distances_;
 }
 
@@ -119,7 +115,6 @@ void ErrorMonitor::measure(double time) {
 ErrorEstimate ErrorMonitor::estimate() const {
   ErrorEstimate result;
   result.failure = failure_;
-  result.cpu_time = cpu_time_;
   for (int b = 0; b < scene_->dynamic_bodies; ++b)
     result.bodies.push_back({scene_->bodies[b].name});
   const double* distance = all_distances_.data();

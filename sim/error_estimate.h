@@ -34,7 +34,6 @@ struct ErrorEstimate {
   // made them, and only say that the error is large.
   std::optional<double> parted_time;
   std::string failure;  // why the second run ended early; empty: it did not
-  double cpu_time = 0;  // s, of the second run
 };
 
 // Options of a run whose error is small beside that of a run with `time`. Tolerances are a 64th:
@@ -80,7 +79,6 @@ class ErrorMonitor {
   std::vector<double> times_;            // s, of the frames compared
   std::vector<double> all_distances_;    // m, by frame and body
   std::string failure_;
-  double cpu_time_ = 0;
 };
 
 }  // namespace weft::sim

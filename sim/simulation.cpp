@@ -10,7 +10,6 @@
 #include "sim/case/case_error.h"
 #include "sim/cpu_limit.h"
 #include "sim/integrator/energy_watch.h"
-#include "sim/process_time.h"
 #include "sim/trajectory/crossings.h"
 #include "sim/trajectory/frame_recorder.h"
 
@@ -104,12 +103,18 @@ class Run {
         options_(options),
         dynamics_(scene, report_.statistics),
         integrator_(make_integrator(scene, dynamics_)),
-        recorder_(scene, dynamics_, in_folder(options.trajectory), options.force, error_series()),
+        recorder_(std::in_place, scene, dynamics_, in_folder(options.trajectory), options.force,
+                  report_.bill.record, error_series()),
         energy_watch_(dynamics_, integrator_->state()) {
-    if (options.estimate_error) monitor_.emplace(scene, options.stop_signal);
+    if (!options.estimate_error) return;
+    const CostTimer timer(report_.bill.error_estimate);
+    monitor_.emplace(scene, options.stop_signal);
   }
 
-  RunReport execute() {
+  // `started`: with the set-up.
+  RunReport execute(const Stopwatch& started) {
+    Bill& bill = report_.bill;
+    bill.setup = started.elapsed() - bill.error_estimate;
     if (options_.notice && !scene_.source.accuracy_choice.empty()) {
       options_.notice(scene_.source.accuracy_choice);
     }
@@ -117,32 +122,45 @@ class Run {
     if (options_.notice && !long_step.empty()) options_.notice(long_step);
     note_compute();
     note_decision();
-    const auto wall_start = std::chrono::steady_clock::now();
-    const double cpu_start = process_cpu_time();
     report_.trajectory = options_.trajectory;
     record(0.0, integrator_->state());
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
-    cpu_limit_->exclude(-options_.earlier_cpu_time);
+    cpu_limit_->exclude(-options_.earlier.pilot.cpu);
     integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
+    // So may the first step take as long as the set-up.
+    recorder_->commit_before_pause(started.elapsed().wall);
     integrate();
-    recorder_.commit();
-    recorder_.check_in_place();
+    recorder_->commit();
+    recorder_->check_in_place();
     const bool failed = report_.status == RunReport::Status::failed;
     report_.simulated_time =
         failed ? last_recorded_ : std::min(integrator_->time(), scene_.source.time.duration);
-    report_.frames = recorder_.frames();
+    report_.frames = recorder_->frames();
     report_.counts = integrator_->counts();
     note_compute();
-    report_.cpu_time = process_cpu_time() - cpu_start + options_.earlier_cpu_time;
-    if (monitor_) {
-      report_.error_estimate = monitor_->estimate();
-      report_.cpu_time -= report_.error_estimate->cpu_time;
-    }
-    report_.wall_time = seconds_since(wall_start) + options_.earlier_wall_time;
+    if (monitor_) report_.error_estimate = monitor_->estimate();
+    close_file();
+    settle(started);
     return report_;
   }
 
  private:
+  void close_file() {
+    const CostTimer cost(report_.bill.record);
+    const PhaseTimer timer(report_.statistics.phases.record);
+    recorder_.reset();
+  }
+
+  // Makes the bill whole: the run is what is not another part.
+  void settle(const Stopwatch& started) {
+    Bill& bill = report_.bill;
+    const Cost here = started.elapsed();
+    bill.run = here - bill.setup - bill.record - bill.error_estimate;
+    bill.setup += options_.earlier.setup;
+    bill.pilot = options_.earlier.pilot;
+    bill.total = here + options_.earlier.total;
+  }
+
   // Frame times are multiples of the interval; the end of the run is always a frame.
   double frame_time(long frame) const {
     return std::min(static_cast<double>(frame) / scene_.source.time.frames_per_second,
@@ -160,12 +178,20 @@ class Run {
   }
 
   void record(double time, std::span<const double> y) {
-    const double cpu_start = process_cpu_time();
-    const auto errors = monitor_ ? monitor_->compare(time, y) : std::span<const double>{};
-    if (cpu_limit_) cpu_limit_->exclude(process_cpu_time() - cpu_start);
-    const double stretch = recorder_.add_frame(time, y, integrator_->counts(), errors);
+    const auto errors = monitor_ ? compare(time, y) : std::span<const double>{};
+    const double stretch = recorder_->add_frame(time, y, integrator_->counts(), errors);
     report_.largest_stretch = std::max(report_.largest_stretch, stretch);
     last_recorded_ = time;
+  }
+
+  // What the second run costs is not of this one.
+  std::span<const double> compare(double time, std::span<const double> y) {
+    const Stopwatch stopwatch;
+    const auto errors = monitor_->compare(time, y);
+    const Cost cost = stopwatch.elapsed();
+    report_.bill.error_estimate += cost;
+    if (cpu_limit_) cpu_limit_->exclude(cost.cpu);
+    return errors;
   }
 
   void integrate() {
@@ -186,7 +212,7 @@ class Run {
         record(frame_time(frame), interpolated);
       }
       // The next step may take as long as this one.
-      recorder_.commit_before_pause(seconds_since(last_look));
+      recorder_->commit_before_pause(seconds_since(last_look));
       last_look = std::chrono::steady_clock::now();
       if (options_.progress) options_.progress(std::min(integrator_->time(), duration));
       if (last_recorded_ < duration && cpu_limit_->is_passed())
@@ -217,10 +243,10 @@ class Run {
 
   // Records the step, or says what is wrong with it.
   std::optional<std::string> note_step() {
-    PhaseTimer timer(report_.statistics.phases.record);
+    const PhaseTimer timer(report_.statistics.phases.energies);
     const Energies energies =
         dynamics_.energies_at_last_rate(integrator_->time(), integrator_->state());
-    recorder_.add_step(*integrator_, energies);
+    recorder_->add_step(*integrator_, energies);
     return energy_watch_.check(integrator_->time(), integrator_->state(), energies);
   }
 
@@ -252,7 +278,7 @@ class Run {
   RunReport report_;
   Dynamics dynamics_;
   std::unique_ptr<Integrator> integrator_;
-  FrameRecorder recorder_;
+  std::optional<FrameRecorder> recorder_;
   EnergyWatch energy_watch_;
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
@@ -281,9 +307,10 @@ void check_initial_state(const Scene& scene) {
 }
 
 RunReport run_simulation(const Scene& scene, const RunOptions& options) {
+  const Stopwatch started;
   // Whatever is wrong with the case is said before anything is written.
   check_initial_state(scene);
-  return Run(scene, options).execute();
+  return Run(scene, options).execute(started);
 }
 
 }  // namespace weft::sim

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "sim/bill.h"
 #include "sim/error_estimate.h"
 #include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
@@ -19,8 +20,8 @@ struct RunOptions {
   // Measure the error by a second, more exact run beside this one (error_estimate.h); the
   // trajectory then has a series error_estimate_BODY (m) a dynamic body. Not with `static`.
   bool estimate_error = false;
-  // Time spent on this run before, s: counted in its report and in compute.cpu_limit.
-  double earlier_cpu_time = 0, earlier_wall_time = 0;
+  // Spent on this run before: counted in its report, and the pilot in compute.cpu_limit.
+  Bill earlier;
   // Told after every step: simulated time (s). May be empty.
   std::function<void(double time)> progress;
   // Told what the run decides by itself, before it starts. May be empty.
@@ -34,9 +35,7 @@ struct RunReport {
   Status status = Status::done;
   std::string reason;         // why it failed: what, which bodies, when
   double simulated_time = 0;  // s; after a failure, of the last good state
-  // s, with what was spent before. CPU time: all threads, without the run that measures the error.
-  double wall_time = 0;
-  double cpu_time = 0;
+  Bill bill;                  // with what was spent before
   int frames = 0;
   IntegratorCounts counts;
   std::optional<double> smallest_gap;  // m, in the last force evaluation of any step; nothing

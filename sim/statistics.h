@@ -20,13 +20,14 @@ struct Counters {
   std::int64_t matrix_assemblies = 0;
 };
 
-struct PhaseTimes {  // s of wall clock
+struct PhaseTimes {  // s of wall clock; no second is in two of them
   double rebuild = 0;
   double traverse = 0;
   double narrow_phase = 0;
   double forces = 0;
   double linear_solve = 0;
-  double record = 0;
+  double energies = 0;  // of steps and frames, and the watch over them
+  double record = 0;    // gathering frames and writing them
 };
 
 struct Statistics {
@@ -34,19 +35,37 @@ struct Statistics {
   PhaseTimes phases;
 };
 
-// Adds the time from its making to its end to one phase.
+// Adds the time from its making to its end to one phase. While another timer of the same thread
+// runs inside it, it stands still.
 class PhaseTimer {
  public:
-  explicit PhaseTimer(double& phase) : phase_(phase), start_(std::chrono::steady_clock::now()) {}
+  explicit PhaseTimer(double& phase) : phase_(phase), outer_(innermost()), start_(Clock::now()) {
+    if (outer_ != nullptr) outer_->stop(start_);
+    innermost() = this;
+  }
   ~PhaseTimer() {
-    phase_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const Clock::time_point now = Clock::now();
+    stop(now);
+    if (outer_ != nullptr) outer_->start_ = now;
+    innermost() = outer_;
   }
   PhaseTimer(const PhaseTimer&) = delete;
   PhaseTimer& operator=(const PhaseTimer&) = delete;
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  static PhaseTimer*& innermost() {
+    static thread_local PhaseTimer* timer = nullptr;
+    return timer;
+  }
+  void stop(Clock::time_point now) {
+    phase_ += std::chrono::duration<double>(now - start_).count();
+  }
+
   double& phase_;
-  std::chrono::steady_clock::time_point start_;
+  PhaseTimer* outer_;
+  Clock::time_point start_;
 };
 
 }  // namespace weft::sim

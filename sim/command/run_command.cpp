@@ -47,19 +47,28 @@ nlohmann::ordered_json error_json(const ErrorEstimate& estimate) {
   json["parted_time_s"] =
       estimate.parted_time ? nlohmann::ordered_json(*estimate.parted_time) : nullptr;
   if (!estimate.failure.empty()) json["failure"] = estimate.failure;
-  json["cpu_s"] = estimate.cpu_time;
   return json;
 }
 
-nlohmann::ordered_json report_json(const RunReport& report, const PilotReport& pilot,
-                                   const std::string& accuracy_choice) {
+void add_cost(nlohmann::ordered_json& json, const std::string& part, const Cost& cost) {
+  json[part + "wall_s"] = cost.wall;
+  json[part + "cpu_s"] = cost.cpu;
+}
+
+void add_bill(nlohmann::ordered_json& json, const Bill& bill) {
+  add_cost(json, "", bill.total);
+  add_cost(json, "setup_", bill.setup);
+  add_cost(json, "pilot_", bill.pilot);
+  add_cost(json, "run_", bill.run);
+  add_cost(json, "record_", bill.record);
+}
+
+nlohmann::ordered_json report_json(const RunReport& report, const std::string& accuracy_choice) {
   nlohmann::ordered_json json;
   json["status"] = status_name(report.status);
   if (!report.reason.empty()) json["reason"] = report.reason;
   json["simulated_s"] = report.simulated_time;
-  json["wall_s"] = report.wall_time;
-  json["cpu_s"] = report.cpu_time;
-  if (pilot.cpu_time > 0) json["pilot_cpu_s"] = pilot.cpu_time;
+  add_bill(json, report.bill);
   json["frames"] = report.frames;
   json["steps"] = report.counts.steps;
   json["vetoed_steps"] = report.counts.vetoed_steps;
@@ -84,11 +93,18 @@ nlohmann::ordered_json report_json(const RunReport& report, const PilotReport& p
                       {"force_evaluations", counters.force_evaluations},
                       {"matrix_assemblies", counters.matrix_assemblies}};
   const PhaseTimes& phases = report.statistics.phases;
-  json["phases_s"] = {{"rebuild", phases.rebuild},           {"traverse", phases.traverse},
-                      {"narrow_phase", phases.narrow_phase}, {"forces", phases.forces},
-                      {"linear_solve", phases.linear_solve}, {"record", phases.record}};
+  json["phases_s"] = {{"rebuild", phases.rebuild},
+                      {"traverse", phases.traverse},
+                      {"narrow_phase", phases.narrow_phase},
+                      {"forces", phases.forces},
+                      {"linear_solve", phases.linear_solve},
+                      {"energies", phases.energies},
+                      {"record", phases.record}};
   if (!accuracy_choice.empty()) json["accuracy"] = accuracy_choice;
-  if (report.error_estimate) json["error_estimate"] = error_json(*report.error_estimate);
+  if (report.error_estimate) {
+    json["error_estimate"] = error_json(*report.error_estimate);
+    add_cost(json["error_estimate"], "", report.bill.error_estimate);
+  }
   json["trajectory"] = report.trajectory.empty() ? nlohmann::ordered_json()
                                                  : nlohmann::ordered_json(report.trajectory);
   return json;
@@ -116,11 +132,19 @@ void warn_of_errors(const ErrorEstimate& estimate) {
                "there\n";
 }
 
-void print_summary(const RunReport& report, const PilotReport& pilot) {
-  std::printf("%s  %.4g s simulated in %.3g s (%.3g s of CPU", status_name(report.status),
-              report.simulated_time, report.wall_time, report.cpu_time);
-  if (pilot.cpu_time > 0) std::printf(", %.3g s of them for the pilot", pilot.cpu_time);
-  std::printf("), %d frames\n", report.frames);
+// Parts in s of CPU time.
+void print_bill(const Bill& bill) {
+  std::printf("  %.3g s of CPU: set-up %.3g", bill.total.cpu, bill.setup.cpu);
+  if (bill.pilot.cpu > 0) std::printf(", pilot %.3g", bill.pilot.cpu);
+  std::printf(", run %.3g, recording %.3g", bill.run.cpu, bill.record.cpu);
+  if (bill.error_estimate.cpu > 0) std::printf(", error estimate %.3g", bill.error_estimate.cpu);
+  std::printf("\n");
+}
+
+void print_summary(const RunReport& report) {
+  std::printf("%s  %.4g s simulated in %.3g s, %d frames\n", status_name(report.status),
+              report.simulated_time, report.bill.total.wall, report.frames);
+  print_bill(report.bill);
   std::printf("  steps %lld (%lld vetoed), Newton iterations %lld, linear iterations %lld\n",
               static_cast<long long>(report.counts.steps),
               static_cast<long long>(report.counts.vetoed_steps),
@@ -156,12 +180,11 @@ void refuse_static(const Case& source) {
                   "expected another time.method, or no --estimate-error");
 }
 
-int finish(const RunCommand& command, const Case& source, const RunReport& report,
-           const PilotReport& pilot) {
+int finish(const RunCommand& command, const Case& source, const RunReport& report) {
   if (command.json) {
-    std::cout << json_text(report_json(report, pilot, source.accuracy_choice)) << '\n';
+    std::cout << json_text(report_json(report, source.accuracy_choice)) << '\n';
   } else {
-    print_summary(report, pilot);
+    print_summary(report);
   }
   if (report.error_estimate) warn_of_errors(*report.error_estimate);
   if (report.status == RunReport::Status::failed) {
@@ -190,13 +213,21 @@ PilotReport run_pilot(Case& source, bool quiet) {
   return report;
 }
 
+// Everything but the pilot was set-up so far.
+Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
+  Bill bill;
+  bill.total = command.started.elapsed();
+  bill.pilot = pilot.cost;
+  bill.setup = bill.total - bill.pilot;
+  return bill;
+}
+
 // The report of a run that ended with its pilot.
-RunReport report_of(const PilotReport& pilot) {
+RunReport report_of(const PilotReport& pilot, const Bill& bill) {
   RunReport report;
   report.status = pilot.interrupted ? RunReport::Status::interrupted : RunReport::Status::failed;
   report.reason = pilot.limit_reason;
-  report.cpu_time = pilot.cpu_time;
-  report.wall_time = pilot.wall_time;
+  report.bill = bill;
   return report;
 }
 
@@ -214,14 +245,14 @@ int run_case(const RunCommand& command) {
     pilot = run_pilot(source, command.quiet);
   };
   return with_scene(command, prepare, [&](const Scene& scene) {
-    if (pilot.ended_run()) return finish(command, scene.source, report_of(pilot), pilot);
+    const Bill earlier = bill_before_run(command, pilot);
+    if (pilot.ended_run()) return finish(command, scene.source, report_of(pilot, earlier));
     RunOptions options;
     options.trajectory = trajectory;
     options.force = command.force;
     options.estimate_error = command.estimate_error;
     options.stop_signal = &caught_signal;
-    options.earlier_cpu_time = pilot.cpu_time;
-    options.earlier_wall_time = pilot.wall_time;
+    options.earlier = earlier;
     ProgressBar bar(scene.source.time.duration, !command.quiet);
     options.progress = [&](double time) { bar.show(time); };
     if (!command.quiet) {
@@ -232,7 +263,7 @@ int run_case(const RunCommand& command) {
     }
     const RunReport report = run_simulation(scene, options);
     bar.clear();
-    return finish(command, scene.source, report, pilot);
+    return finish(command, scene.source, report);
   });
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/bill.h"
+
 namespace weft::sim {
 
 struct RunCommand {
@@ -14,6 +16,7 @@ struct RunCommand {
   bool json = false;
   bool quiet = false;
   bool estimate_error = false;
+  Stopwatch started = Stopwatch::since_process_start();
 };
 
 // Exit codes of the weft command.

@@ -268,6 +268,7 @@ std::vector<std::string> Dynamics::force_names() const {
 }
 
 Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y) {
+  const PhaseTimer timer(statistics_.phases.energies);
   const Kinematics state = kinematics(time, y);
   Energies energies;
   energies.kinetic = 0.5 * mass_product(scene_.mass, state.velocity, state.velocity);

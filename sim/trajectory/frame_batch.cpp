@@ -19,9 +19,12 @@ std::vector<double> column_of(const std::vector<double>& rows, std::size_t colum
 void append_texels(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
                    std::vector<float>& texels) {
   assert(static_cast<int>(by_particle.size()) == atlas.particle_count());
+  const std::size_t before = texels.size();
+  texels.resize(before + 3 * static_cast<std::size_t>(atlas.texel_count()));
+  float* target = texels.data() + before;
   for (int texel = 0; texel < atlas.texel_count(); ++texel) {
     const Vec3& value = by_particle[atlas.particle_of_texel(texel)];
-    for (int axis = 0; axis < 3; ++axis) texels.push_back(static_cast<float>(value[axis]));
+    for (int axis = 0; axis < 3; ++axis) *target++ = static_cast<float>(value[axis]);
   }
 }
 

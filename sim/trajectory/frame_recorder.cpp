@@ -63,6 +63,8 @@ constexpr StatisticColumn statistic_columns[] = {
      [](const Statistics& s, const IntegratorCounts&) { return s.phases.forces; }},
     {"wall_linear_solve", "s",
      [](const Statistics& s, const IntegratorCounts&) { return s.phases.linear_solve; }},
+    {"wall_energies", "s",
+     [](const Statistics& s, const IntegratorCounts&) { return s.phases.energies; }},
     {"wall_record", "s",
      [](const Statistics& s, const IntegratorCounts&) { return s.phases.record; }},
 };
@@ -121,9 +123,10 @@ double gap_or_nan(const Dynamics& dynamics) {
 }  // namespace
 
 FrameRecorder::FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path,
-                             bool force, const std::vector<Series>& more)
+                             bool force, Cost& cost, const std::vector<Series>& more)
     : scene_(scene),
       dynamics_(dynamics),
+      cost_(cost),
       writer_(path, trajectory_bodies(scene), frame_series(more),
               {.title = scene.source.title,
                .case_text = scene.source.resolved_text,
@@ -157,7 +160,6 @@ std::vector<double> FrameRecorder::frame_values(const Energies& energies, double
 }
 
 void FrameRecorder::add_step(const Integrator& integrator, const Energies& energies) {
-  PhaseTimer timer(dynamics_.statistics().phases.record);
   const IntegratorCounts counts = integrator.counts();
   const double pairs =
       dynamics_.contact() != nullptr ? number(dynamics_.contact()->pairs_in_reach()) : 0.0;
@@ -172,19 +174,21 @@ void FrameRecorder::add_step(const Integrator& integrator, const Energies& energ
 }
 
 void FrameRecorder::commit_before_pause(double pause) {
-  PhaseTimer timer(dynamics_.statistics().phases.record);
-  writer_.commit_before_pause(pause);
+  if (!writer_.is_due(pause)) return;
+  commit();
 }
 
 void FrameRecorder::commit() {
-  PhaseTimer timer(dynamics_.statistics().phases.record);
+  const CostTimer cost(cost_);
+  const PhaseTimer timer(dynamics_.statistics().phases.record);
   writer_.commit();
 }
 
 double FrameRecorder::add_frame(double time, std::span<const double> y,
                                 const IntegratorCounts& counts, std::span<const double> more) {
   const Energies energies = dynamics_.energies(time, y);
-  PhaseTimer timer(dynamics_.statistics().phases.record);
+  const CostTimer cost(cost_);
+  const PhaseTimer timer(dynamics_.statistics().phases.record);
   dynamics_.expand(time, y, position_, velocity_);
   const double largest_stretch = dynamics_.largest_stretch(position_);
   const std::vector<std::span<const Vec3>> velocities = scene_.source.output.velocity

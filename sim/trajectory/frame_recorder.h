@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/bill.h"
 #include "sim/integrator/dynamics.h"
 #include "sim/integrator/integrator.h"
 #include "sim/trajectory/trajectory.h"
@@ -13,9 +14,10 @@ namespace weft::sim {
 // Writes frames (positions, energies, counters, times) and, between them, one row a step.
 class FrameRecorder {
  public:
-  // `more` series follow those of every run.
+  // `more` series follow those of every run. What frames cost, but for their energies, is added to
+  // `cost`, which must outlive the recorder; making it and adding steps is not.
   FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
-                const std::vector<TrajectoryWriter::Series>& more = {});
+                Cost& cost, const std::vector<TrajectoryWriter::Series>& more = {});
 
   // A row of /steps, with the energies after the step: written with the next frame.
   void add_step(const Integrator& integrator, const Energies& energies);
@@ -38,6 +40,7 @@ class FrameRecorder {
 
   const Scene& scene_;
   Dynamics& dynamics_;
+  Cost& cost_;
   IntegratorCounts last_counts_;
   std::vector<Vec3> position_, velocity_;
   std::vector<double> step_rows_;

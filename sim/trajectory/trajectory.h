@@ -65,8 +65,8 @@ class TrajectoryWriter {
     bool velocity = false;
     bool force = false;  // overwrite
     std::vector<Series> step_series = {};
-    // Frames wait in memory until this wall time has passed since the last commit, s. The first is
-    // committed at once, and all are when they take 64 MiB.
+    // Frames wait in memory until this wall time has passed since the last commit, s, or until they
+    // take 64 MiB.
     double commit_interval = 0;
   };
   // Creates `path` (under a temporary name, renamed once complete and flushed) and its sidecar;
@@ -96,9 +96,9 @@ class TrajectoryWriter {
   // the sidecar PATH with .xdmf lists them. A process killed within this call leaves all of them
   // out or all of them in. Throws as write_frame. The destructor commits too, in silence.
   void commit();
-  // Commits if frames wait and the interval will have passed in `pause` seconds: for whoever does
-  // something that takes so long before the next frame.
-  void commit_before_pause(double pause);
+  // Whether frames wait that should be committed before something that takes `pause` seconds: the
+  // interval will have passed by then.
+  bool is_due(double pause) const;
   // Frames written, committed or not.
   int frames() const;
   // Throws TrajectoryError unless the path still names the file of this writer, which someone may

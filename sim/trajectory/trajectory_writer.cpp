@@ -146,7 +146,7 @@ struct TrajectoryWriter::Implementation {
   FrameBatch batch;
   int committed_frames = 0;
   hsize_t committed_steps = 0;
-  std::chrono::steady_clock::time_point last_commit;
+  std::chrono::steady_clock::time_point last_commit = std::chrono::steady_clock::now();
   bool failed = false;
 };
 
@@ -442,7 +442,6 @@ void TrajectoryWriter::Implementation::commit() {
 // Whether frames must not wait for another `pause` seconds.
 bool TrajectoryWriter::Implementation::is_due(double pause) const {
   if (batch.frames() == 0) return false;
-  if (committed_frames == 0) return true;
   if (batch.bytes() >= largest_batch) return true;
   const std::chrono::duration<double> age = std::chrono::steady_clock::now() - last_commit;
   return age.count() + pause >= options.commit_interval;
@@ -508,12 +507,10 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
   self.failed = true;              // until the frame is whole
   self.batch.add(time, positions, velocities, series, step_rows);
   self.failed = false;
-  commit_before_pause(0);
+  if (is_due(0)) commit();
 }
 
-void TrajectoryWriter::commit_before_pause(double pause) {
-  if (implementation_->is_due(pause)) implementation_->commit();
-}
+bool TrajectoryWriter::is_due(double pause) const { return implementation_->is_due(pause); }
 
 void TrajectoryWriter::commit() { implementation_->commit(); }
 

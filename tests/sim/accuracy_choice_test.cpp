@@ -318,7 +318,7 @@ TEST(AccuracyChoice, SaysWhatItsPilotDoesAndShowsHowFarItIs) {
             std::string::npos)
       << said.front();
   EXPECT_GT(furthest, 0.19);
-  EXPECT_GT(report.cpu_time, 0);
+  EXPECT_GT(report.cost.cpu, 0);
   EXPECT_FALSE(report.ended_run());
 }
 

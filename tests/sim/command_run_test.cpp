@@ -131,7 +131,7 @@ TEST_F(CommandRun, ReportsInJson) {
   for (const char* key : {"rebuild", "traverse", "narrow_phase"}) {
     EXPECT_EQ(report.at("phases_s").at(key), 0) << key;
   }
-  for (const char* key : {"forces", "linear_solve", "record"}) {
+  for (const char* key : {"forces", "linear_solve", "energies", "record"}) {
     EXPECT_GT(report.at("phases_s").at(key), 0) << key;
     EXPECT_LT(report.at("phases_s").at(key), report.at("wall_s")) << key;
   }
@@ -209,8 +209,21 @@ TEST_F(CommandRun, CountsAndLimitsThePilotOfAnAccuracy) {
   EXPECT_EQ(done.code, exit_code::done) << done.err;
   EXPECT_NE(done.err.find("weft: pilot of time.accuracy: runs with"), std::string::npos);
   const nlohmann::json report = nlohmann::json::parse(done.out);
-  EXPECT_GT(report.at("pilot_cpu_s"), 0);
-  EXPECT_GT(report.at("cpu_s"), report.at("pilot_cpu_s"));
+  for (const std::string clock : {"wall_s", "cpu_s"}) {
+    double sum = 0;
+    for (const char* part : {"setup_", "pilot_", "run_", "record_"}) {
+      EXPECT_GT(report.at(part + clock), 0) << part;
+      sum += report.at(part + clock).get<double>();
+    }
+    EXPECT_LE(sum, report.at(clock).get<double>() * (1 + 1e-12));
+  }
+  // Those of the processes that have ended: the command alone.
+  rusage used;
+  ASSERT_EQ(getrusage(RUSAGE_CHILDREN, &used), 0);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  EXPECT_LE(report.at("cpu_s"), seconds(used.ru_utime) + seconds(used.ru_stime) + 1e-4);
   std::vector<std::string> limited = run;
   limited.insert(limited.end(), {"--set", "compute.cpu_limit=1e-3", "-o", "limited"});
   const Result failed = weft(limited);
@@ -288,7 +301,8 @@ TEST_F(CommandRun, RefusesAFolderThatCannotBeMade) {
   EXPECT_NE(result.err.find("file/out"), std::string::npos) << result.err;
 }
 
-TEST_F(CommandRun, KeepsTheFramesThatFitOnTheDisk) {
+// Frames that were committed before stay (Trajectory.KeepsWhatIsThereWhenTheDiskIsFull).
+TEST_F(CommandRun, EndsWhereTheDiskIsFull) {
   write("sheet.toml", sheet_case);
   const auto limit_files = [] {
     const rlimit limit{400'000, 400'000};
@@ -300,7 +314,7 @@ TEST_F(CommandRun, KeepsTheFramesThatFitOnTheDisk) {
                              limit_files);
   EXPECT_EQ(result.code, exit_code::input_output) << result.err;
   EXPECT_NE(result.err.find("out/sheet.h5"), std::string::npos) << result.err;
-  EXPECT_GT(frame_times(path("out/sheet.h5")).size(), 1U);
+  EXPECT_NO_THROW(frame_times(path("out/sheet.h5")));
 }
 
 TEST_F(CommandRun, StopsAfterTheStepWhenInterrupted) { expect_stop(SIGINT, 130); }

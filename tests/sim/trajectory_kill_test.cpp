@@ -216,20 +216,20 @@ TEST_F(TrajectoryKill, EveryMomentOfManyFramesLeavesAWholeFile) {
   expect_every_moment(std::vector<int>(132, 1), 1);
 }
 
-// A batch is there as a whole or not at all. The first frame is always committed by itself.
+// A batch is there as a whole or not at all.
 TEST_F(TrajectoryKill, EveryMomentOfBatchesLeavesAWholeFile) {
-  expect_every_moment({1, 5, 40, 1, 70, 2, 16}, 1);
+  expect_every_moment({6, 40, 1, 70, 2, 16}, 1);
 }
 
 // One batch that fills groups and makes others.
 TEST_F(TrajectoryKill, EveryMomentOfALargeBatchLeavesAWholeFile) {
-  expect_every_moment({1, 131, 3}, 1);
+  expect_every_moment({132, 3}, 1);
 }
 
 // Much metadata, so that some would cross the borders of pages.
 TEST_F(TrajectoryKill, EveryMomentOfManySeriesLeavesAWholeFile) {
   expect_every_moment(std::vector<int>(8, 1), 30);
-  expect_every_moment({1, 3, 4}, 30);
+  expect_every_moment({4, 4}, 30);
 }
 
 TEST_F(TrajectoryKill, SurvivesSigkill) {
