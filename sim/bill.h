@@ -31,6 +31,15 @@ struct Bill {
   Cost total;
 };
 
+// Names of the parts, to be followed by wall_s or cpu_s.
+struct BillPart {
+  const char* prefix;
+  Cost Bill::*cost;
+};
+inline constexpr BillPart bill_parts[] = {
+    {"", &Bill::total},   {"setup_", &Bill::setup},   {"pilot_", &Bill::pilot},
+    {"run_", &Bill::run}, {"record_", &Bill::record}, {"error_estimate_", &Bill::error_estimate}};
+
 // The cost since it was made.
 class Stopwatch {
  public:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <limits>
 
@@ -91,6 +92,12 @@ std::string in_folder(const std::string& path) {
   return path;
 }
 
+std::string reason_of_signal(int signal) {
+  if (signal == SIGINT) return "stopped by Ctrl-C (SIGINT)";
+  if (signal == SIGTERM) return "stopped by SIGTERM";
+  return "stopped from outside";
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -113,8 +120,7 @@ class Run {
 
   // `started`: with the set-up.
   RunReport execute(const Stopwatch& started) {
-    Bill& bill = report_.bill;
-    bill.setup = started.elapsed() - bill.error_estimate;
+    setup_ = started.elapsed() - report_.bill.error_estimate;
     if (options_.notice && !scene_.source.accuracy_choice.empty()) {
       options_.notice(scene_.source.accuracy_choice);
     }
@@ -136,9 +142,12 @@ class Run {
     report_.simulated_time =
         failed ? last_recorded_ : std::min(integrator_->time(), scene_.source.time.duration);
     report_.frames = recorder_->frames();
+    report_.energies = recorder_->energies();
     report_.counts = integrator_->counts();
     note_compute();
     if (monitor_) report_.error_estimate = monitor_->estimate();
+    settle(started);
+    recorder_->finish({status_name(report_.status), report_.reason, report_.bill});
     close_file();
     settle(started);
     return report_;
@@ -155,8 +164,8 @@ class Run {
   void settle(const Stopwatch& started) {
     Bill& bill = report_.bill;
     const Cost here = started.elapsed();
-    bill.run = here - bill.setup - bill.record - bill.error_estimate;
-    bill.setup += options_.earlier.setup;
+    bill.run = here - setup_ - bill.record - bill.error_estimate;
+    bill.setup = setup_ + options_.earlier.setup;
     bill.pilot = options_.earlier.pilot;
     bill.total = here + options_.earlier.total;
   }
@@ -230,7 +239,10 @@ class Run {
     return std::nullopt;
   }
 
-  void interrupt() { report_.status = RunReport::Status::interrupted; }
+  void interrupt() {
+    report_.status = RunReport::Status::interrupted;
+    report_.reason = reason_of_signal(*options_.stop_signal);
+  }
   void fail(const std::string& reason) {
     report_.status = RunReport::Status::failed;
     report_.reason = reason;
@@ -282,6 +294,7 @@ class Run {
   EnergyWatch energy_watch_;
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
+  Cost setup_;                // of this run
   bool left_a_step_ = false;  // as it was interrupted
   double last_recorded_ = 0;
 };

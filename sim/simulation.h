@@ -5,6 +5,8 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "sim/bill.h"
 #include "sim/error_estimate.h"
@@ -33,7 +35,7 @@ struct RunOptions {
 struct RunReport {
   enum class Status { done, failed, interrupted };
   Status status = Status::done;
-  std::string reason;         // why it failed: what, which bodies, when
+  std::string reason;         // why it failed (what, which bodies, when) or was stopped
   double simulated_time = 0;  // s; after a failure, of the last good state
   Bill bill;                  // with what was spent before
   int frames = 0;
@@ -43,6 +45,7 @@ struct RunReport {
   std::string compute;         // what the contact search ran on, and why; empty without contact
   std::string decision;        // what the integrator decided by itself, last; empty for most
   double largest_stretch = 0;  // l / L - 1 over all frames and edges
+  std::vector<std::pair<std::string, double>> energies;  // J, of the last frame, by series
   Statistics statistics;
   std::optional<ErrorEstimate> error_estimate;  // where asked for
   std::string trajectory;

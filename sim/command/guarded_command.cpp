@@ -8,6 +8,7 @@
 #include <iostream>
 
 #include "sim/case/case_text.h"
+#include "sim/command/command_json.h"
 #include "sim/command/run_command.h"
 #include "sim/trajectory/reading_process.h"
 
@@ -36,11 +37,14 @@ int deliver(int code) {
   return exit_code::input_output;
 }
 
-int run_guarded(const std::string& path, bool draws, const std::function<int()>& command) {
+int run_guarded(const std::string& path, bool draws, bool json,
+                const std::function<int()>& command) {
   std::cout.flush();
   const ProcessEnd end = run_in_process([&] { return deliver(command()); });
   if (end.signal == 0) return end.code;
-  complain(describe_end(path, draws, end.signal));
+  const std::string reason = describe_end(path, draws, end.signal);
+  complain(reason);
+  if (json) std::cout << refusal_json(exit_code::input_output, reason) << '\n';
   return exit_code::input_output;
 }
 

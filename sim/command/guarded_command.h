@@ -12,8 +12,10 @@ int deliver(int code);
 
 // Runs a command that reads `path` in a process of its own (reading_process.h) and returns its exit
 // code; exit_code::input_output, with a message that names the file, when it crashed. `draws`: the
-// command uses OpenGL, which may be what crashed.
-int run_guarded(const std::string& path, bool draws, const std::function<int()>& command);
+// command uses OpenGL, which may be what crashed. `json`: the message goes to standard output, too,
+// as an object.
+int run_guarded(const std::string& path, bool draws, bool json,
+                const std::function<int()>& command);
 
 // Prints `text` on standard error with control characters escaped, and ends the line.
 void complain(const std::string& text);

@@ -1,12 +1,16 @@
 // The weft command.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <span>
+#include <string_view>
 
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/command/bench_command.h"
+#include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
@@ -33,9 +37,11 @@ Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad cas
 
 using namespace weft::sim;
 
-int refuse_file(const std::string& path, const std::exception& error) {
+int refuse_file(const std::string& path, const std::exception& error, bool json) {
   const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
-  complain(no_memory ? path + ": needs more memory than there is" : error.what());
+  const std::string reason = no_memory ? path + ": needs more memory than there is" : error.what();
+  complain(reason);
+  if (json) std::cout << refusal_json(exit_code::input_output, reason) << '\n';
   return exit_code::input_output;
 }
 
@@ -53,7 +59,7 @@ int show_info(const std::string& path, bool crossings, bool json) {
     }
     return exit_code::done;
   } catch (const std::exception& error) {
-    return refuse_file(path, error);
+    return refuse_file(path, error, json);
   }
 }
 
@@ -74,7 +80,7 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
     std::cout << printable(report.movie.empty() ? report.why_no_movie : report.movie, true) << '\n';
     return exit_code::done;
   } catch (const std::exception& error) {
-    return refuse_file(path, error);
+    return refuse_file(path, error, false);
   }
 }
 
@@ -93,8 +99,8 @@ void add_case_arguments(CLI::App& sub, Arguments& arguments) {
   sub.add_option("case", arguments.command.case_path, "TOML case file")->required();
   sub.add_option(
          "--set", arguments.command.overrides,
-         "Override a case key: KEY=VALUE, for example contact.friction=0.3; may be repeated")
-      ->type_name("KEY=VALUE")
+         "Override a case key, for example --set contact.friction=0.3; each has a --set of its own")
+      ->option_text("KEY=VALUE")  // of a vector, CLI11 would show KEY=VALUE ...
       ->allow_extra_args(false);
 }
 
@@ -132,7 +138,7 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
                  "Count the triangles that pass through each other, frame by frame, exactly");
   info->add_flag("--json", arguments.json, "Print one JSON object");
   info->callback([&] {
-    arguments.code = run_guarded(arguments.trajectory, false, [&] {
+    arguments.code = run_guarded(arguments.trajectory, false, arguments.json, [&] {
       return show_info(arguments.trajectory, arguments.crossings, arguments.json);
     });
   });
@@ -177,7 +183,7 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   pictures->add_flag("--force", drawing.force,
                      "Overwrite pictures and a movie that weft render did not make");
   pictures->callback([&] {
-    arguments.code = run_guarded(arguments.trajectory, true, [&] {
+    arguments.code = run_guarded(arguments.trajectory, true, false, [&] {
       return render(arguments.trajectory, arguments.pictures, drawing);
     });
   });
@@ -220,14 +226,20 @@ std::string hint_for_unknown(const CLI::App& app) {
   return in_quotes(name) + " is unknown" + (names.empty() ? "" : "; " + name_hint(name, names));
 }
 
-int refuse_arguments(const CLI::App& app, const CLI::ParseError& error, bool no_arguments) {
-  if (no_arguments) {
+int refuse_arguments(const CLI::App& app, const CLI::ParseError& error,
+                     std::span<const char* const> arguments) {
+  if (arguments.size() == 1) {
     std::cerr << app.help();
     return exit_code::bad_case;
   }
   const std::string hint = hint_for_unknown(app);
   const std::vector<CLI::App*> chosen = app.get_subcommands();
-  complain("weft: " + (hint.empty() ? error.what() : hint));
+  const std::string reason = hint.empty() ? error.what() : hint;
+  complain("weft: " + reason);
+  const auto is_json = [](const char* argument) { return std::string_view(argument) == "--json"; };
+  if (std::ranges::any_of(arguments, is_json)) {
+    std::cout << refusal_json(exit_code::bad_case, reason) << '\n';
+  }
   std::cerr << "See weft " << (chosen.empty() ? "" : chosen.front()->get_name() + " ")
             << "--help\n";
   return exit_code::bad_case;
@@ -249,7 +261,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     app.exit(asked);  // prints the help or the version
   } catch (const CLI::ParseError& error) {
-    return refuse_arguments(app, error, argc == 1);
+    return refuse_arguments(app, error, {argv, static_cast<std::size_t>(argc)});
   } catch (const std::bad_alloc&) {
     complain("weft: needs more memory than there is");
     return exit_code::input_output;

@@ -7,15 +7,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "sim/accuracy_pilot.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/simulation.h"
-#include "sim/trajectory/json_text.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -33,81 +32,6 @@ void catch_stop_signals() {
       std::signal(caught, SIG_DFL);
     });
   }
-}
-
-nlohmann::ordered_json error_json(const ErrorEstimate& estimate) {
-  nlohmann::ordered_json json;
-  for (const BodyError& body : estimate.bodies) {
-    json["bodies"].push_back({{"body", body.body},
-                              {"largest_m", body.largest},
-                              {"largest_time_s", body.largest_time},
-                              {"last_m", body.last}});
-  }
-  json["last_time_s"] = estimate.last_time;
-  json["parted_time_s"] =
-      estimate.parted_time ? nlohmann::ordered_json(*estimate.parted_time) : nullptr;
-  if (!estimate.failure.empty()) json["failure"] = estimate.failure;
-  return json;
-}
-
-void add_cost(nlohmann::ordered_json& json, const std::string& part, const Cost& cost) {
-  json[part + "wall_s"] = cost.wall;
-  json[part + "cpu_s"] = cost.cpu;
-}
-
-void add_bill(nlohmann::ordered_json& json, const Bill& bill) {
-  add_cost(json, "", bill.total);
-  add_cost(json, "setup_", bill.setup);
-  add_cost(json, "pilot_", bill.pilot);
-  add_cost(json, "run_", bill.run);
-  add_cost(json, "record_", bill.record);
-}
-
-nlohmann::ordered_json report_json(const RunReport& report, const std::string& accuracy_choice) {
-  nlohmann::ordered_json json;
-  json["status"] = status_name(report.status);
-  if (!report.reason.empty()) json["reason"] = report.reason;
-  json["simulated_s"] = report.simulated_time;
-  add_bill(json, report.bill);
-  json["frames"] = report.frames;
-  json["steps"] = report.counts.steps;
-  json["vetoed_steps"] = report.counts.vetoed_steps;
-  json["error_test_failures"] = report.counts.error_test_failures;
-  json["convergence_failures"] = report.counts.convergence_failures;
-  json["newton_iterations"] = report.counts.newton_iterations;
-  json["linear_iterations"] = report.counts.linear_iterations;
-  json["linear_setups"] = report.counts.linear_setups;
-  json["min_gap_m"] = report.smallest_gap ? nlohmann::ordered_json(*report.smallest_gap) : nullptr;
-  json["max_stretch"] = report.largest_stretch;
-  const Counters& counters = report.statistics.counters;
-  if (!report.compute.empty()) json["compute"] = report.compute;
-  if (!report.decision.empty()) json["integrator"] = report.decision;
-  json["counters"] = {{"rebuilds", counters.rebuilds},
-                      {"self_traversals", counters.self_traversals},
-                      {"pair_traversals", counters.pair_traversals},
-                      {"bound_tests", counters.bound_tests},
-                      {"candidate_pairs", counters.candidate_pairs},
-                      {"narrow_phase_calls", counters.narrow_phase_calls},
-                      {"ccd_calls", counters.ccd_calls},
-                      {"friction_terms", counters.friction_terms},
-                      {"force_evaluations", counters.force_evaluations},
-                      {"matrix_assemblies", counters.matrix_assemblies}};
-  const PhaseTimes& phases = report.statistics.phases;
-  json["phases_s"] = {{"rebuild", phases.rebuild},
-                      {"traverse", phases.traverse},
-                      {"narrow_phase", phases.narrow_phase},
-                      {"forces", phases.forces},
-                      {"linear_solve", phases.linear_solve},
-                      {"energies", phases.energies},
-                      {"record", phases.record}};
-  if (!accuracy_choice.empty()) json["accuracy"] = accuracy_choice;
-  if (report.error_estimate) {
-    json["error_estimate"] = error_json(*report.error_estimate);
-    add_cost(json["error_estimate"], "", report.bill.error_estimate);
-  }
-  json["trajectory"] = report.trajectory.empty() ? nlohmann::ordered_json()
-                                                 : nlohmann::ordered_json(report.trajectory);
-  return json;
 }
 
 // Of the bodies with the largest errors; the trajectory has them all.
@@ -159,17 +83,22 @@ void print_summary(const RunReport& report) {
 
 // The case and its scene, or the exit code of what is wrong with them.
 int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
+  const auto refuse = [&](int code, const std::string& reason) {
+    complain(reason);
+    if (command.json) std::cout << refusal_json(command, code, reason) << '\n';
+    return code;
+  };
   try {
     Case source = read_case(command.case_path, command.overrides);
     prepare(source);
     const std::unique_ptr<const Scene> scene = build_scene(source);
     return use(*scene);
   } catch (const CaseError& error) {
-    complain(error.what());
-    return exit_code::bad_case;
+    return refuse(exit_code::bad_case, error.what());
   } catch (const TrajectoryError& error) {
-    complain(error.what());
-    return exit_code::input_output;
+    return refuse(exit_code::input_output, error.what());
+  } catch (const std::bad_alloc&) {
+    return refuse(exit_code::input_output, "weft: needs more memory than there is");
   }
 }
 
@@ -180,19 +109,28 @@ void refuse_static(const Case& source) {
                   "expected another time.method, or no --estimate-error");
 }
 
+int code_of(RunReport::Status status) {
+  switch (status) {
+    case RunReport::Status::done:
+      return exit_code::done;
+    case RunReport::Status::failed:
+      return exit_code::numerical_failure;
+    case RunReport::Status::interrupted:
+      return 128 + caught_signal;
+  }
+  return exit_code::done;
+}
+
 int finish(const RunCommand& command, const Case& source, const RunReport& report) {
+  const int code = code_of(report.status);
   if (command.json) {
-    std::cout << json_text(report_json(report, source.accuracy_choice)) << '\n';
+    std::cout << report_json(command, source, report, code) << '\n';
   } else {
     print_summary(report);
   }
   if (report.error_estimate) warn_of_errors(*report.error_estimate);
-  if (report.status == RunReport::Status::failed) {
-    complain("weft: " + report.reason);
-    return exit_code::numerical_failure;
-  }
-  if (report.status == RunReport::Status::interrupted) return 128 + caught_signal;
-  return exit_code::done;
+  if (report.status == RunReport::Status::failed) complain("weft: " + report.reason);
+  return code;
 }
 
 void print_notice(const std::string& text) { complain("weft: " + text); }

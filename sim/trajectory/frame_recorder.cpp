@@ -108,6 +108,17 @@ std::vector<Series> step_series(const Dynamics& dynamics) {
   return series;
 }
 
+// Names as those of the series.
+std::vector<std::pair<std::string, double>> named(const Energies& energies) {
+  std::vector<std::pair<std::string, double>> values{
+      {"energy_kinetic", energies.kinetic},
+      {"energy_gravitational", energies.gravitational},
+      {"energy_contact", energies.contact}};
+  for (const auto& [name, value] : energies.elastic) values.emplace_back("energy_" + name, value);
+  values.emplace_back("energy_total", energies.total());
+  return values;
+}
+
 void append_energies(const Energies& energies, std::vector<double>& values) {
   values.insert(values.end(), {energies.kinetic, energies.gravitational, energies.contact});
   for (const auto& [name, value] : energies.elastic) values.push_back(value);
@@ -184,6 +195,12 @@ void FrameRecorder::commit() {
   writer_.commit();
 }
 
+void FrameRecorder::finish(const RunEnd& end) {
+  const CostTimer cost(cost_);
+  const PhaseTimer timer(dynamics_.statistics().phases.record);
+  writer_.finish(end);
+}
+
 double FrameRecorder::add_frame(double time, std::span<const double> y,
                                 const IntegratorCounts& counts, std::span<const double> more) {
   const Energies energies = dynamics_.energies(time, y);
@@ -194,6 +211,7 @@ double FrameRecorder::add_frame(double time, std::span<const double> y,
   const std::vector<std::span<const Vec3>> velocities = scene_.source.output.velocity
                                                             ? split_by_body(scene_, velocity_)
                                                             : std::vector<std::span<const Vec3>>{};
+  energies_ = named(energies);
   std::vector<double> values = frame_values(energies, largest_stretch, counts);
   values.insert(values.end(), more.begin(), more.end());
   writer_.write_frame(time, split_by_body(scene_, position_), velocities, values, step_rows_);

@@ -28,7 +28,11 @@ class FrameRecorder {
   // As TrajectoryWriter: frames are committed about four times a second.
   void commit_before_pause(double pause);
   void commit();
+  // Commits, and writes how the run ended.
+  void finish(const RunEnd& end);
   int frames() const { return writer_.frames(); }
+  // Of the last frame, J, by the names of their series.
+  const std::vector<std::pair<std::string, double>>& energies() const { return energies_; }
   // Throws TrajectoryError unless the file is still where it was made.
   void check_in_place() const { writer_.check_in_place(); }
 
@@ -44,6 +48,7 @@ class FrameRecorder {
   IntegratorCounts last_counts_;
   std::vector<Vec3> position_, velocity_;
   std::vector<double> step_rows_;
+  std::vector<std::pair<std::string, double>> energies_;
   TrajectoryWriter writer_;
 };
 

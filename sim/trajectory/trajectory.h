@@ -5,12 +5,14 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bsi/geometry_image.h"
+#include "sim/bill.h"
 
 namespace weft::sim {
 
@@ -32,6 +34,13 @@ class TrajectoryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// How a run ended and what it cost.
+struct RunEnd {
+  std::string status;  // "done", "failed" or "interrupted"
+  std::string reason;  // why it failed or was stopped
+  Bill bill;           // up to the moment it is written
+};
+
 // Layout (format version 1; docs/trajectory.md has the whole reference). Only the first
 // N = len(/time) entries of every per-frame dataset are complete frames: a killed run may leave
 // more entries elsewhere.
@@ -50,6 +59,7 @@ class TrajectoryError : public std::runtime_error {
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
 //   /steps/NAME[S]           float64, attribute units: one entry an accepted step, written with the
 //                            frame that follows it; the first /series/steps[n] belong to frame n
+//   /run                     attributes: how the run ended and what it cost, once it has
 //   /frame/F÷16384/F÷128/F/position/NAME   virtual dataset [texels, 3]: frame F for the sidecar
 //                            (and velocity/NAME)
 class TrajectoryWriter {
@@ -96,6 +106,8 @@ class TrajectoryWriter {
   // the sidecar PATH with .xdmf lists them. A process killed within this call leaves all of them
   // out or all of them in. Throws as write_frame. The destructor commits too, in silence.
   void commit();
+  // Commits, and writes how the run ended: no frame follows. Throws as write_frame.
+  void finish(const RunEnd& end);
   // Whether frames wait that should be committed before something that takes `pause` seconds: the
   // interval will have passed by then.
   bool is_due(double pause) const;
@@ -124,6 +136,10 @@ class TrajectoryReader {
   std::string title() const;
   std::string weft_version() const;  // that wrote it
   std::string case_text() const;
+  // Nothing where the run goes on or was killed, and in files of earlier versions.
+  std::optional<RunEnd> end() const;
+  // Whether the file is of a version that says how its run ended.
+  bool says_its_end() const;
   const std::vector<TrajectoryBody>& bodies() const;
   // By particle, m.
   std::vector<Vec3> positions(int body, int frame) const;

@@ -9,6 +9,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/trajectory/crossings.h"
+#include "sim/trajectory/file_lock.h"
 #include "sim/trajectory/json_text.h"
 #include "sim/trajectory/trajectory.h"
 
@@ -55,6 +56,25 @@ SeriesSummary summarise_series(const TrajectoryReader& reader,
   summary.minimum = minimum;
   summary.maximum = maximum;
   return summary;
+}
+
+void summarise_end(const TrajectoryReader& reader, bool is_written, TrajectorySummary& summary) {
+  if (const std::optional<RunEnd> end = reader.end()) {
+    summary.status = end->status;
+    summary.reason = end->reason;
+    summary.bill = end->bill;
+  } else if (is_written) {
+    summary.status = "running";
+  } else {
+    summary.status = reader.says_its_end() ? "killed" : "unknown";
+  }
+}
+
+std::string describe_end(const TrajectorySummary& summary) {
+  if (summary.status == "running") return "running: a process is writing the file";
+  if (summary.status == "killed") return "killed: the process that wrote the file did not end it";
+  if (summary.status == "unknown") return "unknown: the file is of an earlier version of Weft";
+  return printable(summary.status + (summary.reason.empty() ? "" : ": " + summary.reason));
 }
 
 std::string size_of(const BodySummary& body) {
@@ -134,12 +154,15 @@ void require_judgeable(const std::string& path, const TrajectoryBody& body, int 
 }  // namespace
 
 TrajectorySummary summarise_trajectory(const std::string& path) {
+  // First, since a run may end meanwhile.
+  const bool is_written = is_locked(path);
   const TrajectoryReader reader(path);
   TrajectorySummary summary;
   summary.path = path;
   summary.title = reader.title();
   summary.weft_version = reader.weft_version();
   summary.frames = reader.frames();
+  summarise_end(reader, is_written, summary);
   if (summary.frames > 0) {
     summary.first_time = reader.time(0);
     summary.last_time = reader.time(summary.frames - 1);
@@ -161,6 +184,11 @@ std::string to_text(const TrajectorySummary& summary) {
   text << printable(summary.path) << ": Weft trajectory, format " << summary.format_version
        << ", written by Weft " << printable(summary.weft_version) << '\n';
   if (!summary.title.empty()) text << "title     " << printable(summary.title) << '\n';
+  text << "run       " << describe_end(summary) << '\n';
+  if (summary.bill.total.wall > 0) {
+    text << "cost      " << summary.bill.total.wall << " s, " << summary.bill.total.cpu
+         << " s of CPU\n";
+  }
   text << "frames    " << summary.frames;
   if (summary.frames > 0) text << ", " << summary.first_time << " to " << summary.last_time << " s";
   text << (summary.has_velocity ? ", with velocities\n" : "\n");
@@ -197,12 +225,20 @@ std::string to_json(const TrajectorySummary& summary) {
                                    {"version", summary.format_version},
                                    {"weft_version", summary.weft_version},
                                    {"title", summary.title},
+                                   {"status", summary.status},
+                                   {"reason", summary.reason},
                                    {"frames", summary.frames},
                                    {"first_time_s", summary.first_time},
                                    {"last_time_s", summary.last_time},
                                    {"velocity", summary.has_velocity},
                                    {"bodies", nlohmann::ordered_json::array()},
                                    {"series", nlohmann::ordered_json::array()}};
+  for (const BillPart& part : bill_parts) {
+    if (!(summary.bill.total.wall > 0)) break;
+    const Cost& cost = summary.bill.*part.cost;
+    object[std::string(part.prefix) + "wall_s"] = cost.wall;
+    object[std::string(part.prefix) + "cpu_s"] = cost.cpu;
+  }
   for (const BodySummary& body : summary.bodies) {
     nlohmann::ordered_json entry = {
         {"name", body.name},   {"patches", body.patches},      {"rows", body.rows},

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bsi/geometry_image.h"
+#include "sim/bill.h"
 
 namespace weft::sim {
 
@@ -31,6 +32,10 @@ struct SeriesSummary {
 
 struct TrajectorySummary {
   std::string path, title, weft_version;
+  // "done", "failed" or "interrupted", with the reason; "running" while a run writes the file;
+  // "killed" where its writer died; "unknown" in files of earlier versions.
+  std::string status, reason;
+  Bill bill;  // zero unless the run has ended
   int format_version = 1;
   int frames = 0;
   double first_time = 0, last_time = 0;  // s; zero without frames

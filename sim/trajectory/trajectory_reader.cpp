@@ -69,6 +69,7 @@ struct TrajectoryReader::Implementation {
   explicit Implementation(const std::string& path) : access(path) {}
 
   void read_header();
+  void read_end();
   TrajectoryBody read_body(const std::string& name) const;
   std::vector<int> read_particles(hid_t group, std::size_t texels) const;
   std::vector<double> read_list(const std::string& name, hsize_t count) const;
@@ -78,6 +79,8 @@ struct TrajectoryReader::Implementation {
   Handle file;
   std::vector<double> times;
   std::string title, weft_version, case_text;
+  bool says_its_end = false;
+  std::optional<RunEnd> end;
   std::vector<TrajectoryBody> bodies;
   std::vector<TrajectoryWriter::Series> series;
 };
@@ -106,6 +109,7 @@ void TrajectoryReader::Implementation::read_header() {
   case_text = contents == nullptr ? "" : contents;
   H5free_memory(contents);
 
+  read_end();
   if (frames > static_cast<hsize_t>(std::numeric_limits<int>::max())) {
     access.reject("dataset time claims more frames than can be numbered");
   }
@@ -118,6 +122,21 @@ void TrajectoryReader::Implementation::read_header() {
   for (const std::string& name : access.members(series_group.get())) {
     const Handle dataset = access.open_dataset(series_group.get(), name);
     series.push_back({name, access.read_string(dataset.get(), "units")});
+  }
+}
+
+void TrajectoryReader::Implementation::read_end() {
+  says_its_end = H5Lexists(file.get(), "run", H5P_DEFAULT) > 0;
+  if (!says_its_end) return;
+  const Handle group = access.open_group(file.get(), "run");
+  if (H5Aexists(group.get(), "complete") <= 0) return;
+  end.emplace();
+  end->status = access.read_string(group.get(), "status");
+  end->reason = access.read_string(group.get(), "reason");
+  for (const BillPart& part : bill_parts) {
+    Cost& cost = end->bill.*part.cost;
+    cost.wall = access.read_double(group.get(), std::string(part.prefix) + "wall_s");
+    cost.cpu = access.read_double(group.get(), std::string(part.prefix) + "cpu_s");
   }
 }
 
@@ -261,6 +280,10 @@ std::string TrajectoryReader::title() const { return implementation_->title; }
 std::string TrajectoryReader::weft_version() const { return implementation_->weft_version; }
 
 std::string TrajectoryReader::case_text() const { return implementation_->case_text; }
+
+std::optional<RunEnd> TrajectoryReader::end() const { return implementation_->end; }
+
+bool TrajectoryReader::says_its_end() const { return implementation_->says_its_end; }
 
 const std::vector<TrajectoryBody>& TrajectoryReader::bodies() const {
   return implementation_->bodies;

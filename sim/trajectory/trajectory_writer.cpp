@@ -73,6 +73,15 @@ Handle dataset_properties() {
   return properties;
 }
 
+// A group with room in its header for the attributes that come at the end.
+Handle end_properties() {
+  Handle properties(H5Pcreate(H5P_GROUP_CREATE));
+  H5Pset_obj_track_times(properties.get(), false);
+  H5Pset_attr_phase_change(properties.get(), 64, 0);
+  H5Pset_est_link_info(properties.get(), 32, 32);
+  return properties;
+}
+
 [[maybe_unused]] bool same_size(const bsi::Atlas& atlas) {
   for (const bsi::Patch& patch : atlas.patches()) {
     if (patch.rows != atlas.patches().front().rows || patch.cols != atlas.patches().front().cols) {
@@ -132,13 +141,14 @@ struct TrajectoryWriter::Implementation {
   void append_values(hid_t dataset, hsize_t start, std::span<const double> values);
   void append_steps();
   std::string action() const;
+  void write_end(const RunEnd& end);
 
   hdf5::Access access;
   std::vector<TrajectoryBody> bodies;
   std::vector<Series> series;
   Options options;
   std::string temporary;  // empty once renamed
-  Handle file, body_group, series_group, step_group, time;
+  Handle file, run_group, body_group, series_group, step_group, time;
   std::vector<BodyDatasets> body_datasets;
   std::vector<Handle> series_datasets, step_datasets;
   std::optional<FrameViews> views;
@@ -202,6 +212,7 @@ void TrajectoryWriter::Implementation::create_root() {
   const Handle ordered(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   H5Pset_obj_track_times(ordered.get(), false);
+  run_group = make_group(file.get(), "run", end_properties());
   body_group = make_group(file.get(), "body", ordered);
   series_group = make_group(file.get(), "series", ordered);
   step_group = make_group(file.get(), "steps", ordered);
@@ -349,7 +360,9 @@ void TrajectoryWriter::Implementation::close_objects() {
   series_datasets.clear();
   step_datasets.clear();
   if (views) views->close();
-  for (Handle* handle : {&time, &step_group, &series_group, &body_group}) handle->close();
+  for (Handle* handle : {&time, &step_group, &series_group, &body_group, &run_group}) {
+    handle->close();
+  }
 }
 
 // Names the frames of the batch.
@@ -439,6 +452,21 @@ void TrajectoryWriter::Implementation::commit() {
   failed = false;
 }
 
+// The mark comes by a commit of its own: a string is a piece of metadata beside the attribute, and
+// neither may be read before both are there.
+void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
+  access.write_attribute(run_group.get(), "status", end.status);
+  access.write_attribute(run_group.get(), "reason", end.reason);
+  for (const BillPart& part : bill_parts) {
+    const Cost& cost = end.bill.*part.cost;
+    access.write_attribute(run_group.get(), std::string(part.prefix) + "wall_s", cost.wall);
+    access.write_attribute(run_group.get(), std::string(part.prefix) + "cpu_s", cost.cpu);
+  }
+  flush("write the end");
+  access.write_attribute(run_group.get(), "complete", std::vector<int>{1});
+  flush("write the end");
+}
+
 // Whether frames must not wait for another `pause` seconds.
 bool TrajectoryWriter::Implementation::is_due(double pause) const {
   if (batch.frames() == 0) return false;
@@ -513,5 +541,12 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
 bool TrajectoryWriter::is_due(double pause) const { return implementation_->is_due(pause); }
 
 void TrajectoryWriter::commit() { implementation_->commit(); }
+
+void TrajectoryWriter::finish(const RunEnd& end) {
+  commit();
+  const hdf5::QuietErrors quiet;
+  implementation_->failed = true;  // no frame follows
+  implementation_->write_end(end);
+}
 
 }  // namespace weft::sim

@@ -122,8 +122,8 @@ TEST_F(CommandRun, ReportsInJson) {
     EXPECT_GT(report.at(key), 0) << key;
   }
   EXPECT_EQ(report.at("vetoed_steps"), 0);
-  EXPECT_TRUE(report.at("min_gap_m").is_null());  // no pair came into reach
-  EXPECT_TRUE(report.at("max_stretch").is_number());
+  EXPECT_TRUE(report.at("smallest_gap").is_null());  // no pair came into reach
+  EXPECT_TRUE(report.at("largest_stretch").is_number());
   for (const char* key :
        {"rebuilds", "bound_tests", "candidate_pairs", "narrow_phase_calls", "ccd_calls"}) {
     EXPECT_EQ(report.at("counters").at(key), 0) << key;  // contact is off
@@ -152,8 +152,8 @@ shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
   const Result result = weft({"run", "fall.toml", "--json", "--quiet"});
   EXPECT_EQ(result.err, "");
   const nlohmann::json report = nlohmann::json::parse(result.out);
-  EXPECT_GT(report.at("min_gap_m"), 0);
-  EXPECT_LT(report.at("min_gap_m"), 2e-3);  // contact.range: the floor carries the sheet
+  EXPECT_GT(report.at("smallest_gap"), 0);
+  EXPECT_LT(report.at("smallest_gap"), 2e-3);  // contact.range: the floor carries the sheet
   for (const char* key : {"rebuilds", "bound_tests", "candidate_pairs", "narrow_phase_calls"}) {
     EXPECT_GT(report.at("counters").at(key), 0) << key;
   }

@@ -111,6 +111,43 @@ TEST_F(TrajectoryInfo, HasAWordForAFileWithoutFrames) {
   EXPECT_EQ(refusal_of_crossings(), path("run.h5") + ": has no complete frame to judge");
 }
 
+TEST_F(TrajectoryInfo, SaysHowTheRunEnded) {
+  const std::vector<TrajectoryBody> bodies = {make_body("sheet", {{.rows = 2, .cols = 2}})};
+  const auto initial = scene_values(bodies, 0);
+  const auto status = [&] { return summarise_trajectory(path("run.h5")).status; };
+  {
+    TrajectoryWriter writer(path("run.h5"), bodies, {}, {.commit_interval = 1000}, views(initial));
+    EXPECT_EQ(status(), "running");
+    writer.write_frame(0, views(initial), {}, {});
+    writer.finish({.status = "failed",
+                   .reason = "it broke",
+                   .bill = {.setup = {1, 2},
+                            .pilot = {},
+                            .run = {},
+                            .record = {3, 4},
+                            .error_estimate = {},
+                            .total = {5, 6}}});
+    EXPECT_EQ(status(), "failed");
+    EXPECT_THROW(writer.write_frame(1, views(initial), {}, {}), TrajectoryError);
+  }
+  const TrajectorySummary summary = summarise_trajectory(path("run.h5"));
+  EXPECT_EQ(summary.frames, 1);
+  EXPECT_EQ(summary.bill.record.cpu, 4);
+  EXPECT_EQ(summary.bill.total.wall, 5);
+  const std::string text = to_text(summary);
+  EXPECT_NE(text.find("run       failed: it broke\ncost      5 s, 6 s of CPU\n"), std::string::npos)
+      << text;
+  EXPECT_EQ(nlohmann::json::parse(to_json(summary)).at("record_cpu_s"), 4);
+
+  { const TrajectoryWriter writer(path("run.h5"), bodies, {}, {.force = true}, views(initial)); }
+  EXPECT_EQ(status(), "killed");
+  // Earlier versions had no such group.
+  const hid_t file = H5Fopen(path("run.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  ASSERT_GE(H5Ldelete(file, "run", H5P_DEFAULT), 0);
+  H5Fclose(file);
+  EXPECT_EQ(status(), "unknown");
+}
+
 // Not 0 crossings: NaN has none with anything.
 TEST_F(TrajectoryInfo, RefusesToJudgeWhatIsNoSurface) {
   const std::vector<TrajectoryBody> bodies = {make_body("sheet", {{.rows = 2, .cols = 2}})};

@@ -92,6 +92,10 @@ class TrajectoryKill : public TrajectoryFolder {
     int frames = 0;
     {
       const TrajectoryReader reader(file);
+      if (reader.end()) {
+        ASSERT_EQ(reader.end()->status, "failed");
+        ASSERT_EQ(reader.end()->reason, "it broke");
+      }
       ASSERT_TRUE(reader.frames() == committed || reader.frames() == next) << reader.frames();
       ASSERT_EQ(reader.bodies().size(), bodies.size());
       const std::vector<double> series = reader.series_values(reader.series().back().name);
@@ -182,6 +186,7 @@ void TrajectoryKill::expect_every_moment(const std::vector<int>& batches, int se
       writer->commit();
       marks.push_back(recording.size());
     }
+    writer->finish({.status = "failed", .reason = "it broke", .bill = {}});
   }
   is_recording = false;
   const std::vector<DiskOperation> operations = split_at_pages(recording, marks);
@@ -208,6 +213,7 @@ void TrajectoryKill::expect_every_moment(const std::vector<int>& batches, int se
     expect_whole(copy, frames[commits], frames[is_last ? commits : commits + 1], bodies);
     if (HasFailure()) FAIL() << "after write " << i << " of " << operations.size();
   }
+  EXPECT_TRUE(TrajectoryReader(copy).end());
 }
 
 // Past the first pieces of everything: 128 values of a series, 128 frames of a group, the inner

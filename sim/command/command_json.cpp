@@ -1,0 +1,122 @@
+#include "sim/command/command_json.h"
+
+#include "sim/trajectory/json_text.h"
+
+namespace weft::sim {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json error_json(const ErrorEstimate& estimate) {
+  Json json;
+  for (const BodyError& body : estimate.bodies) {
+    json["bodies"].push_back({{"body", body.body},
+                              {"largest_m", body.largest},
+                              {"largest_time_s", body.largest_time},
+                              {"last_m", body.last}});
+  }
+  json["last_time_s"] = estimate.last_time;
+  json["parted_time_s"] = estimate.parted_time ? Json(*estimate.parted_time) : nullptr;
+  if (!estimate.failure.empty()) json["failure"] = estimate.failure;
+  return json;
+}
+
+void add_cost(Json& json, const std::string& part, const Cost& cost) {
+  json[part + "wall_s"] = cost.wall;
+  json[part + "cpu_s"] = cost.cpu;
+}
+
+// The error estimate has an object of its own.
+void add_bill(Json& json, const Bill& bill) {
+  for (const BillPart& part : bill_parts) {
+    if (part.cost != &Bill::error_estimate) add_cost(json, part.prefix, bill.*part.cost);
+  }
+}
+
+// How the command ended: "refused" is a mistake in the case or the arguments.
+Json ending_json(int code, const std::string& status, const std::string& reason) {
+  Json json{{"weft_version", WEFT_VERSION}, {"status", status}, {"exit_code", code}};
+  json["reason"] = reason.empty() ? Json() : Json(reason);
+  return json;
+}
+
+const char* refusal_status(int code) { return code == exit_code::bad_case ? "refused" : "failed"; }
+
+void add_command(Json& json, const RunCommand& command) {
+  json["case"] = command.case_path;
+  json["overrides"] = command.overrides;
+}
+
+Json counters_json(const Counters& counters) {
+  return {{"rebuilds", counters.rebuilds},
+          {"self_traversals", counters.self_traversals},
+          {"pair_traversals", counters.pair_traversals},
+          {"bound_tests", counters.bound_tests},
+          {"candidate_pairs", counters.candidate_pairs},
+          {"narrow_phase_calls", counters.narrow_phase_calls},
+          {"ccd_calls", counters.ccd_calls},
+          {"friction_terms", counters.friction_terms},
+          {"force_evaluations", counters.force_evaluations},
+          {"matrix_assemblies", counters.matrix_assemblies}};
+}
+
+Json phases_json(const PhaseTimes& phases) {
+  return {{"rebuild", phases.rebuild},
+          {"traverse", phases.traverse},
+          {"narrow_phase", phases.narrow_phase},
+          {"forces", phases.forces},
+          {"linear_solve", phases.linear_solve},
+          {"energies", phases.energies},
+          {"record", phases.record}};
+}
+
+void add_counts(Json& json, const IntegratorCounts& counts) {
+  json["steps"] = counts.steps;
+  json["vetoed_steps"] = counts.vetoed_steps;
+  json["error_test_failures"] = counts.error_test_failures;
+  json["convergence_failures"] = counts.convergence_failures;
+  json["newton_iterations"] = counts.newton_iterations;
+  json["linear_iterations"] = counts.linear_iterations;
+  json["linear_setups"] = counts.linear_setups;
+}
+
+}  // namespace
+
+std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
+                        int code) {
+  Json json = ending_json(code, status_name(report.status), report.reason);
+  add_command(json, command);
+  json["title"] = source.title;
+  json["simulated_s"] = report.simulated_time;
+  add_bill(json, report.bill);
+  json["frames"] = report.frames;
+  add_counts(json, report.counts);
+  json["smallest_gap"] = report.smallest_gap ? Json(*report.smallest_gap) : Json();
+  json["largest_stretch"] = report.largest_stretch;
+  json["energies"] = Json::object();
+  for (const auto& [name, value] : report.energies) json["energies"][name] = value;
+  if (!report.compute.empty()) json["compute"] = report.compute;
+  if (!report.decision.empty()) json["integrator"] = report.decision;
+  json["counters"] = counters_json(report.statistics.counters);
+  json["phases_s"] = phases_json(report.statistics.phases);
+  if (!source.accuracy_choice.empty()) json["accuracy"] = source.accuracy_choice;
+  if (report.error_estimate) {
+    json["error_estimate"] = error_json(*report.error_estimate);
+    add_cost(json["error_estimate"], "", report.bill.error_estimate);
+  }
+  json["trajectory"] = report.trajectory.empty() ? Json() : Json(report.trajectory);
+  return json_text(json);
+}
+
+std::string refusal_json(const RunCommand& command, int code, const std::string& reason) {
+  Json json = ending_json(code, refusal_status(code), reason);
+  add_command(json, command);
+  return json_text(json);
+}
+
+std::string refusal_json(int code, const std::string& reason) {
+  return json_text(ending_json(code, refusal_status(code), reason));
+}
+
+}  // namespace weft::sim

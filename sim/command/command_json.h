@@ -1,0 +1,20 @@
+// What `--json` prints: one object, whatever becomes of the command.
+#pragma once
+
+#include <string>
+
+#include "sim/case/case.h"
+#include "sim/command/run_command.h"
+#include "sim/simulation.h"
+
+namespace weft::sim {
+
+// The report of a run that ended with `code`. Numbers that are also series have their names.
+std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
+                        int code);
+// Why `weft run` has no report.
+std::string refusal_json(const RunCommand& command, int code, const std::string& reason);
+// Why a command of any kind has no result.
+std::string refusal_json(int code, const std::string& reason);
+
+}  // namespace weft::sim

@@ -1,0 +1,177 @@
+// How a command ends is told by its exit code, by --json and by the file.
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "sim/command/run_command.h"
+#include "tests/sim/weft_process.h"
+
+namespace weft::sim {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* sheet_case = R"(title = "A sheet hangs"
+[time]
+duration = 0.1
+[contact]
+enabled = false
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+
+class CommandEnd : public WeftCommand {
+ protected:
+  void SetUp() override { write("sheet.toml", sheet_case); }
+  Json info(const std::string& file = "out/sheet.h5") const {
+    return Json::parse(weft({"info", file, "--json"}).out);
+  }
+  std::string info_text() const { return weft({"info", "out/sheet.h5"}).out; }
+  WeftProcess endless_run() const {
+    return {folder(), {"run", "sheet.toml", "--json", "--quiet", "--set", "time.duration=1e4"}};
+  }
+};
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(CommandEnd, DoneIsInTheFile) {
+  const Json report =
+      Json::parse(weft({"run", "sheet.toml", "--json", "--quiet", "--set", "time.duration=0.05",
+                        "--set", "body.sheet.shape.resolution=[4, 4]"})
+                      .out);
+  EXPECT_EQ(report.at("exit_code"), 0);
+  EXPECT_TRUE(report.at("reason").is_null());
+  EXPECT_EQ(report.at("case"), "sheet.toml");
+  EXPECT_EQ(report.at("title"), "A sheet hangs");
+  EXPECT_EQ(report.at("overrides"),
+            Json({"time.duration=0.05", "body.sheet.shape.resolution=[4, 4]"}));
+  EXPECT_EQ(report.at("weft_version"), WEFT_VERSION);
+
+  const Json file = info();
+  EXPECT_EQ(file.at("status"), "done");
+  EXPECT_EQ(file.at("reason"), "");
+  for (const char* part : {"", "setup_", "run_", "record_"}) {
+    for (const char* clock : {"wall_s", "cpu_s"}) {
+      const std::string name = std::string(part) + clock;
+      EXPECT_GT(file.at(name), 0) << name;
+      // The file lacks what it took to write this and to close it.
+      EXPECT_LE(file.at(name), report.at(name)) << name;
+    }
+  }
+  EXPECT_TRUE(contains(info_text(), "\nrun       done\n")) << info_text();
+}
+
+// Numbers of the report that are also series have their names, and energies their values.
+TEST_F(CommandEnd, ReportsByTheNamesOfSeries) {
+  const Json report = Json::parse(weft({"run", "sheet.toml", "--json", "--quiet"}).out);
+  const Json file = info();
+  int energies = 0;
+  bool has_gap = false, has_stretch = false;
+  for (const Json& series : file.at("series")) {
+    const std::string name = series.at("name");
+    has_gap = has_gap || name == "smallest_gap";
+    has_stretch = has_stretch || name == "largest_stretch";
+    if (name == "largest_stretch") {
+      EXPECT_EQ(report.at(name), series.at("maximum"));
+    }
+    if (!name.starts_with("energy_")) continue;
+    EXPECT_EQ(report.at("energies").at(name), series.at("last")) << name;
+    ++energies;
+  }
+  EXPECT_TRUE(has_gap && has_stretch);
+  EXPECT_TRUE(report.contains("smallest_gap"));
+  EXPECT_GE(energies, 5);
+  EXPECT_EQ(report.at("energies").size(), energies);
+}
+
+TEST_F(CommandEnd, AFailureIsInTheFileWithItsReason) {
+  const Result result = weft({"run", "sheet.toml", "--json", "--quiet", "--set",
+                              "time.duration=1e4", "--set", "compute.cpu_limit=0.02"});
+  EXPECT_EQ(result.code, exit_code::numerical_failure);
+  const Json report = Json::parse(result.out);
+  EXPECT_EQ(report.at("exit_code"), result.code);
+  EXPECT_TRUE(contains(report.at("reason"), "compute.cpu_limit"));
+  const Json file = info();
+  EXPECT_EQ(file.at("status"), "failed");
+  EXPECT_EQ(file.at("reason"), report.at("reason"));
+  EXPECT_TRUE(contains(info_text(), "\nrun       failed: the limit of 0.02 s")) << info_text();
+}
+
+TEST_F(CommandEnd, AStopIsInTheFile) {
+  for (const auto& [signal, code, name] :
+       {std::tuple(SIGINT, 130, "SIGINT"), std::tuple(SIGTERM, 143, "SIGTERM")}) {
+    WeftProcess run = endless_run();
+    wait_for_file("out/sheet.h5");
+    run.send(signal);
+    EXPECT_EQ(run.wait(), code);
+    const Json report = Json::parse(run.out());
+    EXPECT_EQ(report.at("status"), "interrupted");
+    EXPECT_EQ(report.at("exit_code"), code);
+    const Json file = info();
+    EXPECT_EQ(file.at("status"), "interrupted");
+    EXPECT_TRUE(contains(file.at("reason"), name)) << file.at("reason");
+    EXPECT_EQ(file.at("reason"), report.at("reason"));
+    std::filesystem::remove_all(path("out"));
+  }
+}
+
+TEST_F(CommandEnd, ARunThatGoesOnIsToldFromOneThatWasKilled) {
+  WeftProcess run = endless_run();
+  wait_for_file("out/sheet.h5");
+  WeftProcess look(folder(), {"info", "out/sheet.h5", "--json"},
+                   [] { dup2(open("info.json", O_WRONLY | O_CREAT, 0644), STDOUT_FILENO); });
+  EXPECT_EQ(look.wait(), exit_code::done);
+  EXPECT_EQ(Json::parse(read_bytes(path("info.json"))).at("status"), "running");
+  run.send(SIGKILL);
+  run.wait();
+  EXPECT_EQ(info().at("status"), "killed");
+  EXPECT_TRUE(contains(info_text(), "\nrun       killed: ")) << info_text();
+}
+
+TEST_F(CommandEnd, JsonIsAnObjectWhateverIsWrong) {
+  write("bad.toml", "[time]\n  duratoin = 2.0\n");
+  write("text.h5", "no HDF5");
+  write("file", "");
+  struct Mistake {
+    WeftProcess::Arguments arguments;
+    int code;
+    std::string status, reason;
+  };
+  const Mistake mistakes[] = {
+      {{"run", "bad.toml"}, exit_code::bad_case, "refused", "did you mean \"duration\"?"},
+      {{"run", "none.toml"}, exit_code::bad_case, "refused", "none.toml"},
+      {{"run", "sheet.toml", "--set", "time.duration=-1"}, exit_code::bad_case, "refused", "time"},
+      {{"run", "sheet.toml", "--froce"}, exit_code::bad_case, "refused", "\"--force\"?"},
+      {{"run", "sheet.toml", "-o", "file/out"}, exit_code::input_output, "failed", "file/out"},
+      {{"info", "text.h5"}, exit_code::input_output, "failed", "text.h5: "}};
+  for (Mistake mistake : mistakes) {
+    mistake.arguments.push_back("--json");
+    const Result result = weft(mistake.arguments);
+    EXPECT_EQ(result.code, mistake.code) << mistake.reason;
+    const Json object = Json::parse(result.out);
+    EXPECT_EQ(object.at("exit_code"), mistake.code);
+    EXPECT_EQ(object.at("status"), mistake.status);
+    EXPECT_TRUE(contains(object.at("reason"), mistake.reason)) << object.at("reason");
+    EXPECT_TRUE(contains(result.err, mistake.reason)) << result.err;
+  }
+}
+
+// The help of --set shows one override, and that is what it takes.
+TEST_F(CommandEnd, EachOverrideHasASetOfItsOwn) {
+  const std::string help = weft({"run", "--help"}).out;
+  EXPECT_TRUE(contains(help, "--set KEY=VALUE")) << help;
+  EXPECT_FALSE(contains(help, "KEY=VALUE ...")) << help;
+  const Result two = weft({"run", "--set", "time.duration=0.02", "--set", "title=\"other\"",
+                           "sheet.toml", "--json", "--quiet"});
+  ASSERT_EQ(two.code, exit_code::done) << two.err;
+  EXPECT_EQ(Json::parse(two.out).at("title"), "other");
+  EXPECT_EQ(weft({"run", "sheet.toml", "--set", "time.duration=0.02", "title=\"other\""}).code,
+            exit_code::bad_case);
+}
+
+}  // namespace
+}  // namespace weft::sim
