@@ -88,6 +88,25 @@ TEST_F(Command, RefusesArgumentsItDoesNotKnow) {
   EXPECT_FALSE(exists("out"));
 }
 
+// The first case of a page, between its fences.
+std::string case_of_page(const std::string& page, const std::string& heading) {
+  const std::string text = read_bytes(WEFT_SOURCE_DIR + ("/" + page));
+  const std::string opening = "```toml\n";
+  const std::size_t start = text.find(opening, text.find(heading)) + opening.size();
+  return text.substr(start, text.find("```", start) - start);
+}
+
+TEST_F(Command, TakesTheCasesOfItsPages) {
+  write("towel.toml", case_of_page("docs/guide.md", "\n## From an idea to a case\n"));
+  write("cloth.toml", case_of_page("README.md", "\nA case file of your own:\n"));
+  for (const char* name : {"towel.toml", "cloth.toml"}) {
+    const Result result = weft({"check", name});
+    EXPECT_EQ(result.code, exit_code::done) << result.err;
+    EXPECT_TRUE(contains(result.out, "\nforces    gravity, membrane, bending, drag\n"))
+        << result.out;
+  }
+}
+
 TEST_F(Command, RefusesABadCaseBeforeItWritesAnything) {
   write("bad.toml", "title = \"A misspelt key\"\n[time]\n  duratoin = 2.0\n");
   for (const char* command : {"run", "check"}) {
