@@ -1,4 +1,4 @@
-// What a run costs, part by part.
+// The bill of a run: what each part of it costs.
 #pragma once
 
 #include <chrono>
@@ -31,7 +31,7 @@ struct Bill {
   Cost total;
 };
 
-// Names of the parts, to be followed by wall_s or cpu_s.
+// Each part has a prefix; wall_s or cpu_s completes its name in JSON and in the file.
 struct BillPart {
   const char* prefix;
   Cost Bill::*cost;
@@ -40,11 +40,11 @@ inline constexpr BillPart bill_parts[] = {
     {"", &Bill::total},   {"setup_", &Bill::setup},   {"pilot_", &Bill::pilot},
     {"run_", &Bill::run}, {"record_", &Bill::record}, {"error_estimate_", &Bill::error_estimate}};
 
-// The cost since it was made.
+// Measures the cost since it was made.
 class Stopwatch {
  public:
   Stopwatch() : Stopwatch(std::chrono::steady_clock::now(), process_cpu_time()) {}
-  // Since the process began: loading it is taken to last as long as its CPU time.
+  // Starts when the process did. Loading it is taken to last as long as its CPU time.
   static Stopwatch since_process_start() {
     const std::chrono::duration<double> loading(process_cpu_time());
     return {std::chrono::steady_clock::now() -

@@ -118,7 +118,7 @@ class Run {
     monitor_.emplace(scene, options.stop_signal);
   }
 
-  // `started`: with the set-up.
+  // `started` was made before the set-up.
   RunReport execute(const Stopwatch& started) {
     setup_ = started.elapsed() - report_.bill.error_estimate;
     if (options_.notice && !scene_.source.accuracy_choice.empty()) {
@@ -133,7 +133,7 @@ class Run {
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
     cpu_limit_->exclude(-options_.earlier.pilot.cpu);
     integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
-    // So may the first step take as long as the set-up.
+    // The first step may take as long as the set-up.
     recorder_->commit_before_pause(started.elapsed().wall);
     integrate();
     recorder_->commit();
@@ -193,7 +193,7 @@ class Run {
     last_recorded_ = time;
   }
 
-  // What the second run costs is not of this one.
+  // The cost of the second run is kept apart from that of this one.
   std::span<const double> compare(double time, std::span<const double> y) {
     const Stopwatch stopwatch;
     const auto errors = monitor_->compare(time, y);

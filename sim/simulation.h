@@ -22,7 +22,7 @@ struct RunOptions {
   // Measure the error by a second, more exact run beside this one (error_estimate.h); the
   // trajectory then has a series error_estimate_BODY (m) a dynamic body. Not with `static`.
   bool estimate_error = false;
-  // Spent on this run before: counted in its report, and the pilot in compute.cpu_limit.
+  // The bill before this call. Its report counts all of it, compute.cpu_limit the pilot.
   Bill earlier;
   // Told after every step: simulated time (s). May be empty.
   std::function<void(double time)> progress;

@@ -27,14 +27,14 @@ void add_cost(Json& json, const std::string& part, const Cost& cost) {
   json[part + "cpu_s"] = cost.cpu;
 }
 
-// The error estimate has an object of its own.
+// The error estimate is left out: it has an object of its own.
 void add_bill(Json& json, const Bill& bill) {
   for (const BillPart& part : bill_parts) {
     if (part.cost != &Bill::error_estimate) add_cost(json, part.prefix, bill.*part.cost);
   }
 }
 
-// How the command ended: "refused" is a mistake in the case or the arguments.
+// The head of every object. A mistake in the case or the arguments is "refused".
 Json ending_json(int code, const std::string& status, const std::string& reason) {
   Json json{{"weft_version", WEFT_VERSION}, {"status", status}, {"exit_code", code}};
   json["reason"] = reason.empty() ? Json() : Json(reason);

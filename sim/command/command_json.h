@@ -1,4 +1,4 @@
-// What `--json` prints: one object, whatever becomes of the command.
+// `--json` prints one object, whatever becomes of the command.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@ namespace weft::sim {
 // The report of a run that ended with `code`. Numbers that are also series have their names.
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code);
-// Why `weft run` has no report.
+// The object of a `weft run` that has no report.
 std::string refusal_json(const RunCommand& command, int code, const std::string& reason);
-// Why a command of any kind has no result.
+// The object of any other command that has no result.
 std::string refusal_json(int code, const std::string& reason);
 
 }  // namespace weft::sim

@@ -56,7 +56,7 @@ void warn_of_errors(const ErrorEstimate& estimate) {
                "there\n";
 }
 
-// Parts in s of CPU time.
+// Prints the CPU time of each part, s.
 void print_bill(const Bill& bill) {
   std::printf("  %.3g s of CPU: set-up %.3g", bill.total.cpu, bill.setup.cpu);
   if (bill.pilot.cpu > 0) std::printf(", pilot %.3g", bill.pilot.cpu);
@@ -151,7 +151,7 @@ PilotReport run_pilot(Case& source, bool quiet) {
   return report;
 }
 
-// Everything but the pilot was set-up so far.
+// Everything before the run that is not the pilot is set-up.
 Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
   Bill bill;
   bill.total = command.started.elapsed();

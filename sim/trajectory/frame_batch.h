@@ -8,24 +8,24 @@
 
 namespace weft::sim {
 
-// Images by body, each frame after the other, as a file holds them: float32, by texel.
+// It keeps the images of a body one after the other, as the file holds them: float32, by texel.
 class FrameBatch {
  public:
   // `bodies` is kept by reference.
   FrameBatch(const std::vector<TrajectoryBody>& bodies, bool velocity);
 
-  // Arguments as those of TrajectoryWriter::write_frame.
+  // Takes the arguments of TrajectoryWriter::write_frame.
   void add(double time, const std::vector<std::span<const Vec3>>& positions,
            const std::vector<std::span<const Vec3>>& velocities, std::span<const double> series,
            std::span<const double> step_rows);
-  // Keeps the memory for the frames to come.
+  // Forgets the frames and keeps their memory for others.
   void clear();
 
   int frames() const { return static_cast<int>(times_.size()); }
-  // Memory that the frames take, bytes.
+  // Returns the memory that the frames take, bytes.
   std::size_t bytes() const;
   const std::vector<double>& times() const { return times_; }
-  // Empty for a body that does not move.
+  // The list is empty for a body that does not move.
   const std::vector<float>& positions(std::size_t body) const { return positions_[body]; }
   const std::vector<float>& velocities(std::size_t body) const { return velocities_[body]; }
   // The values of one of `columns` series, a frame or a step each.

@@ -8,7 +8,7 @@ namespace {
 
 using Series = TrajectoryWriter::Series;
 
-// A kill loses no more than the frames of so much wall time, s.
+// A kill loses at most the frames of this wall time, s.
 constexpr double commit_interval = 0.25;
 
 // The counters and times of a frame: one line each.
@@ -108,7 +108,7 @@ std::vector<Series> step_series(const Dynamics& dynamics) {
   return series;
 }
 
-// Names as those of the series.
+// The names are those of the series.
 std::vector<std::pair<std::string, double>> named(const Energies& energies) {
   std::vector<std::pair<std::string, double>> values{
       {"energy_kinetic", energies.kinetic},

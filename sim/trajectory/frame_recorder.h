@@ -19,19 +19,19 @@ class FrameRecorder {
   FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
                 Cost& cost, const std::vector<TrajectoryWriter::Series>& more = {});
 
-  // A row of /steps, with the energies after the step: written with the next frame.
+  // Adds a row of /steps with the energies after the step. It is written with the next frame.
   void add_step(const Integrator& integrator, const Energies& energies);
   // A frame of the state `y` at `time`, and a value for each of the series `more`. Returns the
   // largest stretch in it.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
                    std::span<const double> more = {});
-  // As TrajectoryWriter: frames are committed about four times a second.
+  // Frames are committed about four times a second, and before a `pause` (s) that would be longer.
   void commit_before_pause(double pause);
   void commit();
   // Commits, and writes how the run ended.
   void finish(const RunEnd& end);
   int frames() const { return writer_.frames(); }
-  // Of the last frame, J, by the names of their series.
+  // The energies of the last frame, J, have the names of their series.
   const std::vector<std::pair<std::string, double>>& energies() const { return energies_; }
   // Throws TrajectoryError unless the file is still where it was made.
   void check_in_place() const { writer_.check_in_place(); }

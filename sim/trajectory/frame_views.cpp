@@ -6,8 +6,7 @@ namespace {
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Members of a group below /frame: as many links as fit into one page of metadata, with their
-// names.
+// A group below /frame has as many links as fit into one page of metadata, with their names.
 constexpr int links_per_group = 128;
 constexpr int frame_name_length = 8;
 constexpr int body_name_length = 16;
@@ -62,8 +61,8 @@ void FrameViews::open_groups() {
   }
 }
 
-// A dataset [texels, 3] that shows one frame of `source`: what ParaView's readers understand (not
-// all of them take XDMF hyperslabs).
+// Makes a dataset [texels, 3] that shows one frame of `source`. All readers of ParaView understand
+// it, which is not so for XDMF hyperslabs.
 std::string FrameViews::link_view(hid_t group, const std::string& group_name,
                                   const TrajectoryBody& body, const std::string& source) const {
   const std::string action = "write frame " + std::to_string(frame_);

@@ -38,7 +38,7 @@ class FrameViews {
   const std::vector<TrajectoryBody>& bodies_;
   bool has_velocity_;
   int frame_ = 0;
-  // Properties of groups of frames, and of those of bodies.
+  // These are the properties of groups of frames and of groups of bodies.
   hdf5::Handle of_frames_, of_bodies_;
   hdf5::Handle frame_group_, shelf_group_, block_group_;
 };

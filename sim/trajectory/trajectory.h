@@ -34,7 +34,7 @@ class TrajectoryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// How a run ended and what it cost.
+// The end of a run: how it came and what the run cost.
 struct RunEnd {
   std::string status;  // "done", "failed" or "interrupted"
   std::string reason;  // why it failed or was stopped
@@ -108,10 +108,10 @@ class TrajectoryWriter {
   void commit();
   // Commits, and writes how the run ended: no frame follows. Throws as write_frame.
   void finish(const RunEnd& end);
-  // Whether frames wait that should be committed before something that takes `pause` seconds: the
-  // interval will have passed by then.
+  // True where frames wait and the interval will have passed in `pause` seconds: they should be
+  // committed before anything that takes so long.
   bool is_due(double pause) const;
-  // Frames written, committed or not.
+  // Counts frames that are committed and frames that wait.
   int frames() const;
   // Throws TrajectoryError unless the path still names the file of this writer, which someone may
   // have moved, removed or replaced.
@@ -136,9 +136,9 @@ class TrajectoryReader {
   std::string title() const;
   std::string weft_version() const;  // that wrote it
   std::string case_text() const;
-  // Nothing where the run goes on or was killed, and in files of earlier versions.
+  // Returns nothing where the run goes on or was killed, and for files of earlier versions.
   std::optional<RunEnd> end() const;
-  // Whether the file is of a version that says how its run ended.
+  // True for files of versions that say how their runs ended.
   bool says_its_end() const;
   const std::vector<TrajectoryBody>& bodies() const;
   // By particle, m.

@@ -154,7 +154,7 @@ void require_judgeable(const std::string& path, const TrajectoryBody& body, int 
 }  // namespace
 
 TrajectorySummary summarise_trajectory(const std::string& path) {
-  // First, since a run may end meanwhile.
+  // The lock is looked at first, since a run may end meanwhile.
   const bool is_written = is_locked(path);
   const TrajectoryReader reader(path);
   TrajectorySummary summary;

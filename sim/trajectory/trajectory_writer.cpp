@@ -467,7 +467,7 @@ void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   flush("write the end");
 }
 
-// Whether frames must not wait for another `pause` seconds.
+// True where frames must not wait for another `pause` seconds.
 bool TrajectoryWriter::Implementation::is_due(double pause) const {
   if (batch.frames() == 0) return false;
   if (batch.bytes() >= largest_batch) return true;
@@ -510,7 +510,7 @@ TrajectoryWriter::~TrajectoryWriter() {
   try {
     implementation_->commit();
   } catch (const std::exception&) {
-    // The frames before stand; whoever wants to know calls commit().
+    // The frames before stand. A caller who wants to know calls commit().
   }
 }
 
@@ -531,7 +531,7 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
   Implementation& self = *implementation_;
   assert(series.size() == self.series.size());
   assert(step_rows.empty() || !self.step_datasets.empty());
-  if (self.failed) self.commit();  // which says so
+  if (self.failed) self.commit();  // throws
   self.failed = true;              // until the frame is whole
   self.batch.add(time, positions, velocities, series, step_rows);
   self.failed = false;

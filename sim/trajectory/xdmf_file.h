@@ -30,7 +30,7 @@ class XdmfFile {
   // `trajectory` is the name of the HDF5 file, in the same folder. Replaces what is at `path`.
   // Throws TrajectoryError.
   void create(const std::string& path, const std::string& trajectory);
-  // The text of a frame at `time` (s), to be appended.
+  // Returns the text of a frame at `time` (s), to be appended.
   std::string describe(double time, const std::vector<XdmfSurface>& surfaces) const;
   // Writes the texts of one frame or more. Throws TrajectoryError.
   void append(const std::string& frames);

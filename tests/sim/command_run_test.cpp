@@ -217,7 +217,7 @@ TEST_F(CommandRun, CountsAndLimitsThePilotOfAnAccuracy) {
     }
     EXPECT_LE(sum, report.at(clock).get<double>() * (1 + 1e-12));
   }
-  // Those of the processes that have ended: the command alone.
+  // The rusage is that of the processes that have ended: the command alone.
   rusage used;
   ASSERT_EQ(getrusage(RUSAGE_CHILDREN, &used), 0);
   const auto seconds = [](const timeval& time) {

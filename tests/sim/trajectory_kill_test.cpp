@@ -129,8 +129,8 @@ class TrajectoryKill : public TrajectoryFolder {
     }
   }
 
-  // Records a run whose commits are of so many frames each, and checks what each of its writes
-  // leaves.
+  // Records a run, the commits of which take these numbers of frames, and checks the file after
+  // each of its writes.
   void expect_every_moment(const std::vector<int>& batches, int series_count);
 
   // How many frames the sidecar lists; -1 where it does not end as XML does.

@@ -158,7 +158,7 @@ TEST_F(Trajectory, FramesWaitForTheirCommit) {
   EXPECT_EQ(there(), 6);
 }
 
-// After each call, whatever is older than the interval is on disk.
+// After each call, every frame older than the interval is on disk.
 TEST_F(Trajectory, AKillLosesNoMoreThanTheInterval) {
   using Clock = std::chrono::steady_clock;
   constexpr double interval = 0.05;
