@@ -92,12 +92,6 @@ std::string in_folder(const std::string& path) {
   return path;
 }
 
-std::string reason_of_signal(int signal) {
-  if (signal == SIGINT) return "stopped by Ctrl-C (SIGINT)";
-  if (signal == SIGTERM) return "stopped by SIGTERM";
-  return "stopped from outside";
-}
-
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -311,6 +305,12 @@ const char* status_name(RunReport::Status status) {
       return "interrupted";
   }
   return "";
+}
+
+std::string reason_of_signal(int signal) {
+  if (signal == SIGINT) return "stopped by Ctrl-C (SIGINT)";
+  if (signal == SIGTERM) return "stopped by SIGTERM";
+  return "stopped from outside";
 }
 
 void check_initial_state(const Scene& scene) {

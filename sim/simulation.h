@@ -54,6 +54,9 @@ struct RunReport {
 // The status as the words of --json: "done", "failed", "interrupted".
 const char* status_name(RunReport::Status status);
 
+// Says why a run was interrupted by the signal that RunOptions::stop_signal holds.
+std::string reason_of_signal(int signal);
+
 // Refuses (CaseError, listing the pairs) an initial state whose surfaces intersect or leave no gap,
 // and a rest shape whose own features lie within contact range of each other.
 void check_initial_state(const Scene& scene);

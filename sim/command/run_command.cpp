@@ -164,7 +164,7 @@ Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
 RunReport report_of(const PilotReport& pilot, const Bill& bill) {
   RunReport report;
   report.status = pilot.interrupted ? RunReport::Status::interrupted : RunReport::Status::failed;
-  report.reason = pilot.limit_reason;
+  report.reason = pilot.interrupted ? reason_of_signal(caught_signal) : pilot.limit_reason;
   report.bill = bill;
   return report;
 }

@@ -119,6 +119,27 @@ TEST_F(CommandEnd, AStopIsInTheFile) {
   }
 }
 
+TEST_F(CommandEnd, AStopWithinThePilotHasItsReason) {
+  WeftProcess run(folder(), {"run", "sheet.toml", "--json", "--set", "time.duration=4", "--set",
+                             "time.accuracy=1e-2", "--set", "time.method=cvode", "--set",
+                             "body.sheet.shape.resolution=[33, 33]"});
+  wait_for_file("stderr.txt");
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!contains(run.err(), "pilot of time.accuracy")) {
+    ASSERT_LT(std::chrono::steady_clock::now(), end) << run.err();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  run.send(SIGINT);
+  EXPECT_EQ(run.wait(), 130);
+  const Json report = Json::parse(run.out());
+  EXPECT_EQ(report.at("status"), "interrupted");
+  EXPECT_TRUE(contains(report.at("reason"), "SIGINT")) << report.at("reason");
+  EXPECT_GT(report.at("pilot_cpu_s"), 0);
+  EXPECT_EQ(report.at("run_cpu_s"), 0);
+  EXPECT_TRUE(report.at("trajectory").is_null());
+  EXPECT_FALSE(exists("out"));
+}
+
 TEST_F(CommandEnd, ARunThatGoesOnIsToldFromOneThatWasKilled) {
   WeftProcess run = endless_run();
   wait_for_file("out/sheet.h5");
