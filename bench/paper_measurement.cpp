@@ -1,5 +1,6 @@
 #include "bench/paper_measurement.h"
 
+#include <array>
 #include <cstdio>
 #include <optional>
 
@@ -10,14 +11,20 @@ namespace weft::bench {
 
 namespace {
 
-struct PaperTimes {
+constexpr std::array bounds{bsi::Bound::sphere, bsi::Bound::box, bsi::Bound::sphere_then_box};
+constexpr std::array bound_names{"sphere", "box", "sphere_then_box"};
+
+struct BoundTimes {
   double rebuild_ms = 0, query_ms = 0, narrow_ms = 0;
   long candidates = 0, hits = 0;
+  double total_ms() const { return rebuild_ms + query_ms + narrow_ms; }
+};
+
+struct PaperTimes {
+  std::array<BoundTimes, bounds.size()> by_bound;
   std::optional<double> brute_ms;
   int brute_passes = 0;
-  bool same_hits = true;  // as brute force
-
-  double total_ms() const { return rebuild_ms + query_ms + narrow_ms; }
+  bool same = true;  // candidates and hits, by every bound and brute force
 };
 
 void measure_brute_force(const CollisionScene& scene, int passes, PaperTimes& times) {
@@ -36,29 +43,50 @@ void measure_brute_force(const CollisionScene& scene, int passes, PaperTimes& ti
     });
     taken.push_back(1e3 * time);
     spent += time;
-    times.same_hits = times.same_hits && hits == times.hits &&
-                      static_cast<long>(pairs.size()) == times.candidates;
+    times.same = times.same && hits == times.by_bound.front().hits &&
+                 static_cast<long>(pairs.size()) == times.by_bound.front().candidates;
   }
   times.brute_ms = median(taken);
   times.brute_passes = static_cast<int>(taken.size());
 }
 
-PaperTimes measure_passes(const CollisionScene& scene, int passes) {
-  WeftMethod weft(scene, {});
-  std::vector<double> rebuild, query, narrow;
-  std::vector<LeafPair> pairs;
-  PaperTimes times;
-  for (int pass = 0; pass < passes; ++pass) {
+// Weft with one bound, and its times pass by pass.
+struct BoundMethod {
+  std::unique_ptr<WeftMethod> weft;
+  std::vector<double> rebuild{}, query{}, narrow{};
+  std::vector<LeafPair> pairs{};
+  BoundTimes times{};
+
+  void run_pass(double margin) {
     pairs.clear();
-    rebuild.push_back(1e3 * thread_time_of([&] { weft.rebuild(); }));
-    query.push_back(1e3 * thread_time_of([&] { weft.query(pairs); }));
-    narrow.push_back(1e3 * thread_time_of([&] { times.hits = weft.hits(pairs, scene.margin); }));
+    rebuild.push_back(1e3 * thread_time_of([&] { weft->rebuild(); }));
+    query.push_back(1e3 * thread_time_of([&] { weft->query(pairs); }));
+    narrow.push_back(1e3 * thread_time_of([&] { times.hits = weft->hits(pairs, margin); }));
   }
-  if (pairs.empty()) weft.list(pairs);
-  times.candidates = static_cast<long>(pairs.size());
-  times.rebuild_ms = median(rebuild);
-  times.query_ms = median(query);
-  times.narrow_ms = median(narrow);
+  BoundTimes result() {
+    if (pairs.empty()) weft->list(pairs);
+    times.candidates = static_cast<long>(pairs.size());
+    times.rebuild_ms = median(rebuild);
+    times.query_ms = median(query);
+    times.narrow_ms = median(narrow);
+    return times;
+  }
+};
+
+// All bounds in turn, pass after pass.
+PaperTimes measure_passes(const CollisionScene& scene, int passes) {
+  std::vector<BoundMethod> methods;
+  for (const bsi::Bound bound : bounds)
+    methods.push_back({std::make_unique<WeftMethod>(scene, WeftVariant{.bound = bound})});
+  for (int pass = 0; pass < passes; ++pass) {
+    for (BoundMethod& method : methods) method.run_pass(scene.margin);
+  }
+  PaperTimes times;
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    times.by_bound[i] = methods[i].result();
+    times.same = times.same && times.by_bound[i].hits == times.by_bound.front().hits &&
+                 times.by_bound[i].candidates == times.by_bound.front().candidates;
+  }
   measure_brute_force(scene, passes, times);
   return times;
 }
@@ -69,36 +97,40 @@ PaperFigure::PaperFigure(const std::string& scenes, const std::string& columns, 
     : passes_(passes) {
   csv_ << "# " << scenes << ", margin " << 1e3 * scene_margin << " mm; medians of " << passes
        << " passes, ms of one thread; brute force where a pass takes seconds at most\n"
-       << columns
-       << ",rebuild_ms,query_ms,narrow_ms,total_ms,candidates,hits,brute_ms,brute_passes\n";
+       << columns << ",bound,rebuild_ms,query_ms,narrow_ms,total_ms,candidates,hits,brute_passes\n";
 }
 
 void PaperFigure::add(const CollisionScene& scene, const std::string& columns, double x) {
   const PaperTimes times = measure_passes(scene, passes_);
-  right_ = right_ && times.same_hits;
-  csv_ << columns << ',' << times.rebuild_ms << ',' << times.query_ms << ',' << times.narrow_ms
-       << ',' << times.total_ms() << ',' << times.candidates << ',' << times.hits << ',';
-  if (times.brute_ms) csv_ << *times.brute_ms;
-  csv_ << ',' << times.brute_passes << '\n';
+  right_ = right_ && times.same;
   const auto add_point = [&](Series& series, double value) {
     series.x.push_back(x);
     series.y.push_back(value);
   };
-  add_point(bsi_, times.total_ms());
-  add_point(rebuild_, times.rebuild_ms);
-  add_point(query_, times.query_ms);
-  if (times.brute_ms) add_point(brute_, *times.brute_ms);
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const BoundTimes& bound = times.by_bound[i];
+    csv_ << columns << ',' << bound_names[i] << ',' << bound.rebuild_ms << ',' << bound.query_ms
+         << ',' << bound.narrow_ms << ',' << bound.total_ms() << ',' << bound.candidates << ','
+         << bound.hits << ",\n";
+    add_point(by_bound_[i], bound.total_ms());
+  }
+  if (!times.brute_ms) return;
+  csv_ << columns << ",brute_force,,,," << *times.brute_ms << ','
+       << times.by_bound.front().candidates << ',' << times.by_bound.front().hits << ','
+       << times.brute_passes << '\n';
+  add_point(brute_, *times.brute_ms);
 }
 
 bool PaperFigure::write(const std::filesystem::path& directory, const std::string& name,
                         const std::string& title, const std::string& note,
                         const std::string& x_title) const {
-  Plot plot{title, note, {x_title}, {"time of a pass, ms"}, {bsi_, rebuild_, query_}};
+  Plot plot{title, note, {x_title}, {"time of a pass, ms"}, {by_bound_.begin(), by_bound_.end()}};
   if (!brute_.x.empty()) plot.series.push_back(brute_);
   write_text(csv_.str(), directory / (name + ".csv"));
   write_svg(plot, directory / (name + ".svg"));
   std::fputs(csv_.str().c_str(), stdout);
-  if (!right_) std::fprintf(stderr, "%s: brute force finds other hits\n", name.c_str());
+  if (!right_)
+    std::fprintf(stderr, "%s: not all find the same candidates and hits\n", name.c_str());
   return right_;
 }
 
