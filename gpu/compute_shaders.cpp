@@ -282,6 +282,8 @@ struct Query {
   uint flags;
   float x, y, z;
   float sphere_reach;
+  float filter_reach;
+  uint unused;
 };
 layout(std430, binding = 3) readonly buffer Queries { Query queries[]; };
 
@@ -480,6 +482,39 @@ bool share_particle(uvec3 a, uvec3 b) {
   return any(equal(a, b)) || any(equal(a, b.yzx)) || any(equal(a, b.zxy));
 }
 
+// True where a plane proves that the quads end farther apart than the reach of the filter and twice the
+// longest path of their corners. The plane lies across the normal of either quad or the line between
+// their centres.
+float longest_path(uvec4 corner) {
+  vec4 path = vec4(distance(start_of(corner.x), end_of(corner.x)),
+                   distance(start_of(corner.y), end_of(corner.y)),
+                   distance(start_of(corner.z), end_of(corner.z)),
+                   distance(start_of(corner.w), end_of(corner.w)));
+  return max(max(path.x, path.y), max(path.z, path.w));
+}
+// One corner a column.
+mat4x3 corners_at_end(uvec4 corner, bool swept) {
+  uvec4 at = swept ? corner + uvec4(vertex_count) : corner;
+  return mat4x3(start_of(at.x), start_of(at.y), start_of(at.z), start_of(at.w));
+}
+float least(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
+float greatest(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
+bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
+  if (query.filter_reach < 0.0) return false;
+  bool swept_a = (query.flags & 4u) != 0u, swept_b = (query.flags & 8u) != 0u;
+  mat4x3 a = corners_at_end(corner_a, swept_a), b = corners_at_end(corner_b, swept_b);
+  float path = max(swept_a ? longest_path(corner_a) : 0.0, swept_b ? longest_path(corner_b) : 0.0);
+  float needed = (query.filter_reach + 2.0 * path) * filter_factor;
+  vec3 directions[3] = vec3[](cross(a[3] - a[0], a[2] - a[1]), cross(b[3] - b[0], b[2] - b[1]),
+                              b[0] + b[1] + b[2] + b[3] - a[0] - a[1] - a[2] - a[3]);
+  for (int i = 0; i < 3; ++i) {
+    vec4 along_a = directions[i] * a, along_b = directions[i] * b;
+    float gap = max(least(along_b) - greatest(along_a), least(along_a) - greatest(along_b));
+    if (gap > length(directions[i]) * needed) return true;
+  }
+  return false;
+}
+
 // Bit 4 j + 2 s + t: leaf s of the quad (0 where leaves are quads) and leaf t of quad j of b.
 uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corners, uint block_b,
                  Level level_b) {
@@ -489,6 +524,7 @@ uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corne
     Quad other;
     if (!find_quad(level_b, block_b, j, other)) continue;
     uvec4 other_corners = corners_of(level_b, other);
+    if (!is_point(query) && are_apart(query, corners, other_corners)) continue;
     Leaves others = bound_leaves(other_corners, swept_b);
     for (uint s = 0u; s <= triangles; ++s) {
       if (is_point(query) && s == 1u) break;
@@ -593,7 +629,9 @@ std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
 }
 
 std::string find_leaves() {
-  return std::string("#version 450 core\n") + levels + vertices + boxes + queries + leaves_main;
+  // Lengths are good to 2^-19 of themselves.
+  return std::string("#version 450 core\n") + levels + vertices + boxes + queries +
+         "const float filter_factor = " + exactly(1 + 0x1p-16F) + ";\n" + leaves_main;
 }
 
 }  // namespace weft::gpu::shaders

@@ -63,6 +63,9 @@ struct Query {
   std::uint32_t flags = 0;
   float point[3]{};  // with flag point: what the blocks are compared with
   float sphere_reach = 0;
+  float filter_reach =
+      -1;  // m; pairs of quads proved farther apart are left out; negative: none are
+  std::uint32_t unused = 0;
 };
 namespace query_flags {
 inline constexpr std::uint32_t self = 1, point = 2, swept_a = 4, swept_b = 8;

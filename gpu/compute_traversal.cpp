@@ -22,6 +22,14 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
+// The margin and what rounding may take from a distance, m: less than 4 units of 2^-24 of the
+// largest coordinates for vertices, 11 for their components along a direction, and 7 for two paths.
+float filter_reach(double margin, const ComputePyramid::Device::Body& a,
+                   const ComputePyramid::Device::Body& b) {
+  const double largest = static_cast<double>(a.magnitude) + static_cast<double>(b.magnitude);
+  return rounded_up(margin + 0x1p-19 * largest + 0x1p-100);
+}
+
 using Lists = std::array<shaders::List, pair_lists + 2>;
 
 }  // namespace
@@ -78,6 +86,7 @@ void ComputeTraversal::Implementation::add_query(const PairQuery& query) {
     assert(a.tangents);
     entry.certificate_margin = bsi::certificate_margin(query.margin, a.magnitude);
   }
+  if (query.distance_filter) entry.filter_reach = filter_reach(query.margin, a, b);
   entry.flags = (self ? shaders::query_flags::self : 0) |
                 (a.swept ? shaders::query_flags::swept_a : 0) |
                 (b.swept ? shaders::query_flags::swept_b : 0);

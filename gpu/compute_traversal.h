@@ -22,6 +22,9 @@ struct PairQuery {
   // For a body with itself: leave out what the tangent certificate proves not to touch; the body
   // must have been rebuilt with BodyImage::tangents.
   bool certificate = true;
+  // Pairs of quads are left out that a plane proves to end farther apart than the margin and twice
+  // the longest path of their corners. Fewer come back from the device.
+  bool distance_filter = false;
 };
 
 struct Ball {
@@ -39,7 +42,8 @@ struct Candidate {
   bool operator==(const Candidate&) const = default;
 };
 
-// The candidates are those of the traversals of bsi/ (bsi/traversal.h), in any order.
+// The candidates are those of the traversals of bsi/ (bsi/traversal.h) that the filter of the query
+// leaves, in any order.
 //
 // One dispatch for every level of the deepest pyramid, and one for the leaves; only the lengths of
 // the lists and the candidates come back. Where a list outgrew its memory it is enlarged and the

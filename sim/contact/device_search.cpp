@@ -49,7 +49,7 @@ class OpenGlSearch : public PairSearch {
             bsi::TraversalCounters&) override {
     std::vector<gpu::PairQuery> asked;
     for (const PairQuery& query : queries) {
-      asked.push_back({query.body_a, query.body_b, query.margin, true});
+      asked.push_back({query.body_a, query.body_b, query.margin, true, true});
     }
     found.resize(queries.size());
     for (auto& pairs : found) pairs.clear();

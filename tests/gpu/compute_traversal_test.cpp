@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <tuple>
 
+#include "bsi/narrow_phase.h"
 #include "bsi/shapes.h"
 #include "tests/gpu/test_context.h"
 
@@ -92,8 +94,8 @@ std::vector<Candidate> expected_pairs(const Scene& scene, std::span<const PairQu
                                       Leaf leaf) {
   std::vector<Candidate> found;
   for (std::uint32_t q = 0; q < queries.size(); ++q) {
-    const auto [body_a, body_b, margin, certificate] = queries[q];
-    EXPECT_FALSE(certificate);
+    const auto& [body_a, body_b, margin, certificate, filter] = queries[q];
+    EXPECT_FALSE(certificate || filter);
     const auto a = leaf_boxes(scene.bodies[body_a].atlas, scene.images[body_a], leaf);
     const auto b = leaf_boxes(scene.bodies[body_b].atlas, scene.images[body_b], leaf);
     const float half = bsi::half_margin(margin, largest_coordinate(a), largest_coordinate(b));
@@ -219,6 +221,60 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
     }
     EXPECT_GT(expected.size(), 5);
     EXPECT_EQ(sorted(search.traversal.find_leaves(body, balls, 0.01, leaf())), expected);
+  }
+}
+
+// The places where the corners of a quad end.
+std::array<Vec3, 4> ends_of(const Scene& scene, int body, std::uint32_t quad) {
+  const BodyImage& image = scene.images[body];
+  const std::span<const Vec3> positions = image.end.empty() ? image.start : image.end;
+  std::array<Vec3, 4> corners;
+  const auto particles = scene.bodies[body].atlas.quad_particles(static_cast<int>(quad));
+  for (int i = 0; i < 4; ++i) corners[i] = positions[particles[i]];
+  return corners;
+}
+
+double longest_path(const Scene& scene, int body, std::uint32_t quad) {
+  const BodyImage& image = scene.images[body];
+  double longest = 0;
+  if (image.end.empty()) return longest;
+  for (const int particle : scene.bodies[body].atlas.quad_particles(static_cast<int>(quad))) {
+    longest = std::max(longest, (image.end[particle] - image.start[particle]).norm());
+  }
+  return longest;
+}
+
+double distance_at_end(const Scene& scene, const PairQuery& query, const Candidate& pair) {
+  const auto a = ends_of(scene, query.body_a, pair.a), b = ends_of(scene, query.body_b, pair.b);
+  double least = std::numeric_limits<double>::infinity();
+  for (const int first : {0, 3}) {
+    for (const int second : {0, 3}) {
+      least = std::min(
+          least, bsi::squared_triangle_distance({a[first], a[1], a[2]}, {b[second], b[1], b[2]}));
+    }
+  }
+  return std::sqrt(least);
+}
+
+TEST(ComputeTraversal, TheFilterLeavesOutWhatCannotBeInReachAndNothingElse) {
+  WEFT_NEEDS_CONTEXT();
+  const Scene scene = scene_of_bodies();
+  Search search(context, scene, bsi::Bound::box);
+  for (const double margin : {0.0, 0.02}) {
+    std::vector<PairQuery> queries = all_pairs(scene, margin);
+    const auto all = sorted(search.traversal.find_pairs(queries, Leaf::quad));
+    for (PairQuery& query : queries) query.distance_filter = true;
+    const auto left = sorted(search.traversal.find_pairs(queries, Leaf::quad));
+    ASSERT_TRUE(std::ranges::includes(all, left, before));
+    std::vector<Candidate> gone;
+    std::ranges::set_difference(all, left, std::back_inserter(gone), before);
+    EXPECT_GT(gone.size(), 100) << margin;  // most of what is left are neighbours of one body
+    for (const Candidate& pair : gone) {
+      const PairQuery& query = queries[pair.query];
+      const double path = std::max(longest_path(scene, query.body_a, pair.a),
+                                   longest_path(scene, query.body_b, pair.b));
+      ASSERT_GT(distance_at_end(scene, query, pair), query.margin + 2 * path);
+    }
   }
 }
 

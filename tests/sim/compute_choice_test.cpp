@@ -88,7 +88,12 @@ TEST(ComputeChoice, OsMesaFindsTheTrajectoryOfTheCpuByEveryBound) {
       const Drape found = drape_until_they_meet(backend, bound);
       EXPECT_EQ(found.state, expected.state);
       EXPECT_EQ(found.counters.candidate_pairs, expected.counters.candidate_pairs);
-      EXPECT_EQ(found.counters.narrow_phase_calls, expected.counters.narrow_phase_calls);
+      // The device leaves out pairs of quads that cannot be in reach.
+      if (backend == std::string("cpu")) {
+        EXPECT_EQ(found.counters.narrow_phase_calls, expected.counters.narrow_phase_calls);
+      } else {
+        EXPECT_LT(found.counters.narrow_phase_calls, expected.counters.narrow_phase_calls);
+      }
       EXPECT_EQ(found.counters.rebuilds, expected.counters.rebuilds);
     }
   }
