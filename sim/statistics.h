@@ -8,6 +8,7 @@
 namespace weft::sim {
 
 struct Counters {
+  std::int64_t body_pairs = 0;          // pairs of neighbouring bodies, all updates together
   std::int64_t rebuilds = 0;            // pyramids rebuilt
   std::int64_t self_traversals = 0;     // pyramids traversed against themselves
   std::int64_t pair_traversals = 0;     // pyramids traversed against another

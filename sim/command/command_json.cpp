@@ -49,7 +49,8 @@ void add_command(Json& json, const RunCommand& command) {
 }
 
 Json counters_json(const Counters& counters) {
-  return {{"rebuilds", counters.rebuilds},
+  return {{"body_pairs", counters.body_pairs},
+          {"rebuilds", counters.rebuilds},
           {"self_traversals", counters.self_traversals},
           {"pair_traversals", counters.pair_traversals},
           {"bound_tests", counters.bound_tests},

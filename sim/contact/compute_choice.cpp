@@ -15,7 +15,7 @@ namespace weft::sim {
 namespace {
 
 // Median seconds of a search as the contact search makes them: everything that moves rebuilt, every
-// pair of bodies asked for.
+// pair of neighbouring bodies asked for.
 double measure(PairSearch& search, const Scene& scene) {
   const std::span<const Vec3> all = scene.initial_position;
   std::vector<BodyPath> every, moving;
@@ -27,7 +27,7 @@ double measure(PairSearch& search, const Scene& scene) {
   }
   const double slack = search_slack(scene);
   std::vector<PairQuery> queries;
-  for (const CandidateList& list : searched_pairs(scene)) {
+  for (const CandidateList& list : neighbours_at_start(scene)) {
     const double reach = list.thickness + scene.source.contact.range + slack;
     queries.push_back({list.body_a, list.body_b, reach});
   }

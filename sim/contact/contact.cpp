@@ -67,11 +67,15 @@ Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search
       stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),
       friction_(scene.source.contact.friction),
-      friction_speed_(scene.source.contact.friction_speed) {
+      friction_speed_(scene.source.contact.friction_speed),
+      spins_(scene.bodies.size(), Vec3::Zero()) {
   surfaces_.reserve(scene.bodies.size());
   for (const SceneBody& body : scene.bodies) {
     rest_.insert(rest_.end(), body.rest.begin(), body.rest.end());
     surfaces_.emplace_back(body.mesh, body.particle_count());
+  }
+  for (std::size_t b = scene.dynamic_bodies; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].moves) moving_obstacles_.push_back(static_cast<int>(b));
   }
 }
 
@@ -115,6 +119,7 @@ std::vector<Contact::PairGroup> Contact::groups_within(double sample_reach, doub
     const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
                                                 &list.edge_edge};
     for (int kind = 0; kind < 3; ++kind) {
+      if (kinds[kind]->empty()) continue;
       PairGroup& group = groups.emplace_back();
       group.edges = kind == 2;
       group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
@@ -173,10 +178,8 @@ std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
 
 // Obstacles are rigid: any of their triangles tells how they turn.
 void Contact::find_spins(std::span<const Vec3> position, std::span<const Vec3> velocity) {
-  spins_.assign(scene_.bodies.size(), Vec3::Zero());
-  for (std::size_t b = scene_.dynamic_bodies; b < scene_.bodies.size(); ++b) {
+  for (const int b : moving_obstacles_) {
     const SceneBody& body = scene_.bodies[b];
-    if (!body.moves) continue;
     std::array<Vec3, 3> x, v;
     for (int k = 0; k < 3; ++k) {
       const int particle = body.mesh.triangles[0][k] + body.first_particle;

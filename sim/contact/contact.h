@@ -193,7 +193,8 @@ class Contact {
   bool definite_ = false;
   std::vector<Vec3> rest_;                   // of all particles: edge lengths scale the mollifier
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
-  std::vector<Vec3> spins_;                  // rad/s, by body; of dynamic ones zero
+  std::vector<int> moving_obstacles_;        // bodies
+  std::vector<Vec3> spins_;                  // rad/s, by body; zero but of moving obstacles
   std::vector<ContactPair> pairs_;
   std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "bsi/proximity.h"
@@ -12,6 +13,10 @@ namespace weft::sim {
 namespace {
 
 constexpr double lost_distance = 1e15;  // m
+
+// The room that a body has to move in, as a part of its diagonal. More room means more neighbours,
+// less of it more new boxes.
+constexpr double room = 0.125;
 
 // A quarter of the mean edge: lists a few times longer than what touches, and rebuilt every few
 // tens of steps.
@@ -42,6 +47,57 @@ bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> sec
   return {centre[0], centre[1], centre[2], std::nextafter(static_cast<float>(radius), INFINITY)};
 }
 
+// Extends the box by the points. Returns their sum, which keeps a NaN that a minimum would swallow.
+Vec3 extend(BodyTree::Box& box, std::span<const Vec3> points) {
+  Vec3 low = box.min(), high = box.max(), sum = Vec3::Zero();
+  for (const Vec3& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+    sum += p;
+  }
+  box = BodyTree::Box(low, high);
+  return sum;
+}
+
+BodyTree::Box widened(const BodyTree::Box& box, double by) {
+  const Vec3 more = Vec3::Constant(by);
+  return {box.min() - more, box.max() + more};
+}
+
+// Bodies whose boxes, widened by this, do not meet are beyond contact's reach.
+double half_reach(const Scene& scene, const SceneBody& body) {
+  return 0.5 * (body.thickness + scene.source.contact.range);
+}
+
+bool is_searched(const Scene& scene, const BodyPair& pair) {
+  return pair.a < scene.dynamic_bodies && (pair.a != pair.b || scene.bodies[pair.a].self_contact);
+}
+
+CandidateList empty_list(const Scene& scene, const BodyPair& pair) {
+  CandidateList list;
+  list.body_a = pair.a;
+  list.body_b = pair.b;
+  list.thickness = 0.5 * (scene.bodies[pair.a].thickness + scene.bodies[pair.b].thickness);
+  return list;
+}
+
+// The searched pairs that have one of these bodies and whose boxes meet, in order.
+std::vector<BodyPair> searched_neighbours(const Scene& scene, const BodyTree& tree,
+                                          std::span<const int> bodies, int& compared) {
+  std::vector<BodyPair> pairs;
+  const auto add = [&](int a, int b) {
+    const BodyPair pair{std::min(a, b), std::max(a, b)};
+    if (is_searched(scene, pair)) pairs.push_back(pair);
+  };
+  for (const int body : bodies) {
+    add(body, body);
+    compared += tree.visit_neighbours(body, [&](int other) { add(body, other); });
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
 }  // namespace
 
 std::vector<CandidateList> searched_pairs(const Scene& scene) {
@@ -49,14 +105,29 @@ std::vector<CandidateList> searched_pairs(const Scene& scene) {
   const int bodies = static_cast<int>(scene.bodies.size());
   for (int a = 0; a < scene.dynamic_bodies; ++a) {
     for (int b = a; b < bodies; ++b) {
-      if (a == b && !scene.bodies[a].self_contact) continue;
-      CandidateList list;
-      list.body_a = a;
-      list.body_b = b;
-      list.thickness = 0.5 * (scene.bodies[a].thickness + scene.bodies[b].thickness);
-      lists.push_back(std::move(list));
+      if (is_searched(scene, {a, b})) lists.push_back(empty_list(scene, {a, b}));
     }
   }
+  return lists;
+}
+
+std::vector<CandidateList> neighbours_at_start(const Scene& scene) {
+  std::vector<BodyTree::Box> boxes;
+  std::vector<int> all(scene.bodies.size());
+  std::iota(all.begin(), all.end(), 0);
+  for (const SceneBody& body : scene.bodies) {
+    const double reach = half_reach(scene, body) + 0.5 * search_slack(scene);
+    BodyTree::Box& box = boxes.emplace_back();
+    extend(box,
+           std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()));
+    boxes.back() = widened(box, reach);
+  }
+  BodyTree tree;
+  tree.build(std::move(boxes));
+  std::vector<CandidateList> lists;
+  int compared = 0;
+  for (const BodyPair& pair : searched_neighbours(scene, tree, all, compared))
+    lists.push_back(empty_list(scene, pair));
   return lists;
 }
 
@@ -70,16 +141,20 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
       range_(scene.source.contact.range),
       slack_(search_slack(scene)),
       tracked_(scene.bodies.size()),
-      lists_(searched_pairs(scene)),
-      states_(lists_.size()),
-      search_(std::move(search)) {}
+      placed_(scene.bodies.size(), 0),
+      search_(std::move(search)) {
+  for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) {
+    if (scene.bodies[b].moves) moving_.push_back(b);
+  }
+  at_start_.resize(moving_.size());
+}
 
 std::span<const Vec3> ContactSearch::of_body(std::span<const Vec3> all, int body) const {
   return all.subspan(scene_.bodies[body].first_particle, scene_.bodies[body].particle_count());
 }
 
 ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> snapshot,
-                                                        std::span<const Vec3> now) const {
+                                                        std::span<const Vec3> now) {
   Displacement moved;
   for (std::size_t i = 0; i < snapshot.size(); ++i) moved.mean += now[i] - snapshot[i];
   moved.mean /= static_cast<double>(std::max<std::size_t>(1, snapshot.size()));
@@ -91,23 +166,29 @@ ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> sn
   return moved;
 }
 
+// What has flown this far is lost, and float32 spheres could not hold it.
+std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int body) const {
+  const auto points = of_body(position, body);
+  const auto lost = std::find_if(points.begin(), points.end(), [](const Vec3& p) {
+    return !(p.squaredNorm() < lost_distance * lost_distance);
+  });
+  if (lost == points.end()) return std::nullopt;
+  return scene_.bodies[body].first_particle + static_cast<int>(lost - points.begin());
+}
+
 std::optional<int> ContactSearch::track(std::span<const Vec3> position, bool from_start) {
-  for (std::size_t b = 0; b < tracked_.size(); ++b) {
-    if (tracked_[b].snapshot.empty()) continue;
-    tracked_[b].now =
-        displacement(from_start && !tracked_[b].path_start.empty() ? tracked_[b].path_start
-                                                                   : tracked_[b].snapshot,
-                     of_body(position, static_cast<int>(b)));
-    // A sum keeps a NaN that a maximum would swallow. What has flown this far is as lost, and
-    // float32 spheres could not hold it.
-    const auto is_lost = [](const Vec3& p) {
-      return !(p.squaredNorm() < lost_distance * lost_distance);
-    };
-    if (tracked_[b].now.mean.allFinite() && tracked_[b].now.largest() < lost_distance / 2) continue;
-    const auto body = of_body(position, static_cast<int>(b));
-    const auto bad = std::find_if(body.begin(), body.end(), is_lost);
-    if (bad != body.end())
-      return scene_.bodies[b].first_particle + static_cast<int>(bad - body.begin());
+  for (const int b : moving_) {
+    Tracked& tracked = tracked_[b];
+    const std::span<const Vec3> from = from_start && !tracked.path_start.empty()
+                                           ? std::span<const Vec3>(tracked.path_start)
+                                           : tracked.snapshot;
+    const std::span<const Vec3> now = of_body(position, b);
+    const Vec3 sum = extend(tracked.box, now);
+    if (!from.empty()) tracked.now = displacement(from, now);
+    const bool is_near = tracked.box.min().minCoeff() > -lost_distance / 2 &&
+                         tracked.box.max().maxCoeff() < lost_distance / 2;
+    if (sum.allFinite() && is_near) continue;
+    if (const auto lost = find_lost(position, b)) return lost;
   }
   return std::nullopt;
 }
@@ -134,6 +215,13 @@ bool ContactSearch::is_valid(std::size_t list) const {
   const double gone =
       a.path_length + a.now.largest() + b.path_length + b.now.largest() - state.path_length;
   return gone + stray(candidates) <= state.clearance;
+}
+
+bool ContactSearch::are_valid() const {
+  for (std::size_t l = 0; l < lists_.size(); ++l) {
+    if (!is_valid(l)) return false;
+  }
+  return true;
 }
 
 // The bodies of the lists that ran out and, since a new snapshot voids every list built from the
@@ -163,8 +251,12 @@ std::vector<char> ContactSearch::bodies_to_refresh() const {
 }
 
 std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
-  for (Tracked& tracked : tracked_) tracked.stray = 0;
+  for (const int b : moving_) {
+    tracked_[b].stray = 0;
+    tracked_[b].box.setEmpty();
+  }
   if (const auto bad = track(position)) return bad;
+  find_neighbours(position);
   refresh(position, position);
   return std::nullopt;
 }
@@ -172,25 +264,121 @@ std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
 std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
                                               std::span<const Vec3> end,
                                               std::span<const double> stray) {
-  for (std::size_t b = 0; b < tracked_.size(); ++b)
+  for (const int b : moving_) {
     tracked_[b].stray = stray.empty() ? 0 : stray[b];
+    tracked_[b].box.setEmpty();
+  }
   // From one straight path to another, distances change by no more than between their starts or
   // their ends. So lists of one path serve those beside it: Newton's iterations leave from one
   // place, far from where they lead.
   if (const auto bad = track(start, true)) return bad;
-  std::vector<Displacement> at_start;
-  for (const Tracked& tracked : tracked_) at_start.push_back(tracked.now);
+  for (std::size_t i = 0; i < moving_.size(); ++i) at_start_[i] = tracked_[moving_[i]].now;
   if (const auto bad = track(end)) return bad;
-  for (std::size_t b = 0; b < tracked_.size(); ++b) {
-    Displacement& now = tracked_[b].now;
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    Displacement& now = tracked_[moving_[i]].now;
     now.residual =
-        std::max(now.residual, at_start[b].residual) + (now.mean - at_start[b].mean).norm();
+        std::max(now.residual, at_start_[i].residual) + (now.mean - at_start_[i].mean).norm();
   }
+  find_neighbours(end);
   refresh(start, end);
   return std::nullopt;
 }
 
+// What a body's box must hold for its pairs with all but its neighbours to be out of reach.
+ContactSearch::Box ContactSearch::needed_box(int body) const {
+  const Tracked& tracked = tracked_[body];
+  return widened(tracked.box, tracked.stray + half_reach(scene_, scene_.bodies[body]));
+}
+
+ContactSearch::Box ContactSearch::roomy_box(int body) const {
+  const Box needed = needed_box(body);
+  return scene_.bodies[body].moves ? widened(needed, room * needed.diagonal().norm()) : needed;
+}
+
+void ContactSearch::find_neighbours(std::span<const Vec3> position) {
+  if (!tree_.is_built()) return place_all(position);
+  std::vector<int> left;
+  std::vector<Box> boxes;
+  for (const int b : moving_) {
+    if (tree_.box(b).contains(needed_box(b))) continue;
+    left.push_back(b);
+    boxes.push_back(roomy_box(b));
+  }
+  if (left.empty()) return;
+  tree_.move(left, boxes);
+  replace_lists(left);
+}
+
+void ContactSearch::place_all(std::span<const Vec3> position) {
+  std::vector<int> all(tracked_.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<Box> boxes;
+  for (const int b : all) {
+    if (!scene_.bodies[b].moves) extend(tracked_[b].box, of_body(position, b));
+    boxes.push_back(roomy_box(b));
+  }
+  tree_.build(std::move(boxes));
+  replace_lists(all);
+}
+
+// Gives the bodies with new boxes lists for their new neighbours alone.
+void ContactSearch::replace_lists(std::span<const int> placed) {
+  int compared = 0;
+  const std::vector<BodyPair> pairs = searched_neighbours(scene_, tree_, placed, compared);
+  statistics_.counters.bound_tests += compared;
+  for (const int b : placed) placed_[b] = 1;
+  std::vector<BodyPair> before;
+  for (const CandidateList& list : lists_) {
+    if (placed_[list.body_a] != 0 || placed_[list.body_b] != 0)
+      before.push_back({list.body_a, list.body_b});
+  }
+  if (before != pairs) merge_lists(pairs);
+  for (const int b : placed) placed_[b] = 0;
+}
+
+// Keeps the lists of these pairs and of bodies without a new box, and adds those that are missing.
+void ContactSearch::merge_lists(std::span<const BodyPair> pairs) {
+  std::vector<CandidateList> lists;
+  std::vector<ListState> states;
+  const auto add = [&](const BodyPair& pair) {
+    lists.push_back(empty_list(scene_, pair));
+    states.push_back(first_state(lists.back()));
+  };
+  auto next = pairs.begin();
+  for (std::size_t l = 0; l < lists_.size(); ++l) {
+    const BodyPair pair{lists_[l].body_a, lists_[l].body_b};
+    while (next != pairs.end() && *next < pair) add(*next++);
+    const bool is_kept = next != pairs.end() && *next == pair;
+    if (is_kept) ++next;
+    if (!is_kept && (placed_[pair.a] != 0 || placed_[pair.b] != 0)) continue;
+    lists.push_back(std::move(lists_[l]));
+    states.push_back(states_[l]);
+  }
+  while (next != pairs.end()) add(*next++);
+  lists_.swap(lists);
+  states_.swap(states);
+}
+
+// A new pair of bodies whose snapshots are known may be ruled out at once.
+ContactSearch::ListState ContactSearch::first_state(const CandidateList& list) {
+  const Tracked& a = tracked_[list.body_a];
+  const Tracked& b = tracked_[list.body_b];
+  ListState state;
+  if (list.is_self() || a.bounds.radius < 0 || b.bounds.radius < 0) return state;
+  ++statistics_.counters.bound_tests;
+  state.built = true;
+  state.clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
+  state.path_length = a.path_length + b.path_length;
+  return state;
+}
+
 void ContactSearch::refresh(std::span<const Vec3> start, std::span<const Vec3> end) {
+  statistics_.counters.body_pairs += static_cast<std::int64_t>(lists_.size());
+  if (!are_valid()) renew_lists(start, end);
+  for (CandidateList& list : lists_) list.drift = drift(list);
+}
+
+void ContactSearch::renew_lists(std::span<const Vec3> start, std::span<const Vec3> end) {
   const std::vector<char> marked = bodies_to_refresh();
   std::vector<char> stale(lists_.size(), 0);
   for (std::size_t l = 0; l < lists_.size(); ++l) {
@@ -205,7 +393,6 @@ void ContactSearch::refresh(std::span<const Vec3> start, std::span<const Vec3> e
     if (stale[l] != 0 && !rule_out(l)) building_.push_back(l);
   }
   if (!building_.empty()) build_lists(start, end);
-  for (CandidateList& list : lists_) list.drift = drift(list);
 }
 
 void ContactSearch::refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end) {

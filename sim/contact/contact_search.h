@@ -2,12 +2,14 @@
 // into reach.
 #pragma once
 
+#include <compare>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "bsi/pyramid.h"
+#include "sim/contact/body_tree.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/scene/scene.h"
 #include "sim/statistics.h"
@@ -19,6 +21,13 @@ struct FeaturePair {
   int a = 0;
   int b = 0;
   float distance = 0;  // a lower bound, m, where the list was built
+};
+
+// Two bodies, a <= b; one with itself where they are equal.
+struct BodyPair {
+  int a = 0;
+  int b = 0;
+  auto operator<=>(const BodyPair&) const = default;
 };
 
 // The candidates of two bodies (or of one with itself). Each list is sorted by (a, b), so that the
@@ -35,17 +44,22 @@ struct CandidateList {
   bool is_self() const { return body_a == body_b; }
 };
 
-// One empty list for every pair of bodies that may touch.
+// One empty list for every pair of bodies that may touch, near or far: O(bodies^2).
 std::vector<CandidateList> searched_pairs(const Scene& scene);
+// The same for the pairs whose bodies are close enough at the start that contact looks at them.
+std::vector<CandidateList> neighbours_at_start(const Scene& scene);
 // How far beyond thickness + range the lists reach, m.
 double search_slack(const Scene& scene);
 
 // Keeps, for every pair of bodies that may touch, all feature pairs closer than
 // thickness + range at the positions last given to update(). Lists are built with a slack and
 // remain valid until the bodies have moved by it, translations of a whole body (for self pairs) and
-// common translations (for two) taken out. Two bodies whose bounding spheres lie further apart than
-// the slack reach are not looked at again until they could have met: far obstacles cost one sphere
-// test.
+// common translations (for two) taken out.
+//
+// Every body has a box with room to move in. Pairs whose boxes do not meet have no list and are not
+// walked; a body that leaves its box gets a new one and, from a tree, new neighbours. Two
+// neighbours whose bounding spheres lie further apart than the slack reach have an empty list until
+// they could have met.
 //
 // Pairs all of whose vertices follow prescribed paths are left out: no force could part them.
 class ContactSearch {
@@ -61,6 +75,7 @@ class ContactSearch {
                                                std::span<const Vec3> end,
                                                std::span<const double> stray = {});
 
+  // Those of neighbours, sorted by (body_a, body_b).
   std::span<const CandidateList> lists() const { return lists_; }
   double slack() const { return slack_; }
   // What the search runs on. It changes once at the most: a device that fails hands over to the
@@ -74,13 +89,15 @@ class ContactSearch {
     double residual = 0;
     double largest() const { return mean.norm() + residual; }
   };
+  using Box = BodyTree::Box;
   struct Tracked {
     // Where the lists were built, or the end of the path for which they were; empty for a body that
-    // does not move.
+    // does not move or has never had a list.
     std::vector<Vec3> snapshot;
     std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
     double path_length = 0;        // displacements summed over the snapshots left behind, m
     Displacement now;
+    Box box;           // around its points now, or their paths, without the stray
     double stray = 0;  // how far its points may be from the path that is asked about, m
     bool pyramid_built = false;
     bsi::Sphere
@@ -96,14 +113,26 @@ class ContactSearch {
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
-  Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now) const;
-  // Where all bodies are now, seen from the ends, or from the starts, of the paths of the lists.
+  // Where all moving bodies are now, seen from the ends, or from the starts, of the paths of the
+  // lists. Extends their boxes.
   std::optional<int> track(std::span<const Vec3> position, bool from_start = false);
+  static Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now);
+  std::optional<int> find_lost(std::span<const Vec3> position, int body) const;
+  // Gives bodies that have left their boxes new ones, and brings the lists up to date with them.
+  void find_neighbours(std::span<const Vec3> position);
+  void place_all(std::span<const Vec3> position);
+  Box needed_box(int body) const;
+  Box roomy_box(int body) const;
+  void replace_lists(std::span<const int> placed);
+  void merge_lists(std::span<const BodyPair> pairs);
+  ListState first_state(const CandidateList& list);
   double stray(const CandidateList& list) const;
   double drift(const CandidateList& list) const;
   bool is_valid(std::size_t list) const;
+  bool are_valid() const;
   std::vector<char> bodies_to_refresh() const;
   void refresh(std::span<const Vec3> start, std::span<const Vec3> end);
+  void renew_lists(std::span<const Vec3> start, std::span<const Vec3> end);
   void refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end);
   bool rule_out(std::size_t list);
   void rebuild_pyramids(std::span<const Vec3> start, std::span<const Vec3> end);
@@ -118,8 +147,12 @@ class ContactSearch {
   double range_ = 0;
   double slack_ = 0;
   std::vector<Tracked> tracked_;
+  std::vector<int> moving_;  // bodies
+  std::vector<Displacement> at_start_;
+  BodyTree tree_;             // of boxes with room to move in and half of the reach
+  std::vector<char> placed_;  // by body: has a new box in this update
   std::vector<CandidateList> lists_;
-  std::vector<ListState> states_;
+  std::vector<ListState> states_;  // of the lists
   ChosenSearch search_;
   // Of the lists being built.
   std::vector<std::size_t> building_;

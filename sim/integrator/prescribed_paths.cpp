@@ -63,23 +63,29 @@ PrescribedPaths::PrescribedPaths(const Scene& scene)
     features.motions.erase(std::unique(features.motions.begin(), features.motions.end()),
                            features.motions.end());
   }
-  for (const CandidateList& list : searched_pairs(scene)) {
-    const auto& a = features_[list.body_a].motions;
-    const auto& b = features_[list.body_b].motions;
-    if (a.empty() || b.empty() || (a == b && a.size() == 1)) continue;
-    pairs_.push_back({list.body_a, list.body_b});
+  std::vector<Box> boxes;
+  for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) {
+    const std::vector<int>& motions = features_[b].motions;
+    if (!motions.empty() && motions.back() > 0) moving_.push_back(b);
+    boxes.push_back(swept_box(features_[b].vertices));
   }
+  tree_.build(std::move(boxes));
 }
 
-bool PrescribedPaths::moves(const BodyPair& pair, double from, double to) const {
-  for (const int body : {pair.a, pair.b}) {
-    for (const int m : features_[body].motions) {
-      if (m == 0) continue;
-      const PrescribedMotion& held = scene_.prescribed[m - 1];
-      if (held.motion.bounds(from, to, held.radius).travel > 0) return true;
-    }
-  }
-  return false;
+bool PrescribedPaths::moves(int body, double from, double to) const {
+  return std::ranges::any_of(features_[body].motions, [&](int m) {
+    if (m == 0) return false;
+    const PrescribedMotion& held = scene_.prescribed[m - 1];
+    return held.motion.bounds(from, to, held.radius).travel > 0;
+  });
+}
+
+// Two bodies without features in common motion, of which one at least is no obstacle.
+bool PrescribedPaths::may_cross(const BodyPair& pair) const {
+  const std::vector<int>&a = features_[pair.a].motions, &b = features_[pair.b].motions;
+  if (pair.a >= scene_.dynamic_bodies || a.empty() || b.empty()) return false;
+  if (pair.a == pair.b && !scene_.bodies[pair.a].self_contact) return false;
+  return a != b || a.size() > 1;
 }
 
 void PrescribedPaths::place(int body, double from, double to) {
@@ -96,11 +102,31 @@ void PrescribedPaths::place(int body, double from, double to) {
   }
 }
 
+// The pairs of a body that moves and of those whose boxes its own meets, in order.
+std::vector<BodyPair> PrescribedPaths::pairs_that_move(double from, double to) {
+  std::vector<Box> boxes;
+  for (const int body : moving_) {
+    place(body, from, to);
+    boxes.push_back(swept_box(features_[body].vertices));
+  }
+  tree_.move(moving_, boxes);
+  std::vector<BodyPair> pairs;
+  for (const int body : moving_) {
+    if (!moves(body, from, to)) continue;
+    const auto add = [&](int other) {
+      const BodyPair pair{std::min(body, other), std::max(body, other)};
+      if (may_cross(pair)) pairs.push_back(pair);
+    };
+    add(body);
+    tree_.visit_neighbours(body, add);
+  }
+  std::ranges::sort(pairs);
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
 std::optional<ContactFault> PrescribedPaths::find_crossing(double from, double to) {
-  for (const BodyPair& pair : pairs_) {
-    if (!moves(pair, from, to)) continue;
-    place(pair.a, from, to);
-    place(pair.b, from, to);
+  for (const BodyPair& pair : pairs_that_move(from, to)) {
     if (auto fault = check(pair)) return fault;
   }
   return std::nullopt;

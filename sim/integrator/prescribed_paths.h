@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "sim/contact/body_tree.h"
 #include "sim/contact/contact.h"
 #include "sim/scene/scene.h"
 
@@ -20,8 +21,8 @@ class PrescribedPaths {
 
   // Two features that are not certain to keep from passing through each other within the interval,
   // if any; the shorter the interval, the better the bounds. No distance is demanded. Costs a pass
-  // over the particles of bodies that move against each other, and a look at every pair of their
-  // prescribed features whose boxes meet.
+  // over the particles of bodies that move, and a look at every pair of their prescribed features
+  // and of those near them whose boxes meet.
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:
@@ -32,10 +33,9 @@ class PrescribedPaths {
     std::vector<std::array<int, 3>> triangles;
     std::vector<int> motions;  // that hold them: numbers of `motions_`
   };
-  struct BodyPair {
-    int a, b;
-  };
-  bool moves(const BodyPair& pair, double from, double to) const;
+  bool moves(int body, double from, double to) const;
+  bool may_cross(const BodyPair& pair) const;
+  std::vector<BodyPair> pairs_that_move(double from, double to);
   void place(int body, double from, double to);
   std::optional<ContactFault> check(const BodyPair& pair) const;
   template <class First, class Second>
@@ -48,9 +48,10 @@ class PrescribedPaths {
   bool is_rigid(const std::array<int, 4>& nodes) const;
 
   const Scene& scene_;
-  std::vector<int> motion_of_;      // by particle; -1: free, 0: at rest
-  std::vector<Features> features_;  // by body
-  std::vector<BodyPair> pairs_;
+  std::vector<int> motion_of_;       // by particle; -1: free, 0: at rest
+  std::vector<Features> features_;   // by body
+  std::vector<int> moving_;          // bodies that have features with a motion
+  BodyTree tree_;                    // of the boxes of the features' paths
   std::vector<double> stray_;        // m, by motion, within the interval in hand
   std::vector<Vec3> start_, end_;    // m, by particle
   std::vector<Vec3> moved_, rates_;  // scratch

@@ -1,5 +1,7 @@
 #include "sim/trajectory/frame_views.h"
 
+#include <algorithm>
+
 namespace weft::sim {
 namespace {
 
@@ -24,6 +26,11 @@ Handle growing_group_properties(int links, int name_length) {
   return properties;
 }
 
+// Bodies at rest have no views: their links would take room in the header of every frame.
+int moving_count(const std::vector<TrajectoryBody>& bodies) {
+  return static_cast<int>(std::ranges::count_if(bodies, &TrajectoryBody::moves));
+}
+
 }  // namespace
 
 std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas) {
@@ -40,7 +47,7 @@ FrameViews::FrameViews(const hdf5::Access& access, hid_t file,
       bodies_(bodies),
       has_velocity_(velocity),
       of_frames_(growing_group_properties(links_per_group, frame_name_length)),
-      of_bodies_(growing_group_properties(static_cast<int>(bodies.size()) + 1, body_name_length)),
+      of_bodies_(growing_group_properties(moving_count(bodies) + 1, body_name_length)),
       frame_group_(make_group(file, "frame", of_frames_)) {}
 
 Handle FrameViews::make_group(hid_t parent, const std::string& name,

@@ -68,33 +68,43 @@ void XdmfFile::create(const std::string& path, const std::string& trajectory) {
   }
 }
 
-std::string XdmfFile::describe(double time, const std::vector<XdmfSurface>& surfaces) const {
-  std::ostringstream text;
-  text.precision(17);
-  const auto item = [&](const char* type, int rows, const std::string& dataset) {
-    text << "      <DataItem Format=\"HDF\" NumberType=\"" << type
-         << "\" Precision=\"4\" Dimensions=\"" << rows << " 3\">" << trajectory_ << ':'
-         << escape(dataset) << "</DataItem>\n";
+std::string XdmfFile::text_of(const XdmfSurface& surface) const {
+  std::string text = "    <Grid Name=\"" + escape(surface.name) +
+                     "\">\n     <Topology TopologyType=\"Triangle\" NumberOfElements=\"" +
+                     std::to_string(surface.triangles) + "\">\n";
+  const auto add_item = [&](const char* type, int rows, const std::string& dataset) {
+    text += std::string("      <DataItem Format=\"HDF\" NumberType=\"") + type +
+            "\" Precision=\"4\" Dimensions=\"" + std::to_string(rows) + " 3\">" + trajectory_ +
+            ':' + escape(dataset) + "</DataItem>\n";
   };
-  text << "   <Grid Name=\"frame\" GridType=\"Collection\" CollectionType=\"Spatial\">\n"
-       << "    <Time Value=\"" << time << "\"/>\n";
-  for (const XdmfSurface& surface : surfaces) {
-    text << "    <Grid Name=\"" << escape(surface.name) << "\">\n"
-         << "     <Topology TopologyType=\"Triangle\" NumberOfElements=\"" << surface.triangles
-         << "\">\n";
-    item("Int", surface.triangles, surface.triangle_dataset);
-    text << "     </Topology>\n     <Geometry GeometryType=\"XYZ\">\n";
-    item("Float", surface.points, surface.position_dataset);
-    text << "     </Geometry>\n";
-    if (!surface.velocity_dataset.empty()) {
-      text << "     <Attribute Name=\"velocity\" AttributeType=\"Vector\" Center=\"Node\">\n";
-      item("Float", surface.points, surface.velocity_dataset);
-      text << "     </Attribute>\n";
-    }
-    text << "    </Grid>\n";
+  add_item("Int", surface.triangles, surface.triangle_dataset);
+  text += "     </Topology>\n     <Geometry GeometryType=\"XYZ\">\n";
+  add_item("Float", surface.points, surface.position_dataset);
+  text += "     </Geometry>\n";
+  if (!surface.velocity_dataset.empty()) {
+    text += "     <Attribute Name=\"velocity\" AttributeType=\"Vector\" Center=\"Node\">\n";
+    add_item("Float", surface.points, surface.velocity_dataset);
+    text += "     </Attribute>\n";
   }
-  text << "   </Grid>\n";
-  return text.str();
+  return text + "    </Grid>\n";
+}
+
+// A surface that is the same as in the frame before, as an obstacle at rest is, keeps its text.
+const std::string& XdmfFile::kept_text_of(std::size_t place, const XdmfSurface& surface) {
+  if (place >= texts_.size()) texts_.resize(place + 1);
+  SurfaceText& kept = texts_[place];
+  if (kept.text.empty() || kept.surface != surface) kept = {surface, text_of(surface)};
+  return kept.text;
+}
+
+std::string XdmfFile::describe(double time, const std::vector<XdmfSurface>& surfaces) {
+  std::ostringstream head;
+  head.precision(17);
+  head << "   <Grid Name=\"frame\" GridType=\"Collection\" CollectionType=\"Spatial\">\n"
+       << "    <Time Value=\"" << time << "\"/>\n";
+  std::string text = head.str();
+  for (std::size_t i = 0; i < surfaces.size(); ++i) text += kept_text_of(i, surfaces[i]);
+  return text + "   </Grid>\n";
 }
 
 void XdmfFile::append(const std::string& frames) {

@@ -15,6 +15,7 @@ struct XdmfSurface {
   std::string triangle_dataset;  // [triangles, 3] int32
   std::string position_dataset;  // [points, 3] float32
   std::string velocity_dataset;  // the same; empty: none
+  bool operator==(const XdmfSurface&) const = default;
 };
 
 // The sidecar is written under a temporary name and renamed when it is made; frames replace the
@@ -31,17 +32,24 @@ class XdmfFile {
   // Throws TrajectoryError.
   void create(const std::string& path, const std::string& trajectory);
   // Returns the text of a frame at `time` (s), to be appended.
-  std::string describe(double time, const std::vector<XdmfSurface>& surfaces) const;
+  std::string describe(double time, const std::vector<XdmfSurface>& surfaces);
   // Writes the texts of one frame or more. Throws TrajectoryError.
   void append(const std::string& frames);
 
  private:
+  struct SurfaceText {
+    XdmfSurface surface;
+    std::string text;
+  };
+  std::string text_of(const XdmfSurface& surface) const;
+  const std::string& kept_text_of(std::size_t place, const XdmfSurface& surface);
   void write_at(long offset, const std::string& text) const;
 
   std::string path_;
   std::string trajectory_;
   int descriptor_ = -1;
-  long end_ = 0;  // of the frames, where the closing tags start
+  std::vector<SurfaceText> texts_;  // of the last frame
+  long end_ = 0;                    // of the frames, where the closing tags start
 };
 
 }  // namespace weft::sim

@@ -132,12 +132,17 @@ std::string ContactOracle::missing(std::span<const CandidateList> lists,
     }
   }
   for (const OraclePair& pair : in_reach(position)) {
-    const auto& features = features_of(lists[pair.list], pair.kind);
+    const CandidateList& bodies = searched_[pair.list];
+    const auto list = std::ranges::find_if(lists, [&](const CandidateList& one) {
+      return one.body_a == bodies.body_a && one.body_b == bodies.body_b;
+    });
+    if (list == lists.end()) return words_of(scene_, pair) + " are of bodies without a list";
+    const auto& features = features_of(*list, pair.kind);
     const FeaturePair wanted{pair.a, pair.b, 0};
     const auto found = std::lower_bound(features.begin(), features.end(), wanted, precedes);
     if (found == features.end() || precedes(wanted, *found))
       return words_of(scene_, pair) + " are not listed";
-    if (found->distance - lists[pair.list].drift > pair.distance(position) + rounding)
+    if (found->distance - list->drift > pair.distance(position) + rounding)
       return words_of(scene_, pair) + " are closer than their list says";
   }
   return "";

@@ -56,22 +56,95 @@ TEST(Economy, NoSearchAtAllWithoutContact) {
             0);
 }
 
-TEST(Economy, FarObstaclesChangeNeitherTheTrajectoryNorTheWork) {
-  std::string far;
-  for (int i = 0; i < 100; ++i) {
-    far += "[[obstacle]]\nname = \"far" + std::to_string(i) + "\"\nposition = [100, " +
-           std::to_string(2 * i - 100) +
-           ", 0]\nshape = { type = \"sphere\", radius = 0.5, resolution = [9] }\n";
+// Static spheres in a row 100 m away.
+std::string far_obstacles(int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    text += "[[obstacle]]\nname = \"far" + std::to_string(i) + "\"\nposition = [100, " +
+            std::to_string(2 * i - count) +
+            ", 0]\nshape = { type = \"sphere\", radius = 0.5, resolution = [5] }\n";
   }
-  SimulatedCase alone(drape()), crowded(drape(far));
+  return text;
+}
+
+TEST(Economy, FarObstaclesChangeNeitherTheTrajectoryNorTheWork) {
+  SimulatedCase alone(drape()), crowded(drape(far_obstacles(1000)));
   EXPECT_EQ(alone.advance_to(0.2), crowded.advance_to(0.2));  // the same bits
   const Counters& a = alone.statistics().counters;
   const Counters& b = crowded.statistics().counters;
-  EXPECT_EQ(b.bound_tests, a.bound_tests + 100);  // one look at each
+  EXPECT_EQ(b.body_pairs, a.body_pairs);  // none of them is ever walked
   EXPECT_EQ(b.rebuilds, a.rebuilds);
   EXPECT_EQ(b.candidate_pairs, a.candidate_pairs);
   EXPECT_EQ(b.narrow_phase_calls, a.narrow_phase_calls);
   EXPECT_EQ(b.ccd_calls, a.ccd_calls);
+}
+
+TEST(Economy, LookingForNeighboursGrowsWithTheLogarithmOfTheObstacles) {
+  SimulatedCase few(drape(far_obstacles(10))), many(drape(far_obstacles(1000)));
+  few.advance_to(0.2);
+  many.advance_to(0.2);
+  const std::int64_t more =
+      many.statistics().counters.bound_tests - few.statistics().counters.bound_tests;
+  EXPECT_LT(more, 1000 * 2 * 12);  // the obstacles themselves are placed once
+}
+
+// Sheets of nine vertices in a square grid, 1 m apart, that fall and turn.
+std::string falling_sheets(int side) {
+  std::string text = "[material.cloth]\ndensity = 0.2\nmembrane_stiffness = 500\n";
+  for (int i = 0; i < side * side; ++i) {
+    text += "[[body]]\nname = \"sheet" + std::to_string(i) + "\"\nposition = [" +
+            std::to_string(i % side) + ", " + std::to_string(i / side) +
+            ", 0]\nangular_velocity_deg = [0, 90, 0]\n"
+            "shape = { type = \"rectangle\", size = [0.4, 0.4], resolution = [3, 3] }\n";
+  }
+  return text;
+}
+
+TEST(Economy, BodiesApartAreNotWalkedPairByPair) {
+  SimulatedCase few(falling_sheets(10)), many(falling_sheets(20));
+  const Counters a = counters_of(few, 0.5), b = counters_of(many, 0.5);
+  ASSERT_EQ(a.force_evaluations, b.force_evaluations);
+  EXPECT_EQ(a.pair_traversals + b.pair_traversals, 0);
+  // Four times as many bodies have sixteen times as many pairs.
+  EXPECT_LT(b.body_pairs, 5 * a.body_pairs);
+  EXPECT_LT(b.bound_tests, 6 * a.bound_tests);
+}
+
+TEST(Economy, BodiesApartMoveAsTheyDoWithoutContact) {
+  SimulatedCase with(falling_sheets(4)), without(falling_sheets(4), {"contact.enabled=false"});
+  EXPECT_EQ(with.advance_to(0.3), without.advance_to(0.3));
+}
+
+// A sheet falls past others to one that it meets: bodies get new neighbours on the way.
+TEST(Economy, BodiesThatComeNearAreFound) {
+  const std::string text = R"(
+[time]
+duration = 1
+[material.cloth]
+density = 0.2
+membrane_stiffness = 500
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+position = [0, 0, 2]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[obstacle]]
+name = "beside"
+position = [0.6, 0, 1]
+shape = { type = "sphere", radius = 0.3, resolution = [9] }
+[[obstacle]]
+name = "below"
+shape = { type = "sphere", radius = 0.3, resolution = [17] }
+)";
+  SimulatedCase sim(text);
+  sim.advance_to(0.5);
+  EXPECT_EQ(sim.dynamics().contact()->pairs_in_reach(), 0U);
+  const auto position = sim.positions_at(0.65);  // 2.07 m of free fall; 1.7 m is the way
+  EXPECT_GT(sim.statistics().counters.narrow_phase_calls, 0);
+  double highest = -10;
+  for (int i = 0; i < 25; ++i) highest = std::max(highest, position[i].z());
+  EXPECT_GT(highest, 0.2);
+  EXPECT_EQ(crossings(sim.scene(), position), 0);
 }
 
 }  // namespace

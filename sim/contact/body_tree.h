@@ -1,0 +1,62 @@
+// Which bodies may meet: a tree of boxes, one for each body.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+namespace weft::sim {
+
+// Boxes in a binary tree, halved at the median of the longest axis. A body that leaves its box gets
+// a new one: the boxes above it grow, and once as many bodies have moved as there are, the tree is
+// built anew. Finding the neighbours of n bodies that lie apart costs n log n.
+class BodyTree {
+ public:
+  using Box = Eigen::AlignedBox3d;
+
+  // Body i has the box boxes[i], m. A body with an empty box has no neighbours.
+  void build(std::vector<Box> boxes);
+  bool is_built() const { return !boxes_.empty(); }
+  const Box& box(int body) const { return boxes_[body]; }
+  // These bodies have been given new boxes: boxes[i] is that of bodies[i].
+  void move(std::span<const int> bodies, std::span<const Box> boxes);
+  // Calls visit(other) for every other body whose box meets that of `body`. Returns how many boxes
+  // were compared.
+  template <class Visit>
+  int visit_neighbours(int body, const Visit& visit) const;
+
+ private:
+  struct Node {
+    Box box;
+    int parent = -1;
+    int left = -1, right = -1;  // nodes; -1 in a leaf
+    int body = -1;              // of a leaf
+  };
+  int add_node(std::span<int> bodies, int parent);
+
+  std::vector<Box> boxes_;  // by body
+  std::vector<Node> nodes_;
+  std::vector<int> leaf_of_;  // node, by body
+  std::size_t moved_ = 0;     // bodies that have moved since the tree was built
+};
+
+template <class Visit>
+int BodyTree::visit_neighbours(int body, const Visit& visit) const {
+  int compared = 0;
+  std::vector<int> open{0};
+  while (!open.empty()) {
+    const Node& node = nodes_[open.back()];
+    open.pop_back();
+    ++compared;
+    if (!node.box.intersects(boxes_[body])) continue;
+    if (node.left >= 0) {
+      open.push_back(node.right);
+      open.push_back(node.left);
+    } else if (node.body != body) {
+      visit(node.body);
+    }
+  }
+  return compared;
+}
+
+}  // namespace weft::sim
