@@ -36,7 +36,7 @@ void refuse_crossings(const Scene& scene) {
   std::vector<Crossing> crossings = find_crossings(surfaces);
   // Obstacles may overlap each other: nothing is simulated between them.
   std::erase_if(crossings, [&](const Crossing& c) {
-    return !scene.bodies[c.surface_a].dynamic && !scene.bodies[c.surface_b].dynamic;
+    return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
   });
   if (crossings.empty()) return;
   // Quads of which several triangles cross are listed once.

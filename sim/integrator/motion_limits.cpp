@@ -79,7 +79,7 @@ std::string MotionLimits::failure(double time) const {
            " s: " + crossing_->describe(scene_);
   }
   const SceneBody& body = scene_.bodies[culprit_->body];
-  return std::string("the prescribed motion of ") + (culprit_->is_obstacle ? "obstacle" : "body") +
+  return std::string("the prescribed motion of ") + (body.is_obstacle ? "obstacle" : "body") +
          " \"" + body.name + "\" is too fast to be followed by steps of " +
          number_text(scene_.source.time.minimum_step) +
          " s (time.minimum_step) at t = " + rounded_text(time) + " s";

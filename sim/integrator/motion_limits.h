@@ -50,7 +50,7 @@ class MotionLimits {
   struct Moving {
     const PrescribedMotion* held;
     int body;
-    bool is_obstacle;
+    bool is_obstacle;  // of the case, or a body held as a whole
   };
   // A part of a body: the box around some of its triangles.
   struct Block {

@@ -80,10 +80,10 @@ bool PrescribedPaths::moves(int body, double from, double to) const {
   });
 }
 
-// Two bodies without features in common motion, of which one at least is no obstacle.
+// Two bodies without features in common motion, of which one at least is no obstacle of the case.
 bool PrescribedPaths::may_cross(const BodyPair& pair) const {
   const std::vector<int>&a = features_[pair.a].motions, &b = features_[pair.b].motions;
-  if (pair.a >= scene_.dynamic_bodies || a.empty() || b.empty()) return false;
+  if (scene_.bodies[pair.a].is_obstacle || a.empty() || b.empty()) return false;
   if (pair.a == pair.b && !scene_.bodies[pair.a].self_contact) return false;
   return a != b || a.size() > 1;
 }

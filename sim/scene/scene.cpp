@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <stdexcept>
 
 #include "sim/case/case_error.h"
 #include "sim/case/memory_estimate.h"
+#include "sim/scene/held_bodies.h"
 #include "sim/scene/pins.h"
 #include "sim/trajectory/trajectory.h"
 
@@ -148,6 +150,7 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   SceneBody body = make_body(from.name, from.shape, scene);
   body.first_particle = scene.particle_count;
   body.thickness = from.thickness;
+  body.is_obstacle = true;
   body.dynamic = false;
   body.moves = from.motion.has_value();
   const std::vector<double> area = particle_areas(body, from.shape.location);
@@ -166,7 +169,8 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   scene.bodies.push_back(std::move(body));
 }
 
-void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body) {
+void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
+              std::vector<PrescribedMotion>& pins) {
   for (const PinCase& pin : from.pin) {
     const auto positions = std::span<const Vec3>(scene.initial_position)
                                .subspan(body.first_particle, body.particle_count());
@@ -183,7 +187,7 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body) {
       held.motion = RigidMotion(*pin.motion, mean_of(held.start));
       held.radius = held.motion.radius_of(held.start);
     }
-    scene.prescribed.push_back(std::move(held));
+    pins.push_back(std::move(held));
   }
 }
 
@@ -219,7 +223,7 @@ const SceneBody& Scene::body_of_particle(int particle) const {
 std::string Scene::describe_particle(int particle) const {
   const SceneBody& body = body_of_particle(particle);
   const bsi::TexelAddress at = body.atlas.particle_address(particle - body.first_particle);
-  std::string text = (body.dynamic ? "body \"" : "obstacle \"") + body.name + "\", ";
+  std::string text = (body.is_obstacle ? "obstacle \"" : "body \"") + body.name + "\", ";
   if (body.atlas.patches().size() > 1) text += "patch " + std::to_string(at.patch) + ", ";
   return text + "row " + std::to_string(at.row) + ", column " + std::to_string(at.col);
 }
@@ -228,11 +232,15 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   auto scene = std::make_unique<Scene>();
   scene->source = source;
   for (const BodyCase& body : source.body) add_dynamic_body(*scene, body);
-  scene->dynamic_bodies = static_cast<int>(scene->bodies.size());
-  scene->dynamic_particles = scene->particle_count;
-  for (const ObstacleCase& obstacle : source.obstacle) add_obstacle(*scene, obstacle);
+  std::vector<PrescribedMotion> pins;
   for (std::size_t b = 0; b < source.body.size(); ++b)
-    add_pins(*scene, source.body[b], scene->bodies[b]);
+    add_pins(*scene, source.body[b], scene->bodies[b], pins);
+  put_held_bodies_last(*scene, pins);
+  for (const ObstacleCase& obstacle : source.obstacle) {
+    scene->case_order.push_back(static_cast<int>(scene->bodies.size()));
+    add_obstacle(*scene, obstacle);
+  }
+  std::ranges::move(pins, std::back_inserter(scene->prescribed));
   apply_initial_motions(*scene);
   return scene;
 }

@@ -22,11 +22,13 @@ struct SceneBody {
   Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // at t = 0, dynamic ones: m/s of `centre`, rad/s
   Vec3 centre{0, 0, 0};                   // the mean of its particles then, m
   int first_particle = 0;
-  bool dynamic = true;  // false: an obstacle
-  bool moves = true;    // false: an obstacle at rest
+  bool is_obstacle = false;  // of the case
+  bool dynamic = true;       // false: an obstacle, or a body that is held as a whole
+  bool moves = true;         // false: one of these at rest
   bool self_contact = false;
-  double thickness = 0;                    // m
-  const MaterialCase* material = nullptr;  // null for obstacles; points into Scene::source
+  double thickness = 0;  // m
+  const MaterialCase* material =
+      nullptr;  // null of obstacles of the case; points into Scene::source
 
   int particle_count() const { return atlas.particle_count(); }
 };
@@ -40,10 +42,16 @@ struct PrescribedMotion {
   double radius = 0;           // of these, about the centre of the motion, m
 };
 
-// Particles are numbered through: those of the dynamic bodies first, then those of the obstacles.
+// Particles are numbered through: those of the dynamic bodies first, then those of bodies that are
+// held as a whole and of obstacles.
+//
+// A body is held as a whole if all its vertices are pinned, at rest or by one motion. It is an
+// obstacle then: it has no forces, no rows in matrices and no part in vectors and energies. Where
+// no other body is left, bodies stay dynamic.
 struct Scene {
   Case source;
-  std::vector<SceneBody> bodies;  // dynamic ones first
+  std::vector<SceneBody> bodies;  // dynamic ones, held ones, obstacles
+  std::vector<int> case_order;    // bodies as the case lists them
   int dynamic_bodies = 0;
   int dynamic_particles = 0;
   int particle_count = 0;
@@ -57,6 +65,7 @@ struct Scene {
 
   // m/s, of a free particle.
   Vec3 initial_velocity(int particle) const;
+  int held_bodies() const { return static_cast<int>(source.body.size()) - dynamic_bodies; }
   bool is_free(int particle) const { return particle < dynamic_particles && pinned[particle] == 0; }
   const SceneBody& body_of_particle(int particle) const;
   int body_index_of_particle(int particle) const;

@@ -71,15 +71,17 @@ constexpr StatisticColumn statistic_columns[] = {
 
 std::vector<TrajectoryBody> trajectory_bodies(const Scene& scene) {
   std::vector<TrajectoryBody> bodies;
-  for (const SceneBody& body : scene.bodies) {
-    bodies.push_back({body.name, body.atlas, body.moves, !body.dynamic, body.thickness});
+  for (const int b : scene.case_order) {
+    const SceneBody& body = scene.bodies[b];
+    bodies.push_back({body.name, body.atlas, body.moves, body.is_obstacle, body.thickness});
   }
   return bodies;
 }
 
 std::vector<std::span<const Vec3>> split_by_body(const Scene& scene, std::span<const Vec3> all) {
   std::vector<std::span<const Vec3>> parts;
-  for (const SceneBody& body : scene.bodies) {
+  for (const int b : scene.case_order) {
+    const SceneBody& body = scene.bodies[b];
     parts.push_back(all.subspan(body.first_particle, body.particle_count()));
   }
   return parts;

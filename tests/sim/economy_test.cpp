@@ -115,6 +115,61 @@ TEST(Economy, BodiesApartMoveAsTheyDoWithoutContact) {
   EXPECT_EQ(with.advance_to(0.3), without.advance_to(0.3));
 }
 
+TEST(Economy, BodiesHeldAsAWholeHaveNoForcesNoMatrixAndNoState) {
+  const std::string held = R"(
+[[body]]
+name = "held"
+position = [4, 0, 0]
+shape = { type = "rectangle", size = [1, 1], resolution = [33, 33] }
+[[body.pin]]
+rows = [0, 32]
+)";
+  SimulatedCase alone(drape()), beside(drape(held));
+  EXPECT_EQ(beside.dynamics().state_size(), alone.dynamics().state_size());
+  EXPECT_EQ(beside.dynamics().stiffness().pattern().rows(),
+            alone.dynamics().stiffness().pattern().rows());
+  EXPECT_EQ(alone.advance_to(0.2), beside.advance_to(0.2));
+  const Counters& a = alone.statistics().counters;
+  const Counters& b = beside.statistics().counters;
+  EXPECT_EQ(b.body_pairs, a.body_pairs);
+  EXPECT_EQ(b.rebuilds, a.rebuilds);
+}
+
+// A sheet falls on another that all its pins hold, at rest or rising: contact knows it.
+TEST(Economy, BodiesHeldAsAWholeAreFelt) {
+  const std::string free = R"(
+[time]
+duration = 1
+[material.cloth]
+density = 0.2
+membrane_stiffness = 500
+stiffness_damping = 1e-3
+[[body]]
+name = "held"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+[[body.pin]]
+rows = [0, 8]
+)";
+  const std::string falling = R"(
+[[body]]
+name = "free"
+position = [0, 0, 0.05]
+shape = { type = "rectangle", size = [0.6, 0.6], resolution = [9, 9] }
+)";
+  for (const char* motion : {"", "motion = { velocity = [0, 0, 0.5] }\n"}) {
+    SimulatedCase sim(free + motion + falling);
+    ASSERT_EQ(sim.scene().held_bodies(), 1);
+    const auto position = sim.positions_at(0.3);  // 0.44 m of free fall
+    const double floor = *motion == '\0' ? 0 : 0.15;
+    double lowest = 10;
+    for (int i = 0; i < 81; ++i) lowest = std::min(lowest, position[i].z());
+    EXPECT_GT(lowest, floor);
+    EXPECT_LT(lowest, floor + 0.1);
+    EXPECT_NEAR(position[81].z(), floor, 1e-9);
+    EXPECT_EQ(crossings(sim.scene(), position), 0);
+  }
+}
+
 // A sheet falls past others to one that it meets: bodies get new neighbours on the way.
 TEST(Economy, BodiesThatComeNearAreFound) {
   const std::string text = R"(

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -125,16 +126,88 @@ TEST_F(SceneFile, RefusesWhatIsNotASurface) {
   EXPECT_THROW(scene_from("dataset = \"shape\""), CaseError);
 }
 
+void expect_said(const std::string& text, const std::vector<std::string>& parts) {
+  for (const std::string& part : parts)
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
+}
+
+std::string obstacle(const std::string& name, double height) {
+  return "[[obstacle]]\nname = \"" + name + "\"\nposition = [0, 0, " + std::to_string(height) +
+         "]\nshape = { type = \"sphere\", radius = 1.0, resolution = [5] }\n";
+}
+
 TEST(Scene, SaysWhatItNeedsAndSkips) {
   const std::string text =
       describe_scene(*scene_of("self_contact = false\n" + std::string(small_sheet),
-                               "[[obstacle]]\nname = \"o\"\nposition = [0, 0, -3]\nshape = { type "
-                               "= \"sphere\", radius = 1.0, resolution = [5] }\n"));
-  for (const char* part :
-       {"body      b: 3 x 4 vertices", "obstacle  o: 6 patches", "skipped bending", "skipped drag",
-        "skipped self-traversal of b", "skipped friction", "pyramid of o built once"}) {
-    EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
-  }
+                               obstacle("near", -1.01) + obstacle("far", -9)));
+  expect_said(text, {"body      b: 3 x 4 vertices", "obstacle  near: 6 patches", "skipped bending",
+                     "skipped drag", "skipped self-traversal of b", "skipped friction",
+                     "skipped 1 pair of 2: too far apart at the start",
+                     "pyramid built once of near: it does not move",
+                     "skipped pyramid of far: at the start, nothing that it may touch is near",
+                     "skipped frames of far: it does not move"});
+  EXPECT_EQ(text.find("skipped pyramid of near"), std::string::npos) << text;
+  EXPECT_EQ(text.find("skipped pyramid of b"), std::string::npos) << text;
+}
+
+TEST(Scene, SaysNothingOfDistancesWhereAllIsNear) {
+  const std::string text = describe_scene(*scene_of(small_sheet, obstacle("near", -1.01)));
+  EXPECT_EQ(text.find("too far apart"), std::string::npos) << text;
+  EXPECT_EQ(text.find("skipped pyramid"), std::string::npos) << text;
+}
+
+TEST(Scene, SummarisesThousandsOfObstaclesInALine) {
+  std::string far;
+  for (int i = 0; i < 1000; ++i) far += obstacle("far" + std::to_string(i), -9);
+  const std::string text = describe_scene(*scene_of(small_sheet, far));
+  expect_said(text, {"obstacles 992 more, far8 to far999", "skipped 1000 pairs of 1000",
+                     "skipped pyramid of 1000 surfaces, far0 to far999: at the start"});
+  EXPECT_LT(std::ranges::count(text, '\n'), 30) << text;
+}
+
+// A sheet that is free, and one that pins hold as a whole.
+std::string two_sheets(const std::string& motion = "") {
+  const std::string shape =
+      "shape = { type = \"rectangle\", size = [1, 1], resolution = [4, 4] }\n";
+  return "[material.cloth]\nbending_stiffness = 1e-4\n[[body]]\nname = \"held\"\n" + shape +
+         "[[body.pin]]\nrows = [0, 3]\n" + motion +
+         "[[body]]\nname = \"free\"\nposition = [3, 0, 0]\n" + shape;
+}
+
+TEST(Scene, ABodyHeldAsAWholeIsAnObstacle) {
+  const auto scene = build_scene(parse_case(two_sheets(), "test.toml"));
+  EXPECT_EQ(scene->dynamic_bodies, 1);
+  EXPECT_EQ(scene->held_bodies(), 1);
+  EXPECT_EQ(scene->dynamic_particles, 16);
+  EXPECT_EQ(scene->mass.size(), 16U);
+  EXPECT_EQ(scene->bodies[0].name, "free");
+  EXPECT_EQ(scene->case_order, (std::vector<int>{1, 0}));
+  EXPECT_TRUE(scene->prescribed.empty());
+  EXPECT_FALSE(scene->bodies[1].dynamic || scene->bodies[1].moves || scene->bodies[1].is_obstacle);
+  EXPECT_EQ(scene->describe_particle(16), "body \"held\", row 0, column 0");
+  EXPECT_NEAR(scene->initial_position[0].x() - scene->initial_position[16].x(), 3, 1e-12);
+  const std::string text = describe_scene(*scene);
+  expect_said(text, {"skipped forces, matrix and state of held: all of it is pinned",
+                     "all 16 vertices pinned", "skipped frames of held"});
+  EXPECT_LT(text.find("body      held"), text.find("body      free")) << text;
+}
+
+TEST(Scene, ABodyThatOnePinCarriesMovesAsAnObstacle) {
+  const auto scene =
+      build_scene(parse_case(two_sheets("motion = { velocity = [0, 0, 1] }\n"), "test.toml"));
+  ASSERT_EQ(scene->held_bodies(), 1);
+  EXPECT_TRUE(scene->bodies[1].moves);
+  ASSERT_EQ(scene->prescribed.size(), 1U);
+  EXPECT_EQ(scene->prescribed[0].particles.front(), 16);
+  EXPECT_EQ(scene->prescribed[0].particles.back(), 31);
+}
+
+TEST(Scene, BodiesThatMotionsDeformOrThatAreAllHeldStayDynamic) {
+  const std::string two_pins =
+      "cols = [0, 1]\n[[body.pin]]\ncols = [2, 3]\nmotion = { velocity = [0, 0, 1] }\n";
+  EXPECT_EQ(build_scene(parse_case(two_sheets(two_pins), "test.toml"))->held_bodies(), 0);
+  const std::string both = two_sheets() + "[[body.pin]]\nrows = [0, 3]\n";
+  EXPECT_EQ(build_scene(parse_case(both, "test.toml"))->held_bodies(), 0);
 }
 
 TEST(Scene, SaysThatAnEquilibriumHasNoFriction) {

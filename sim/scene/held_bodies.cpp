@@ -1,0 +1,102 @@
+#include "sim/scene/held_bodies.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace weft::sim {
+
+namespace {
+
+// By body. Vertices that follow different motions do not make a rigid surface, which contact and
+// its friction take an obstacle for.
+std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
+  std::vector<char> is_held, moves(scene.bodies.size(), 0);
+  std::vector<int> pin_count(scene.bodies.size(), 0);
+  for (const PrescribedMotion& pin : pins) {
+    if (pin.particles.empty()) continue;
+    const int body = scene.body_index_of_particle(pin.particles.front());
+    ++pin_count[body];
+    moves[body] |= static_cast<char>(pin.moves);
+  }
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const auto first = scene.pinned.begin() + scene.bodies[b].first_particle;
+    const bool all = std::all_of(first, first + scene.bodies[b].particle_count(),
+                                 [](char pinned) { return pinned != 0; });
+    is_held.push_back(static_cast<char>(all && (moves[b] == 0 || pin_count[b] == 1)));
+  }
+  return is_held;
+}
+
+// The parts of `all` that belong to bodies, in another order of these.
+template <class Value>
+std::vector<Value> reordered(const std::vector<Value>& all, const std::vector<SceneBody>& bodies,
+                             const std::vector<int>& order) {
+  std::vector<Value> result;
+  if (all.empty()) return result;
+  for (const int b : order) {
+    const auto first = all.begin() + bodies[b].first_particle;
+    result.insert(result.end(), first, first + bodies[b].particle_count());
+  }
+  return result;
+}
+
+void reorder(Scene& scene, const std::vector<int>& order, std::vector<PrescribedMotion>& pins) {
+  scene.initial_position = reordered(scene.initial_position, scene.bodies, order);
+  scene.mass = reordered(scene.mass, scene.bodies, order);
+  scene.contact_area = reordered(scene.contact_area, scene.bodies, order);
+  scene.pinned = reordered(scene.pinned, scene.bodies, order);
+  std::vector<SceneBody> bodies;
+  std::vector<int> shift(order.size());
+  int first = 0;
+  for (const int b : order) {
+    shift[b] = first - scene.bodies[b].first_particle;
+    first += scene.bodies[b].particle_count();
+  }
+  for (PrescribedMotion& pin : pins) {
+    if (pin.particles.empty()) continue;
+    const int by = shift[scene.body_index_of_particle(pin.particles.front())];
+    for (int& particle : pin.particles) particle += by;
+  }
+  for (const int b : order) {
+    bodies.push_back(std::move(scene.bodies[b]));
+    bodies.back().first_particle += shift[b];
+  }
+  scene.bodies = std::move(bodies);
+}
+
+void make_obstacle(SceneBody& body, Scene& scene, std::vector<PrescribedMotion>& pins) {
+  body.dynamic = false;
+  body.moves = false;
+  for (const PrescribedMotion& pin : pins) {
+    if (!pin.particles.empty() &&
+        scene.body_index_of_particle(pin.particles.front()) == &body - scene.bodies.data())
+      body.moves |= pin.moves;
+  }
+}
+
+}  // namespace
+
+void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins) {
+  const int count = static_cast<int>(scene.bodies.size());
+  scene.dynamic_bodies = count;
+  scene.dynamic_particles = scene.particle_count;
+  scene.case_order.resize(count);
+  std::iota(scene.case_order.begin(), scene.case_order.end(), 0);
+  const std::vector<char> is_held = find_held(scene, pins);
+  std::vector<int> order = scene.case_order;
+  const auto held =
+      std::stable_partition(order.begin(), order.end(), [&](int b) { return is_held[b] == 0; });
+  if (held == order.begin() || held == order.end()) return;
+  scene.dynamic_bodies = static_cast<int>(held - order.begin());
+  reorder(scene, order, pins);
+  for (int b = 0; b < count; ++b) scene.case_order[order[b]] = b;
+  for (int b = scene.dynamic_bodies; b < count; ++b) make_obstacle(scene.bodies[b], scene, pins);
+  scene.dynamic_particles = scene.bodies[scene.dynamic_bodies].first_particle;
+  scene.mass.resize(scene.dynamic_particles);
+  scene.pinned.resize(scene.dynamic_particles);
+  std::erase_if(pins, [&](const PrescribedMotion& pin) {
+    return !pin.moves && !pin.particles.empty() && pin.particles[0] >= scene.dynamic_particles;
+  });
+}
+
+}  // namespace weft::sim
