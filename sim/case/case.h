@@ -156,7 +156,7 @@ struct OutputCase {
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };
 
 struct ComputeCase {
-  int threads = 1;
+  std::optional<int> threads;                          // nothing: auto
   ComputeBackend backend = ComputeBackend::automatic;  // of the contact search
   std::optional<double> cpu_limit;                     // s
   std::optional<double> memory_limit;                  // MiB; default nine tenths of the machine's

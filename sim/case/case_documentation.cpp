@@ -47,6 +47,15 @@ struct FieldSchema {
     if (!field.required) schema["default"] = *value;
     return schema;
   }
+  Json operator()(const std::optional<int>* value) const {
+    Json schema{{"anyOf", {number_schema(field, "integer"), {{"const", "auto"}}}}};
+    if (*value) {
+      schema["default"] = **value;
+    } else {
+      schema["default"] = "auto";
+    }
+    return schema;
+  }
   Json operator()(const double* value) const {
     Json schema = number_schema(field, "number");
     if (!field.required) schema["default"] = *value;

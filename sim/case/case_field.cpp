@@ -104,6 +104,9 @@ struct ExpectedText {
   }
   std::string operator()(const bool*) const { return "true or false"; }
   std::string operator()(const int*) const { return "a whole number" + limits(); }
+  std::string operator()(const std::optional<int>*) const {
+    return "a whole number" + limits() + " or \"auto\"";
+  }
   std::string operator()(const double*) const { return "a number" + limits(); }
   std::string operator()(const std::optional<double>*) const { return "a number" + limits(); }
   std::string operator()(const std::string*) const {

@@ -47,6 +47,12 @@ class ValueReader {
     *target = value->get();
   }
   void operator()(int* target) const { *target = whole_number(node_, in_quotes(field_.key)); }
+  void operator()(std::optional<int>* target) const {
+    const auto* word = node_.as_string();
+    target->reset();
+    if (word == nullptr || word->get() != "auto")
+      *target = whole_number(node_, in_quotes(field_.key));
+  }
   void operator()(double* target) const { *target = number(node_, in_quotes(field_.key)); }
   void operator()(std::optional<double>* target) const {
     *target = number(node_, in_quotes(field_.key));

@@ -168,8 +168,10 @@ Table describe(OutputCase& target) {
 Table describe(ComputeCase& target) {
   auto& [threads, backend, cpu_limit, memory_limit] = target;
   return {{
-      field("threads", &threads, "", {1, 1024},
-            "Threads of one run; the result does not depend on it."),
+      field(
+          "threads", &threads, "", {1, 1024},
+          "Threads of one run; the result does not depend on it. auto: one for each 4096 vertices "
+          "of bodies that are simulated, at least one and at most the processor's."),
       field(
           "backend", choice(&backend, {"auto", "gpu", "osmesa", "cpu"}),
           "What finds the candidates of contact: a graphics processor, OpenGL on the CPU (a check "

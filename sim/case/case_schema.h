@@ -50,9 +50,11 @@ struct TableList {
   std::function<Table()> append;
 };
 
-using Member = std::variant<bool*, int*, double*, std::optional<double>*, std::string*, Vec3*,
-                            std::optional<Vec3>*, std::vector<int>*, std::vector<double>*,
-                            std::vector<std::string>*, Choice, TableMember, TableList>;
+// An optional whole number is "auto" where it is absent.
+using Member =
+    std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*, std::string*,
+                 Vec3*, std::optional<Vec3>*, std::vector<int>*, std::vector<double>*,
+                 std::vector<std::string>*, Choice, TableMember, TableList>;
 
 struct Field {
   std::string key;

@@ -21,6 +21,9 @@ std::string toml_array(const Entries& entries, Text text) {
 struct ValueText {
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
   std::string operator()(const int* value) const { return std::to_string(*value); }
+  std::string operator()(const std::optional<int>* value) const {
+    return *value ? std::to_string(**value) : toml_string("auto");
+  }
   std::string operator()(const double* value) const { return toml_number(*value); }
   std::string operator()(const std::optional<double>* value) const {
     return *value ? toml_number(**value) : "";

@@ -453,7 +453,7 @@ std::optional<ContactFault> Contact::find_path_fault(std::span<const Vec3> start
     statistics_.counters.narrow_phase_calls += count;
     statistics_.counters.ccd_calls += count;
     std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
-    parallel_chunks(count, scene_.source.compute.threads, [&](int first, int last) {
+    parallel_chunks(count, scene_.threads, [&](int first, int last) {
       faults[first / chunk_size] = check_part(group, first, last, start, end, demand);
     });
     for (const auto& fault : faults)

@@ -171,7 +171,7 @@ void collect_features(const Scene& scene, std::span<const Vec3> start, std::span
   const int chunks =
       (static_cast<int>(quad_pairs.size()) + quad_pairs_a_chunk - 1) / quad_pairs_a_chunk;
   std::vector<Found> found(chunks);
-  const int threads = scene.source.compute.threads;
+  const int threads = scene.threads;
 #pragma omp parallel num_threads(threads) if (threads > 1 && chunks > 1)
   {
     Gatherer gatherer(scene, list);

@@ -44,7 +44,7 @@ class CpuSearch : public PairSearch {
 
  private:
   bsi::Bound bound() const { return scene_.source.contact.bound; }
-  int threads() const { return scene_.source.compute.threads; }
+  int threads() const { return scene_.threads; }
 
   const Scene& scene_;
   std::vector<std::optional<bsi::Pyramid>> pyramids_;  // made when first needed

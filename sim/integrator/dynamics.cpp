@@ -24,7 +24,7 @@ double Energies::total() const {
 Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
     : scene_(scene),
       statistics_(statistics),
-      threads_(scene.source.compute.threads),
+      threads_(scene.threads),
       forces_(make_forces(scene)),
       pins_move_(std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                              [&](const PrescribedMotion& held) {

@@ -55,6 +55,7 @@ struct Scene {
   int dynamic_bodies = 0;
   int dynamic_particles = 0;
   int particle_count = 0;
+  int threads = 1;  // of a run
 
   std::vector<Vec3> initial_position;  // m, all particles
   std::vector<double> mass;            // kg, dynamic particles

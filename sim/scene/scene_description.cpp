@@ -232,6 +232,9 @@ std::string describe_scene(const Scene& scene) {
   if (backend == ComputeBackend::cpu) {
     out << "  skipped GL context: pictures are made by `weft render`\n";
   }
+  out << "threads   " << scene.threads
+      << (scene.source.compute.threads ? ": compute.threads asks for as many\n"
+                                       : ": as many as pay\n");
   describe_memory(scene, out);
   if (!scene.source.output.velocity)
     out << "  skipped velocities in the trajectory: output.velocity is false\n";

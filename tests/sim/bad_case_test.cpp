@@ -105,7 +105,7 @@ enabled = 1
 threads = 2.0
 )" + sheet,
        R"(case.toml:2:11: "threads" is a number with a point or exponent
-  expected a whole number >= 1 and <= 1024)"},
+  expected a whole number >= 1 and <= 1024 or "auto")"},
       {"date_for_number",
        R"([time]
 duration = 2024-01-01
@@ -199,7 +199,7 @@ maximum_order = 6
 threads = 4294967297
 )" + sheet,
        R"(case.toml:2:11: "threads" is 4294967297
-  expected a whole number >= 1 and <= 1024)"},
+  expected a whole number >= 1 and <= 1024 or "auto")"},
       {"friction_negative",
        R"([contact]
 friction = -0.1

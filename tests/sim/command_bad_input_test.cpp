@@ -326,7 +326,7 @@ TEST_F(CommandBadInput, RefusesMoreThreadsThanThereCanBe) {
   write("sheet.toml", sheet_case);
   expect_case_refused({"sheet.toml", "--set", "compute.threads=1000000000"},
                       "--set compute.threads=1000000000: \"threads\" is 1000000000\n"
-                      "  expected a whole number >= 1 and <= 1024\n");
+                      "  expected a whole number >= 1 and <= 1024 or \"auto\"\n");
 }
 
 // 2 n - 1 rows of so many columns are more than an int counts.

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -163,6 +164,22 @@ TEST(Scene, SummarisesThousandsOfObstaclesInALine) {
   expect_said(text, {"obstacles 992 more, far8 to far999", "skipped 1000 pairs of 1000",
                      "skipped pyramid of 1000 surfaces, far0 to far999: at the start"});
   EXPECT_LT(std::ranges::count(text, '\n'), 30) << text;
+}
+
+std::unique_ptr<const Scene> sheet_on_threads(int size, const std::string& threads) {
+  return build_scene(
+      parse_case("[compute]\n" + threads +
+                     "\n[contact]\nenabled = false\n[material.m]\n[[body]]\nname = \"b\"\n" +
+                     "shape = { type = \"rectangle\", size = [1, 1], resolution = [" +
+                     std::to_string(size) + ", " + std::to_string(size) + "] }\n",
+                 "test.toml"));
+}
+
+TEST(Scene, TakesAsManyThreadsAsPay) {
+  EXPECT_EQ(sheet_on_threads(65, "")->threads, 1);  // 4225 vertices
+  EXPECT_EQ(sheet_on_threads(65, "threads = \"auto\"")->threads, 1);
+  EXPECT_EQ(sheet_on_threads(5, "threads = 3")->threads, 3);
+  EXPECT_EQ(sheet_on_threads(129, "")->threads, std::min(4, omp_get_num_procs()));
 }
 
 // A sheet that is free, and one that pins hold as a whole.
