@@ -146,7 +146,6 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
   for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) {
     if (scene.bodies[b].moves) moving_.push_back(b);
   }
-  at_start_.resize(moving_.size());
 }
 
 std::span<const Vec3> ContactSearch::of_body(std::span<const Vec3> all, int body) const {
@@ -198,11 +197,18 @@ double ContactSearch::stray(const CandidateList& list) const {
   return tracked_[list.body_a].stray + tracked_[list.body_b].stray;
 }
 
+double ContactSearch::drift(const CandidateList& list, const Displacement& a,
+                            const Displacement& b) {
+  if (list.is_self()) return 2 * a.residual;
+  return a.residual + b.residual + (a.mean - b.mean).norm();
+}
+
+// At equal times on two straight paths, displacements are convex combinations of those at the ends,
+// with the same weights for both bodies: distances have changed by no more than at one of the ends.
 double ContactSearch::drift(const CandidateList& list) const {
-  const Displacement& a = tracked_[list.body_a].now;
-  const Displacement& b = tracked_[list.body_b].now;
-  if (list.is_self()) return 2 * a.residual + stray(list);
-  return a.residual + b.residual + (a.mean - b.mean).norm() + stray(list);
+  const Tracked& a = tracked_[list.body_a];
+  const Tracked& b = tracked_[list.body_b];
+  return std::max(drift(list, a.now, b.now), drift(list, a.at_start, b.at_start)) + stray(list);
 }
 
 bool ContactSearch::is_valid(std::size_t list) const {
@@ -212,8 +218,7 @@ bool ContactSearch::is_valid(std::size_t list) const {
   if (state.near) return drift(candidates) <= slack_ + state.stray;
   const Tracked& a = tracked_[candidates.body_a];
   const Tracked& b = tracked_[candidates.body_b];
-  const double gone =
-      a.path_length + a.now.largest() + b.path_length + b.now.largest() - state.path_length;
+  const double gone = a.path_length + a.largest() + b.path_length + b.largest() - state.path_length;
   return gone + stray(candidates) <= state.clearance;
 }
 
@@ -256,6 +261,7 @@ std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
     tracked_[b].box.setEmpty();
   }
   if (const auto bad = track(position)) return bad;
+  for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
   find_neighbours(position);
   refresh(position, position);
   return std::nullopt;
@@ -272,13 +278,8 @@ std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
   // their ends. So lists of one path serve those beside it: Newton's iterations leave from one
   // place, far from where they lead.
   if (const auto bad = track(start, true)) return bad;
-  for (std::size_t i = 0; i < moving_.size(); ++i) at_start_[i] = tracked_[moving_[i]].now;
+  for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
   if (const auto bad = track(end)) return bad;
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
-    Displacement& now = tracked_[moving_[i]].now;
-    now.residual =
-        std::max(now.residual, at_start_[i].residual) + (now.mean - at_start_[i].mean).norm();
-  }
   find_neighbours(end);
   refresh(start, end);
   return std::nullopt;
@@ -397,8 +398,8 @@ void ContactSearch::renew_lists(std::span<const Vec3> start, std::span<const Vec
 
 void ContactSearch::refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end) {
   Tracked& tracked = tracked_[body];
-  tracked.path_length += tracked.now.largest();
-  tracked.now = {};
+  tracked.path_length += tracked.largest();
+  tracked.now = tracked.at_start = {};
   const auto position = of_body(end, body);
   if (scene_.bodies[body].moves) {
     const auto from = of_body(start, body);

@@ -2,6 +2,7 @@
 // into reach.
 #pragma once
 
+#include <algorithm>
 #include <compare>
 #include <memory>
 #include <optional>
@@ -96,7 +97,9 @@ class ContactSearch {
     std::vector<Vec3> snapshot;
     std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
     double path_length = 0;        // displacements summed over the snapshots left behind, m
-    Displacement now;
+    Displacement now;              // at the end of the path that is asked about
+    Displacement at_start;         // at its start; without a path, the same
+    double largest() const { return std::max(now.largest(), at_start.largest()); }
     Box box;           // around its points now, or their paths, without the stray
     double stray = 0;  // how far its points may be from the path that is asked about, m
     bool pyramid_built = false;
@@ -128,6 +131,7 @@ class ContactSearch {
   ListState first_state(const CandidateList& list);
   double stray(const CandidateList& list) const;
   double drift(const CandidateList& list) const;
+  static double drift(const CandidateList& list, const Displacement& a, const Displacement& b);
   bool is_valid(std::size_t list) const;
   bool are_valid() const;
   std::vector<char> bodies_to_refresh() const;
@@ -147,8 +151,7 @@ class ContactSearch {
   double range_ = 0;
   double slack_ = 0;
   std::vector<Tracked> tracked_;
-  std::vector<int> moving_;  // bodies
-  std::vector<Displacement> at_start_;
+  std::vector<int> moving_;   // bodies
   BodyTree tree_;             // of boxes with room to move in and half of the reach
   std::vector<char> placed_;  // by body: has a new box in this update
   std::vector<CandidateList> lists_;
