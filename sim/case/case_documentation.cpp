@@ -48,7 +48,9 @@ struct FieldSchema {
     return schema;
   }
   Json operator()(const std::optional<int>* value) const {
-    Json schema{{"anyOf", {number_schema(field, "integer"), {{"const", "auto"}}}}};
+    Json schema = number_schema(field, "integer");
+    schema["type"] = {"integer", "string"};
+    schema["pattern"] = "^auto$";
     if (*value) {
       schema["default"] = **value;
     } else {
