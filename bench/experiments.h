@@ -142,7 +142,14 @@ struct CalibrateOptions {
 std::vector<std::string> calibration_scene_names();
 int run_calibrate(const CalibrateOptions& options);
 
-// What do 100 static obstacles 100 m away cost a run?
-int run_far_obstacles();
+// The cost of what a scene does not need: the CPU time of a run with it over that of one without,
+// in pairs of runs in turn.
+struct SkippingOptions {
+  std::vector<std::string> pairs;  // empty: all
+  int repeats = 9;                 // pairs of runs
+  bool json = false;
+};
+std::vector<std::string> skipping_pair_names();
+int run_skipping(const SkippingOptions& options);
 
 }  // namespace weft::bench

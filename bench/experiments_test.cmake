@@ -114,6 +114,17 @@ if(NOT iterations_block-jacobi GREATER sixfold)
   message(FATAL_ERROR "linear-solver: ${json}")
 endif()
 
+# Another time, the same trajectory.
+run(json skipping --json --pairs far-100,held-4 --repeats 1)
+foreach(i RANGE 1)
+  foreach(key pair bar ratio without_s with_s set_up_without_s set_up_with_s same_trajectory)
+    string(JSON ${key} GET "${json}" rows ${i} ${key})
+  endforeach()
+  if(NOT same_trajectory)
+    message(FATAL_ERROR "skipping: ${json}")
+  endif()
+endforeach()
+
 run(json scaling ${CMAKE_CURRENT_LIST_DIR}/../cases/hanging_sheet.toml --json --sizes 9,17 --steps 2
   --set time.method=euler --set time.step=0.01)
 foreach(i RANGE 1)

@@ -28,6 +28,7 @@ struct Arguments {
   ScalingOptions scaling;
   StabilityOptions stability;
   CalibrateOptions calibrate;
+  SkippingOptions skipping;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -225,6 +226,15 @@ void add_calibrate(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--plot", options.plot, "SVG file of the chart");
 }
 
+void add_skipping(CLI::App& sub, Arguments& arguments) {
+  SkippingOptions& options = arguments.skipping;
+  sub.add_option("--pairs", options.pairs, "Pairs of scenes (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(skipping_pair_names()));
+  add_repeats(sub, options.repeats);
+  sub.add_flag("--json", options.json, "Print JSON instead of a table");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -292,8 +302,8 @@ constexpr std::array experiments{
     Experiment{"gpu", "Pyramids and traversals in compute shaders beside the CPU", add_gpu,
                [](const Arguments& a) { return run_gpu(a.gpu); }},
 #endif
-    Experiment{"far-obstacles", "What obstacles out of reach cost a run",
-               [](CLI::App&, Arguments&) {}, [](const Arguments&) { return run_far_obstacles(); }},
+    Experiment{"skipping", "What a scene does not need, and what it costs all the same",
+               add_skipping, [](const Arguments& a) { return run_skipping(a.skipping); }},
 };
 
 // What is wrong with the arguments: of an unknown experiment the nearest name.
