@@ -17,19 +17,18 @@ struct JudgedBlocks {
 };
 
 struct BlockJudgeKernels {
-  // The pairs of the blocks in their order, and what is known of each from the vertices in float32,
-  // which the margins must allow for: `margin_low` <= margin - e and margin_high >= margin + e,
-  // where e is how much nearer or farther the float64 vertices can make them. Returns the number of
-  // pairs. May write 16 more.
+  // Lists the pairs of the blocks in their order and judges each from the vertices in float32. The
+  // margins must allow for e, by which the float64 vertices can be nearer or farther: `margin_low`
+  // <= margin - e and `margin_high` >= margin + e. Returns the number of pairs. May write 16 more.
   int (*judge)(const JudgedBlocks& judged, float margin_low, float margin_high, LeafPair* pairs,
                Verdict* verdict);
-  // Those of the pairs that have a verdict, in their order; their number. May read verdicts and
-  // pairs and write pairs eight past the end.
+  // Copies the pairs whose verdict is `wanted` in their order and returns their number. May read
+  // verdicts and pairs and write pairs eight past the end.
   int (*select)(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                 LeafPair* to);
 };
 
-// Of instruction_set().
+// Returns the table for instruction_set().
 const BlockJudgeKernels& block_judge_kernels();
 
 }  // namespace weft::bsi

@@ -13,8 +13,8 @@ namespace {
 
 // --- Pairs of blocks ---
 
-// Where a block of a given level is: u, and v above it, 16 bits each. Of two blocks: the second
-// above the first.
+// A Place is the position of a block in its level: u in the low 16 bits and v in the high 16 bits.
+// Places is a pair of them: the first block in the low 32 bits, the second in the high 32 bits.
 typedef std::uint32_t Place;
 typedef std::uint64_t Places;
 
@@ -47,7 +47,8 @@ WEFT_INLINE PairList list_of(const DescentQuery& query, int level_a, int level_b
 WEFT_INLINE bool holds_leaf_blocks(const PairList& list) {
   return is_leaf(*list.a) && is_leaf(*list.b);
 }
-// Of what follows the pairs of a list.
+// Returns an empty list for the pairs that follow those of `list`. Each side is one level lower,
+// unless it holds leaf blocks already.
 WEFT_INLINE PairList list_below(const DescentQuery& query, const PairList& list, Places* pairs) {
   return list_of(query, list.level_a + (is_leaf(*list.a) ? 0 : 1),
                  list.level_b + (is_leaf(*list.b) ? 0 : 1), pairs);
@@ -65,13 +66,14 @@ WEFT_INLINE bool is_itself(const DescentQuery& query, const PairList& list, Plac
 
 // --- The workspace ---
 
-// Leaf blocks used last: a descent comes back to each of them many times.
+// The leaf blocks used last: a descent comes back to each of them many times.
 struct LeafCache {
   LaneBoxes leaves[leaf_cache_size];
   std::uint64_t held[leaf_cache_size];  // level and place of the block
 };
 
-// From the end of a list so many pairs at a time are replaced by those that follow them.
+// The descent takes up to this many pairs off the end of a list at a time and replaces them by the
+// pairs that follow them.
 constexpr int batch = 64;
 static_assert(pair_list_size >= 17 * batch);
 
@@ -91,7 +93,7 @@ WEFT_INLINE void forget_leaves_of_others(const DescentQuery& query, Workspace& w
   }
 }
 
-// The next call may overwrite it.
+// Returns the boxes of the leaves of a block. The next call may overwrite them.
 WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree& tree, int level,
                                        Place place, LeafCache& cache) {
   static_assert(leaf_cache_size == 64 * 32);
@@ -106,11 +108,12 @@ WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree&
 
 // --- Leaves ---
 
-// Each pair of lanes of one block once.
+// For a block with itself, the mask holds each pair of lanes once.
 constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
-// What counts of the lane pairs of two neighbouring leaf blocks.
+// Returns the lane pairs of `near` that count, where the leaf blocks are close (are_close). Pairs
+// of triangles that share a particle do not count. In one block each pair counts once.
 WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& pair,
                                      LanePairs near) {
   const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
@@ -124,8 +127,8 @@ WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& 
   return shared.look ? without_shared_particles(*query.a, placed_a, placed_b, near) : near;
 }
 
-// Where blocks of a list are neighbours, or may have a particle in common. `round_*`: how far apart
-// neighbours across the seam of a wrapped axis are.
+// Tells for which pairs of a list the blocks are neighbours or may have a particle in common.
+// `round_*` is how far apart neighbours across the seam of a wrapped axis are, in blocks.
 struct Closeness {
   bool never, always;
   int round_u, round_v;
@@ -139,7 +142,7 @@ WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& li
           patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }
 
-// Without jumps, which would be mispredicted too often.
+// Returns whether the blocks are close, without jumps, which would be mispredicted too often.
 WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   const Place a = first_of(pair), b = second_of(pair);
   const int u = u_of(a) - u_of(b), v = v_of(a) - v_of(b);
@@ -149,7 +152,7 @@ WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   return (close & !where.never) | where.always;
 }
 
-// Pairs of leaf blocks: nearly all the time of a descent is spent here.
+// Tests the leaves of pairs of leaf blocks: nearly all the time of a descent is spent here.
 WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Workspace& work,
                              BlockSink& sink, DescentCounters& counters) {
   counters.bound_tests += 64 * list.count;
@@ -175,8 +178,8 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
       sink.flush(sink);
       to = sink.blocks;
     }
-    // Every pair is written, and the place moves on where it counts: to jump would be mispredicted
-    // too often.
+    // Every pair is written, and the place moves on only where leaves are near. A jump would be
+    // mispredicted too often.
     to->a = node_of(level_a, a);
     to->b = node_of(level_b, b);
     to->leaves = near;
@@ -187,8 +190,8 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
 
 // --- Expansion ---
 
-// Children i of the one and j of the other: 4 i + j; those that are near are appended, the place
-// after them returned. May write sixteen.
+// Appends the children whose bits are set in `near` and returns the place after them. Bit 4 i + j
+// stands for child i of the one block and child j of the other. May write sixteen.
 WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
 #if defined(__AVX512DQ__)
   const __m512i all = _mm512_set1_epi64(static_cast<long long>(pair));
@@ -215,7 +218,7 @@ WEFT_INLINE std::size_t block_at(const BoxLevel& level, Place place) {
   return (static_cast<std::size_t>(place >> 16) << level.log_u) + (place & 0xffff);
 }
 
-// One block of the first body against the bits of its four lanes: as for append_children.
+// Moves bit i, for child i of the first block, to bit 4 i, where append_children expects it.
 WEFT_INLINE unsigned as_children_of_first(unsigned near) {
   return (near | near << 3 | near << 6 | near << 9) & 0x1111U;
 }
@@ -256,7 +259,8 @@ WEFT_INLINE unsigned near_by_spheres(const DescentQuery& query, const PairList& 
       sphere_of(*query.b, nodes.b), group_of(*list.a, first_of(pair)), query.sphere_reach));
 }
 
-// The near ones among the children of two blocks, as for append_children; of a leaf block, itself.
+// Returns which children of two blocks are near each other, as bits for append_children. A leaf
+// block stands for itself as its only child.
 WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
   if (query.bound == Bound::box) return near_by_boxes(query, list, pair);
   const unsigned near = near_by_spheres(query, list, pair);
@@ -264,10 +268,11 @@ WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Pl
   return near & near_by_boxes(query, list, pair);
 }
 
-// The pairs that follow a pair, the place after them. May write sixteen.
+// Appends the pairs that follow `pair` and returns the place after them. May write sixteen.
 WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& list, Places pair,
                                      Places* to) {
-  // Of a block with itself, each pair once; a child that is not there does not even meet itself.
+  // A block with itself counts each pair of children once. An absent child does not even meet
+  // itself.
   const unsigned once = is_itself(query, list, pair) ? 0x8cefU : 0xffffU;
   return append_children(pair + (pair & list.split), near_of(query, list, pair) & once, to);
 }
@@ -289,8 +294,8 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
   return static_cast<int>(count);
 }
 
-// Those of the pairs that follow a pair that may touch, the place after them. One test takes long
-// until it is known, but many in a row, between which nothing is decided, hardly longer.
+// Keeps the pairs that may touch and returns the place after them. The result of one test takes
+// long, but many tests in a row, with no decision between them, take hardly longer.
 WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList& list, bool itself,
                                       Places* pairs, const Places* end, DescentCounters& counters) {
   unsigned left = 0;
@@ -307,7 +312,8 @@ WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList&
 
 // --- The descent ---
 
-// Takes pairs off the end of a list and appends those that follow them to the next one.
+// Takes up to `batch` pairs off the end of a list and appends those that follow them to the next
+// list.
 WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList& next,
                              DescentCounters& counters) {
   const int count = list.count < batch ? list.count : batch;

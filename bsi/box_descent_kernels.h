@@ -20,7 +20,7 @@ struct DescentQuery {
   const BoxTree* b;           // a itself in a self traversal
   double certificate_margin;  // negative: the certificate is not to be used
   float half_margin;          // every box is widened by it
-  float sphere_reach;         // how far apart spheres may be whose leaves' boxes, widened, overlap
+  float sphere_reach;         // spheres this far apart may hold leaves whose widened boxes overlap
   Bound bound;
   bool self;
   bool triangles;        // leaves are triangles, not quads
@@ -33,7 +33,7 @@ struct DescentCounters {
   std::int64_t certified;
 };
 
-// Where pairs of leaf blocks go: `flush` is called when it is full, and empties it.
+// Receives pairs of leaf blocks. `flush` is called when the sink is full, and empties it.
 struct BlockSink {
   LeafBlockPair* blocks;
   int count;
@@ -44,27 +44,28 @@ struct BlockSink {
 
 inline constexpr int largest_expansion = 16;
 
-// The workspace of a thread's descents: the boxes of leaves used last, on both sides, and lists of
-// pairs, one a level. Aligned to 64, and zero when it is new.
+// The workspace of a thread's descents holds the boxes of leaves used last, on both sides, and
+// lists of pairs, one per level. It is aligned to 64 bytes, and zero when it is new.
 inline constexpr std::size_t leaf_cache_size = 2048;
 inline constexpr int pair_list_size = 1104, list_limit = 18;
 inline constexpr std::size_t descent_workspace =
     2 * leaf_cache_size * (192 + 8) + std::size_t{8} * pair_list_size * list_limit + 64;
 
 struct DescentKernels {
-  // The pairs that follow a pair of blocks whose widened boxes overlap, into next[0 .. 15]; their
-  // number, or -1 for two leaf blocks.
+  // Writes the pairs that follow a pair of blocks whose widened boxes overlap to next[0 .. 15].
+  // Returns their number, or -1 for two leaf blocks.
   int (*expand)(const DescentQuery& query, const NodePair& pair, NodePair* next,
                 DescentCounters& counters);
-  // All pairs of leaves below such a pair.
+  // Finds all pairs of leaves below such a pair.
   void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
-  // The leaf pairs of `count` pairs of blocks, in their order; their number. May write eight more.
+  // Writes the leaf pairs of `count` pairs of blocks in their order and returns their number. May
+  // write eight more.
   std::size_t (*number)(const DescentQuery& query, const LeafBlockPair* blocks, std::size_t count,
                         LeafPair* pairs);
 };
 
-// Of instruction_set().
+// Returns the table for instruction_set().
 const DescentKernels& descent_kernels();
 
 }  // namespace weft::bsi

@@ -23,7 +23,7 @@ WEFT_INLINE BoxNode child_of(const BoxLevel& level, BoxNode node, int child) {
           static_cast<std::uint16_t>((node.v << level.split_v) + (child >> 1))};
 }
 
-// Of a block below the level `above`.
+// Returns the parent of a block that lies below the level `above`.
 WEFT_INLINE BoxNode parent_of(const BoxLevel& above, BoxNode node) {
   return {node.level - 1, static_cast<std::uint16_t>(node.u >> above.split_u),
           static_cast<std::uint16_t>(node.v >> above.split_v)};
@@ -32,19 +32,19 @@ WEFT_INLINE int child_number(const BoxLevel& above, BoxNode node) {
   return 2 * (above.split_v * (node.v & 1)) + above.split_u * (node.u & 1);
 }
 
-// Four numbers, one after the other in both halves.
+// Returns the four numbers, in order, in both halves.
 WEFT_INLINE Lanes in_both_halves(Quad four) {
   return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 }
 
-// Numbers `first` and first + 1, each four times over.
+// Returns the numbers `first` and first + 1, each four times over.
 template <int first>
 WEFT_INLINE Lanes each_four_times(Lanes lanes) {
   constexpr int f = first;
   return __builtin_shufflevector(lanes, lanes, f, f, f, f, f + 1, f + 1, f + 1, f + 1);
 }
 
-// The two rows of lanes: low - h and high + h of four boxes, one after the other in both halves.
+// Returns low - h and high + h of four boxes, in order, in both halves; h is `half_margin`.
 WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   LaneBoxes boxes;
   for (int axis = 0; axis < 3; ++axis) {
@@ -54,7 +54,7 @@ WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   return boxes;
 }
 
-// Boxes `first` and first + 1 of four, each four times over.
+// Returns the boxes `first` and first + 1 of four, each four times over.
 template <int first>
 WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   LaneBoxes result;
@@ -65,7 +65,7 @@ WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   return result;
 }
 
-// Bit 4 i + j: child i of the one overlaps child j of the other.
+// Returns bit 4 i + j where child i of the one overlaps child j of the other.
 WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, float half_margin) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
@@ -91,7 +91,7 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
 
 // --- Spheres ---
 
-// Of four spheres, the radii larger by `reach`, one after the other in both halves.
+// Returns four spheres, their radii larger by `reach`, in order, in both halves.
 WEFT_INLINE LaneSpheres both_halves(const SphereGroup& group, float reach) {
   LaneSpheres spheres;
   for (int axis = 0; axis < 3; ++axis) {
@@ -111,7 +111,7 @@ WEFT_INLINE LaneSpheres each_four_times(const LaneSpheres& spheres) {
   return result;
 }
 
-// Bit 4 i + j: child i of the one comes within `reach` of child j of the other.
+// Returns bit 4 i + j where child i of the one comes within `reach` of child j of the other.
 WEFT_INLINE unsigned touch_of_children(const SphereGroup& a, const SphereGroup& b, float reach) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
@@ -135,7 +135,7 @@ WEFT_INLINE unsigned touch_of_children(const SphereGroup& a, const SphereGroup& 
 #endif
 }
 
-// The sphere of a block in all lanes.
+// Returns the sphere of a block in all lanes.
 WEFT_INLINE LaneSpheres sphere_of(const BoxTree& tree, BoxNode node) {
   const BoxLevel& level = level_of(tree, node);
   const BoxPatch& patch = tree.patches[level.patch];
@@ -154,7 +154,7 @@ WEFT_INLINE LaneSpheres sphere_of(const BoxTree& tree, BoxNode node) {
   return {{broadcast(sphere[0]), broadcast(sphere[1]), broadcast(sphere[2])}, broadcast(sphere[3])};
 }
 
-// Bit j: child j comes within `reach` of the sphere.
+// Returns bit j where child j comes within `reach` of the sphere.
 WEFT_INLINE unsigned touch_of_sphere(const LaneSpheres& sphere, const SphereGroup& group,
                                      float reach) {
   return touch(sphere, both_halves(group, reach)) & 15U;

@@ -111,7 +111,8 @@ int orientation_by_expansion(const Point3& a, const Point3& b, const Point3& c, 
   return determinant.sign();
 }
 
-// Where every product is zero a factor of each is, exactly: the flat surfaces of every start.
+// Returns whether the sign of the rounded determinant is certain. An error bound of zero means that
+// every product has a factor that is exactly zero, as on flat surfaces at the start of a run.
 bool is_decided(double determinant, double error_bound) {
   return std::abs(determinant) > error_bound || error_bound == 0;
 }

@@ -27,7 +27,7 @@ struct Patch {
   int quad_count() const { return quad_rows() * quad_cols(); }
 };
 
-// Where a texel is: for messages, which name the place a user can find.
+// The place of a texel. Messages name it, because a user can find it.
 struct TexelAddress {
   int patch = 0;
   int row = 0;
@@ -40,10 +40,10 @@ struct TexelAddress {
 class Atlas {
  public:
   Atlas() = default;
-  // `texel_to_particle` has one particle index a texel, every index of 0..max used; empty: one
-  // particle a texel, in order. Throws std::invalid_argument, with the reason, on sizes that do not
-  // fit or a patch without a quad (fewer than 2 vertices along an open axis, fewer than 3 along a
-  // wrapped one).
+  // `texel_to_particle` has one particle index per texel, every index of 0..max used; empty: one
+  // particle per texel, in order. Throws std::invalid_argument, with the reason, on sizes that do
+  // not fit or a patch without a quad (fewer than 2 vertices along an open axis, fewer than 3 along
+  // a wrapped one).
   explicit Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle = {});
 
   const std::vector<Patch>& patches() const { return patches_; }
@@ -55,7 +55,7 @@ class Atlas {
   // True where particle == texel, so that an image of particles is the image of texels itself.
   bool is_identity() const { return texel_to_particle_.empty(); }
 
-  // One particle a texel; empty where is_identity().
+  // One particle per texel; empty where is_identity().
   std::span<const int> texel_to_particle() const { return texel_to_particle_; }
   int particle_of_texel(int texel) const {
     return texel_to_particle_.empty() ? texel : texel_to_particle_[texel];

@@ -43,8 +43,8 @@ struct RoundingOf<double> {
   static constexpr double smallest_square = 1e-300;
 };
 
-// `a < b ? a : b` and `a > b ? a : b`: where one is not a number, b. By name, because g++ 12 does
-// not find the instruction in every such choice.
+// Return `a < b ? a : b` and `a > b ? a : b`; where one is not a number, b. They are functions,
+// because g++ 12 does not find the instruction in every such choice.
 #if defined(__SSE2__)
 #if defined(__AVX512F__)
 #define WEFT_VECTOR(operation) _mm512_##operation
@@ -83,7 +83,7 @@ WEFT_INLINE V square_root(V a) {
   return a;
 }
 #endif
-// What is not a number becomes 0.
+// Clamps every lane to [0, 1]; a lane that is not a number becomes 0.
 template <class V>
 WEFT_INLINE V clamped_to_unit(V a) {
   return smaller(larger(a, V{}), V{} + 1);

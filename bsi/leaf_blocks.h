@@ -7,7 +7,8 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// One axis, at one end: bounds of the first and second triangles of the four quads.
+// Bounds the first and the second triangles of the four quads along one axis, at one end of the
+// path.
 WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQuads& quads,
                                bool triangles, bool join, Quad low[2], Quad high[2]) {
   const float* first = image.component[axis] + quads.row * image.stride + quads.col;
@@ -45,7 +46,7 @@ static void blank_absent_leaves(LaneBoxes& boxes, const LeafQuads& quads, bool t
   }
 }
 
-// The boxes of the leaves of a leaf block, widened, one a lane.
+// Makes the boxes of the leaves of a leaf block, widened, one per lane.
 static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode node,
                         LaneBoxes& boxes) {
   const BoxPatch& patch = tree.patches[level_of(tree, node).patch];
@@ -68,7 +69,7 @@ static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode 
 // Pairs of lanes of two leaf blocks: bit 8 i + j for lane i of the first and lane j of the second.
 typedef std::uint64_t LanePairs;
 
-// Those whose boxes overlap.
+// Returns the pairs of lanes whose boxes overlap.
 WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) {
   LanePairs near = 0;
 #if defined(__AVX512DQ__)
@@ -79,7 +80,7 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     low_b[axis] = _mm512_broadcast_f32x8(b.low[axis]);
     high_b[axis] = _mm512_broadcast_f32x8(b.high[axis]);
   }
-  // Two lanes of the first against all of the second at a time.
+  // Two lanes of the first are compared with all lanes of the second at a time.
   __m512i lanes = _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1);
   for (int i = 0; i < 8; i += 2) {
     __mmask16 mask = 0xffff;
@@ -93,8 +94,8 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
   }
 #elif defined(__AVX__)
-  // Every lane of the first against all of the second: to leave out those that are nowhere near it
-  // costs more than it saves.
+  // Every lane of the first is compared with all of the second: to leave out those that are nowhere
+  // near it costs more than it saves.
   const auto all_of = [](const float& value) { return _mm256_broadcast_ss(&value); };
 #pragma GCC unroll 8
   for (int i = 0; i < 8; ++i) {

@@ -9,20 +9,21 @@
 
 namespace weft::bsi {
 
-// What a leaf bounds.
+// The shape that a leaf bounds.
 enum class Leaf {
   quad,
   triangle,  // 2 q and 2 q + 1 are those of quad q, as in Mesh
 };
 
-// What traversals compare above the leaves, whose boxes settle what is found.
+// The bounds that traversals compare above the leaves. The boxes of the leaves settle what is
+// found.
 enum class Bound {
   sphere,  // as the paper does
   box,
   sphere_then_box,  // the boxes of blocks whose spheres meet
 };
 
-// Numbers of two triangles (or quads) of the first and the second body; of one body: a <= b.
+// Numbers of two triangles (or quads): `a` of the first body, `b` of the second; a <= b within one.
 struct LeafPair {
   int a = 0;
   int b = 0;
@@ -31,10 +32,10 @@ struct LeafPair {
   auto operator<=>(const LeafPair&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-// Pairs of leaves of two leaf blocks, which hold up to 2 x 2 quads: bit 8 i + j of `leaves` for
-// leaf i of the one and leaf j of the other. Leaf 2 r + c is the first triangle (or the whole) of
-// the quad in row r and column c of the block, leaf 4 + 2 r + c its second triangle. Some ten times
-// as short as a list of pairs, where bodies touch.
+// Pairs of leaves of two leaf blocks, which hold up to 2 x 2 quads. Bit 8 i + j of `leaves` stands
+// for leaf i of the one and leaf j of the other. Leaf 2 r + c is the first triangle (or the whole)
+// of the quad in row r and column c of the block, leaf 4 + 2 r + c its second triangle. Where
+// bodies touch this is some ten times as short as a list of pairs.
 struct LeafBlockPair {
   BoxNode a, b;
   std::uint64_t leaves;

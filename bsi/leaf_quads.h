@@ -1,11 +1,11 @@
-// What a leaf block holds. For kernel files alone, as box_lanes.h.
+// The quads of a leaf block and the numbers of its leaves. For kernel files alone, as box_lanes.h.
 #pragma once
 
 #include "bsi/box_layout.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// The quads of a leaf block.
+// The quads of a leaf block: the first row and column of quads, and how many of each.
 struct LeafQuads {
   int row, col, rows, cols;
 };
@@ -25,7 +25,7 @@ static inline LeafQuads quads_of(const BoxTree& tree, BoxNode node) {
   return quads;
 }
 
-// The numbers of the leaves.
+// Writes the numbers of the leaves to the eight lanes of `number`.
 static inline void number_leaves(const BoxTree& tree, BoxNode node, bool triangles, int number[8]) {
   const BoxPatch& patch = tree.patches[tree.levels[node.level].patch];
   const LeafQuads quads = quads_of(tree, node);

@@ -55,7 +55,7 @@ std::vector<DetailPatch> patches_at_levels(const Pyramid& pyramid, std::span<con
   return patches;
 }
 
-// Of the block's sphere.
+// Returns the centre of the block's sphere.
 Vec3 centre_of(const Pyramid& pyramid, const PatchBlock& block) {
   const Box box = pyramid.box(block.patch, block.level, block.u, block.v);
   Vec3 centre;
@@ -65,7 +65,7 @@ Vec3 centre_of(const Pyramid& pyramid, const PatchBlock& block) {
   return centre;
 }
 
-// The first whole number beyond; not for negative ones.
+// Returns the first whole number beyond `place`, which must not be negative.
 int first_after(double place) { return static_cast<int>(place) + 1; }
 
 // Measures how far coarse triangles of a patch are from the original surface at the same place of
@@ -87,7 +87,7 @@ class Ruler {
     return positions_[atlas.particle_of_texel(atlas.first_texel(patch_) + vertex)];
   }
 
-  // False, and no more measured, where the tolerance is exceeded.
+  // Returns false, and measures no more, where the tolerance is exceeded.
   bool measure(const DetailPatch& patch, const DetailTriangle& triangle);
 
   // The largest distance that was found within the tolerance.
@@ -164,7 +164,7 @@ Vec3 Ruler::original(double row, double col) const {
          (1 - down) * (upper_right - lower_right);
 }
 
-// Where the edge crosses the rows, the columns and the diagonals of the image.
+// Checks the edge where it crosses the rows, the columns and the diagonals of the image.
 bool Ruler::check_edge(const Corner& from, const Corner& to) {
   const std::array<std::array<double, 2>, 3> ends{
       {{from.row, to.row}, {from.col, to.col}, {from.row + from.col, to.row + to.col}}};
@@ -183,11 +183,11 @@ bool Ruler::check_edge(const Corner& from, const Corner& to) {
   return true;
 }
 
-// At the texels inside the triangle.
+// Checks the triangle at the texels inside it.
 bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
   const auto [lowest, highest] = std::minmax({corners[0].row, corners[1].row, corners[2].row});
   for (int row = first_after(lowest); row < highest; ++row) {
-    // Where the row enters the triangle and leaves it, in order of columns.
+    // The points where the row enters the triangle and leaves it, in order of columns.
     std::array<Corner, 2> ends;
     int found = 0;
     for (int i = 0; i < 3 && found < 2; ++i) {
@@ -227,7 +227,7 @@ double refine(DetailPatch& patch, Ruler& ruler) {
           is_new = true;  // may have been in a block until now
         }
       }
-      // Where a long block meets a wide one a triangle may be folded over.
+      // A triangle may be folded over where a long block meets a wide one.
       if (!is_new || (image_area(triangle) > 0 && ruler.measure(patch, triangle))) return;
       done = false;
       for (const DetailCorner& corner : triangle) {

@@ -34,21 +34,21 @@ struct DetailTolerance {
   }
 };
 
-// The surface through the sphere centres of the blocks of one level for each patch (`levels`, one a
-// patch), and the original vertices of the borders of patches, where neighbours of different levels
-// meet. Beyond the last level of a patch it is the original surface. A wrapped axis has at least
-// three blocks: there levels 0 and 1 count as 2. A patch that is sewn to itself, or wraps fewer
-// than five quads, keeps its original surface. The stated deviation is the largest radius of a
-// sphere whose centre is used. Precondition: pyramid.is_built(), from `positions`, with spheres.
+// The surface through the sphere centres of the blocks of one level for each patch (`levels`, one
+// per patch), and the original vertices of the borders of patches, where neighbours of different
+// levels meet. Beyond the last level of a patch it is the original surface. A wrapped axis has at
+// least three blocks: there levels 0 and 1 count as 2. A patch that is sewn to itself, or wraps
+// fewer than five quads, keeps its original surface. The stated deviation is the largest radius of
+// a sphere whose centre is used. Precondition: pyramid.is_built(), from `positions`, with spheres.
 // O(texels).
 DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                                std::span<const int> levels);
 
-// The same with blocks of different levels within each patch, split until every point lies within
-// the tolerance of its counterpart: the original point at the same place in the image. The stated
-// deviation bounds those distances. With a tolerance of 0 it is the original surface. O(texels x
-// levels), less where the surface is rough; the threads of OpenMP share the patches, with the same
-// result from any number of them.
+// Makes the surface from blocks of different levels within each patch. They are split until every
+// point lies within the tolerance of its counterpart: the original point at the same place in the
+// image. The stated deviation bounds those distances. With a tolerance of 0 it is the original
+// surface. O(texels x levels), less where the surface is rough. The threads of OpenMP share the
+// patches, with the same result from any number of them.
 DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positions,
                             const DetailTolerance& tolerance);
 

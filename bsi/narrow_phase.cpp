@@ -45,14 +45,14 @@ class Sieve {
     settle(candidates, hits, counters);
   }
 
-  // The same for all candidates of at most chunk_blocks pairs of blocks.
+  // Sifts all candidates of at most chunk_blocks pairs of blocks.
   void sift(const Pyramid& first, const Pyramid& second, bool self,
             std::span<const LeafBlockPair> blocks, TriangleHits& hits,
             NarrowPhaseCounters& counters) {
     listed_.resize(chunk_size + 16);
     const JudgedBlocks judged{&first.tree(), &second.tree(), blocks.data(),
                               static_cast<int>(blocks.size()), self};
-    // How far rounding to float32 moves two vertices, as in half_margin().
+    // Rounding to float32 moves two vertices by no more than this, as in half_margin().
     const double rounding = 0x1p-23 * (static_cast<double>(first.magnitude()) +
                                        static_cast<double>(second.magnitude())) +
                             0x1p-124;
@@ -85,7 +85,7 @@ class Sieve {
                                      static_cast<int>(candidates.size()), wanted, to.data()));
   }
 
-  // Once all candidates have their verdicts.
+  // Settles the candidates once all have their verdicts.
   void settle(std::span<const LeafPair> candidates, TriangleHits& hits,
               NarrowPhaseCounters& counters) {
     counters.judged += static_cast<std::int64_t>(candidates.size());
@@ -134,7 +134,7 @@ class Sieve {
     hits.pairs.insert(hits.pairs.end(), near_.begin(),
                       near_.begin() + static_cast<std::ptrdiff_t>(near));
     if (!options_.distances) return;
-    // All that are near were measured.
+    // All pairs that are near were measured.
     for (std::size_t k = 0; k < measured; ++k)
       if (open_verdict_[k] == Verdict::near) hits.distances.push_back(std::sqrt(squared_[k]));
   }
@@ -143,7 +143,7 @@ class Sieve {
   const TriangleSet& second_;
   const NarrowPhaseOptions& options_;
   float margin_low_ = 0, margin_high_ = 0;
-  // With room for what the kernel writes past the end.
+  // There is room for what the kernel writes past the end.
   std::array<Verdict, chunk_size + 16> verdict_{};
   std::array<Verdict, chunk_size> open_verdict_{};
   std::array<double, chunk_size> squared_{};

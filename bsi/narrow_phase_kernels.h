@@ -6,14 +6,14 @@
 
 namespace weft::bsi {
 
-// What is known of the distance d of two triangles.
+// The result of comparing the distance d of two triangles with the margin.
 enum class Verdict : unsigned char {
   apart,      // d > margin, proved
   near,       // d <= margin, proved
   undecided,  // too close to the margin for this arithmetic
 };
 
-// Triangles of two bodies: x, y, z of every particle, three particle numbers a triangle.
+// Triangles of two bodies: x, y, z of every particle, three particle numbers per triangle.
 struct TrianglePairs {
   const double* positions_a;
   const int* triangles_a;
@@ -24,15 +24,16 @@ struct TrianglePairs {
 };
 
 struct NarrowPhaseKernels {
-  // In float32. `margin_low` <= margin <= `margin_high`.
+  // Judges in float32. Precondition: `margin_low` <= margin <= `margin_high`.
   void (*judge)(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict);
-  // In float64, with the squared distance, and whether it is known to be right within rounding
-  // (1e-12 of itself); where the triangles pierce each other for certain it is 0.
+  // Judges in float64 and measures the squared distance. `certain` says whether that is known to be
+  // right within rounding (1e-12 of itself). It is 0 where the triangles pierce each other for
+  // certain.
   void (*measure)(const TrianglePairs& pairs, double margin, Verdict* verdict,
                   double* squared_distance, bool* certain);
 };
 
-// Of instruction_set().
+// Returns the table for instruction_set().
 const NarrowPhaseKernels& narrow_phase_kernels();
 
 }  // namespace weft::bsi

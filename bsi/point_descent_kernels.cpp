@@ -10,7 +10,7 @@ namespace weft::bsi::WEFT_KERNELS {
 namespace {
 
 // Lists of points in the workspace: components and numbers. They are copied from level to level, so
-// that every list lies in a row.
+// that the points of every list are contiguous.
 struct PointLists {
   float* value[3];
   std::int32_t* number;
@@ -27,7 +27,7 @@ WEFT_INLINE PointLists lists_in(void* workspace) {
 
 // --- Loading ---
 
-// Half as many lanes, of doubles and of floats.
+// Vectors of half as many lanes, of doubles and of floats.
 typedef double Doubles __attribute__((vector_size(4 * width)));
 typedef double UnalignedDoubles __attribute__((vector_size(4 * width), aligned(8), may_alias));
 typedef float Half __attribute__((vector_size(2 * width)));
@@ -106,8 +106,8 @@ struct PointList {
   std::int32_t first, count;
 };
 
-// Copies points from + i for the bits i of the mask to place `to` and on; their number. May write
-// a whole vector.
+// Copies point from + i for every bit i of the mask to the places from `to` on and returns their
+// number. May write a whole vector.
 WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, int to) {
 #if defined(__AVX512F__)
   const auto marked = static_cast<__mmask16>(mask);
@@ -165,14 +165,15 @@ WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide 
 #endif
 }
 
-// Where the lists of the children of a block are made: one after the other behind its own, each
-// with room for a vector more.
+// The lists of the children of a block are made one after the other behind its own, each with room
+// for a vector more.
 struct ChildLists {
   std::int32_t first, room, counts[4];
   int end(int child) const { return first + child * room + counts[child]; }
 };
 
-// Of the four children of a block, as far as points may be off: what the query compares.
+// The bounds of the four children of a block that the query compares, widened by as much as points
+// may be off.
 struct ChildBounds {
   Bound bound;
   LaneBoxes boxes;
@@ -195,7 +196,7 @@ WEFT_INLINE unsigned points_near(const ChildBounds& bounds, int child, const Wid
   return near & points_in(bounds.boxes, child, point);
 }
 
-// Many points, a vector of them against one child at a time.
+// Shares out many points: a vector of them is compared with one child at a time.
 WEFT_INLINE void share_vectors(const ChildBounds& bounds, const PointLists& lists,
                                const PointList& list, ChildLists& children) {
   for (int i = 0; i < list.count; i += width) {
@@ -221,7 +222,7 @@ WEFT_INLINE unsigned children_near(const ChildBounds& bounds, const float (&poin
   return near;
 }
 
-// A few points, one of them against all children at a time.
+// Shares out a few points: one of them is compared with all children at a time.
 WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& lists,
                                   const PointList& list, ChildLists& children) {
   for (int i = list.first; i < list.first + list.count; ++i) {
@@ -235,7 +236,7 @@ WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& l
   }
 }
 
-// The lists of the children of a block whose bounds hold a point.
+// Makes the lists of the children whose bounds hold a point and returns the number of lists.
 int share_points(const ChildBounds& bounds, const BoxLevel& level, const PointLists& lists,
                  const PointList& list, PointList* next) {
   ChildLists children{list.first + list.count + width, list.count + width, {}};
@@ -281,8 +282,8 @@ void descend_points(const DescentQuery& asked, int patch, int count, float large
   DescentQuery query = asked;
   const BoxTree& tree = *query.a;
   const PointLists lists = lists_in(workspace);
-  // Above the leaves, where a box too many costs time and no more, points are held against boxes
-  // widened on both sides' behalf, and for the rounding of both (docs/theory.md, "Points").
+  // Above the leaves, points are compared with boxes widened for both sides and for the rounding of
+  // both (docs/theory.md, "Points"). A box too many costs time and no more.
   const float reach = 2 * largest_half + 0x1p-21F * (tree.magnitude + 2 * largest_half);
   query.sphere_reach = root_of_three * reach;
   PointList stack[4 * 18];

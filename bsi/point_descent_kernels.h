@@ -11,13 +11,13 @@ inline constexpr int points_a_batch = 65536;
 // Room for the points that come near a block: all of them, and those of four children on each of at
 // most 18 levels, each list with room for a vector more.
 inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_a_batch + 16);
-// Bytes of a workspace: components and numbers of those, and by how much each point is widened;
-// aligned to 64. Most of it is never touched.
+// Bytes of a workspace: components and numbers of those points, and by how much each point is
+// widened. It must be aligned to 64 bytes. Most of it is never touched.
 inline constexpr std::size_t point_workspace =
     16 * point_list_length + 4 * std::size_t{points_a_batch + 16};
 
-// Where leaf pairs go: `flush` is called when there may be no room for a leaf block's more, and
-// empties it.
+// A PairSink receives leaf pairs. `flush` is called when there may be no room for the pairs of one
+// more leaf block, and empties the sink.
 inline constexpr int pairs_a_flush = 8;
 struct PairSink {
   LeafPair* pairs;
@@ -29,19 +29,20 @@ struct PairSink {
 
 struct PointDescentKernels {
   // Rounds up to points_a_batch points (x, y, z each) to float32 and finds half_margin(reach,
-  // magnitude, ...) of each; the largest. `reach` must be below 4 * Pyramid::coordinate_limit.
+  // magnitude, ...) of each. Returns the largest. `reach` must be below 4 *
+  // Pyramid::coordinate_limit.
   float (*load_points)(const double* positions, int count, double reach, float magnitude,
                        void* workspace);
-  // The leaves below the root of `patch` whose boxes, widened by what belongs to the point, overlap
-  // the box of a point widened by the same; appended as pairs (first_number + point, leaf), leaf
-  // block by leaf block, for the `count` points loaded last. query.half_margin must be 0;
-  // `largest_half` is what load_points returned. `workspace` holds point_workspace bytes.
+  // Finds the leaves below the root of `patch` whose boxes overlap the box of a point, both widened
+  // by what belongs to the point. Appends them as pairs (first_number + point, leaf), leaf block by
+  // leaf block, for the `count` points loaded last. query.half_margin must be 0; `largest_half` is
+  // what load_points returned. `workspace` holds point_workspace bytes.
   void (*descend_points)(const DescentQuery& query, int patch, int count, float largest_half,
                          int first_number, void* workspace, PairSink& sink,
                          DescentCounters& counters);
 };
 
-// Of instruction_set().
+// Returns the table for instruction_set().
 const PointDescentKernels& point_descent_kernels();
 
 }  // namespace weft::bsi

@@ -34,7 +34,7 @@ struct PyramidParts {
   // contact with themselves (docs/theory.md, "The tangent certificate"); they take more than half
   // of a rebuild.
   bool tangents = true;
-  // For traversals whose bound is not `box`, and for pictures.
+  // Traversals whose bound is not `box` need spheres, and so do pictures.
   bool spheres = false;
 };
 
@@ -44,9 +44,9 @@ struct PyramidParts {
 // groups: level k has 2^k of them, which join the patches from block_boundary(i, patches, k) to the
 // next boundary, never none.
 //
-// Held are a box for every block, the vertices in float32, and what PyramidParts names. Boxes lie
-// inside their parents' exactly: a minimum rounds nothing. They bound the vertices rounded to
-// float32; the traversals widen them by what the rounding may have moved.
+// The pyramid holds a box for every block, the vertices in float32, and what PyramidParts names.
+// Boxes lie inside their parents' exactly: a minimum rounds nothing. They bound the vertices
+// rounded to float32; the traversals widen them by what the rounding may have moved.
 //
 // A sphere has its centre in the middle of the box and holds the boxes of all leaf blocks of its
 // block, so that spheres never part what boxes find. Its radius is the lesser of half the diagonal
@@ -101,12 +101,12 @@ class Pyramid {
   const Box& group_box(int level, int u) const {
     return group_boxes_[(std::size_t{1} << level) - 1 + u];
   }
-  // Of the whole body.
+  // Returns the box of the whole body.
   Box top() const { return group_levels_ > 0 ? group_box(0, 0) : box(0, 0, 0, 0); }
   // The largest |coordinate| of the float32 vertices, m.
   float magnitude() const { return tree_.magnitude; }
   std::size_t bytes() const;
-  // The same in plain pointers, for the kernels of the traversals.
+  // The pyramid in plain pointers, for the kernels of the traversals.
   const BoxTree& tree() const { return tree_; }
 
  private:
@@ -114,14 +114,14 @@ class Pyramid {
   struct Strip {
     int patch = 0;
     int index = 0;
-    std::vector<float> rows;       // of every level, two, and of the columns of vertices
-    std::vector<std::size_t> row;  // where those of a level begin
+    std::vector<float> rows;       // two of every level, and those of the columns of vertices
+    std::vector<std::size_t> row;  // where the rows of a level begin
     std::size_t columns = 0;
     // The row of vertices shared with the next strip, at both ends of its path.
     std::array<std::vector<float>, 2> boundary;
     bool finite = true;
   };
-  // Where the arrays of a level begin.
+  // The indices at which a level begins in the arrays.
   struct LevelPlace {
     std::size_t groups = 0;
     std::size_t tangents = 0;
@@ -163,7 +163,7 @@ class Pyramid {
   std::vector<BoxLevel> levels_;
   std::vector<LevelPlace> places_;         // by level, as levels_
   std::vector<std::size_t> first_vertex_;  // by patch, into vertices_
-  std::vector<int> strip_log_;             // by patch: it has 2^ so many strips
+  std::vector<int> strip_log_;             // by patch: log2 of its number of strips
   std::vector<std::int32_t> boundaries_;   // of the columns of leaf blocks, patch after patch
   std::vector<std::size_t> first_boundary_;
   int group_levels_ = 0;

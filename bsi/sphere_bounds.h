@@ -10,13 +10,13 @@ namespace weft::bsi {
 // length. That is less than the 8 u that round_up adds, and the rest is centre_rounding |c|_1.
 inline constexpr float round_up = 1 + 0x1p-21F;
 inline constexpr float centre_rounding = 0x1p-24F * (1 + 0x1p-20F);
-// Where the length is half the diagonal of a box the centre may also lie u |c| off its middle.
+// The centre may also lie u |c| off the middle of a box whose half diagonal is the length.
 inline constexpr float box_rounding = 2 * centre_rounding;
 // Added to every radius: far below anything physical, and above all that underflow can lose (the
 // square of a length under 1e-22 m, or one flushed to zero under 1e-19 m).
 inline constexpr float radius_floor = 1e-18F;
-// A vertex as far off as a length computed in float32 may be told from one that is farther only
-// beyond this factor: twice the 3.5 u above, a sum and a product.
+// Two lengths computed in float32 tell which of two vertices is farther only if they differ by more
+// than this factor: twice the 3.5 u above, a sum and a product.
 inline constexpr float prune_factor = 1 + 0x1p-20F;
 // Two spheres are held to touch where the squared distance of their centres, computed in float32,
 // is no more than the square of the sum of their radii times this factor: the distance is good

@@ -34,9 +34,10 @@ WEFT_INLINE Sides square_root(Sides a) {
 #endif
 }
 
-// The sides of the hexagon, from p to q, which stray by so much along each axis: true only if all
-// that they can be lies beyond the margin, seen along about the perpendicular from the origin.
-// `size` is no smaller than any component of what was computed on the way to p and q.
+// Returns true only if all sides of the hexagon, from p to q, lie beyond the margin, seen from the
+// origin along about their perpendiculars. The ends of a side may stray from p and q by `stray_*`
+// along each axis. `size` is no smaller than any component of what was computed on the way to p and
+// q.
 WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3& q,
                             const Sides3& stray_q, const Sides3& size, double margin) {
   const Sides3 side = q - p;
@@ -51,24 +52,25 @@ WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3
   return (beyond[0] & beyond[1] & beyond[2]) != 0;
 }
 
-// TangentBounds::bound.
+// The values of TangentBounds::bound.
 typedef float StepBounds __attribute__((vector_size(64), may_alias));
 
-// True only if no two points of a rectangle of quads whose steps have these bounds come within the
-// margin of each other, unless they lie on triangles with a common vertex (docs/theory.md, "The
-// tangent certificate"): the hexagon of the steps along u, along v and along the diagonals keeps
-// clear of the margin. In float64: a fourth power of a coordinate is out of the range of float32.
+// Returns true only if no two points of a rectangle of quads whose steps have these bounds come
+// within the margin of each other. Points on triangles with a common vertex are excepted
+// (docs/theory.md, "The tangent certificate"). The hexagon of the steps along u, along v and along
+// the diagonals must keep clear of the margin. The test needs float64, because a fourth power of a
+// coordinate is out of the range of float32.
 WEFT_INLINE bool certified(StepBounds bound, double margin) {
   typedef double Steps __attribute__((vector_size(64)));
   const Steps minus_low =
       __builtin_convertvector(__builtin_shufflevector(bound, bound, 0, 1, 2, 3, 4, 5, 6, 7), Steps);
   const Steps high = __builtin_convertvector(
       __builtin_shufflevector(bound, bound, 6, 7, 8, 9, 10, 11, 12, 13), Steps);
-  // Of the steps along u (x, y, z) and then along v: their mean, and how far they stray from it.
+  // The mean of the steps along u (x, y, z) and then along v, and how far they stray from it.
   alignas(64) double mean[8], stray[8];
   *reinterpret_cast<Steps*>(mean) = 0.5 * (high - minus_low);
   *reinterpret_cast<Steps*>(stray) = 0.5 * (high + minus_low);
-  // From u to v, from v to the diagonal v - u, from the diagonal to -u.
+  // The sides run from u to v, from v to the diagonal v - u, and from the diagonal to -u.
   constexpr Sides u_in_p = {1, 0, -1, 1}, v_in_p = {0, 1, 1, 0};
   constexpr Sides u_in_q = {0, -1, -1, 0}, v_in_q = {1, 1, 0, 1};
   Sides p[3], q[3], stray_p[3], stray_q[3], size[3];
@@ -86,8 +88,8 @@ WEFT_INLINE bool certified(StepBounds bound, double margin) {
                     {stray_q[0], stray_q[1], stray_q[2]}, {size[0], size[1], size[2]}, margin);
 }
 
-// Where two blocks of one level are neighbours (or one and the same): true, and their distance in
-// blocks along an axis, -1 .. 1.
+// Returns whether two blocks of one level are neighbours (or one and the same). `step` is then
+// their distance in blocks along an axis, -1 .. 1.
 WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step) {
   step = b - a;
   if (wraps && step == blocks - 1) step = -1;
@@ -95,7 +97,8 @@ WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step)
   return step >= -1 && step <= 1;
 }
 
-// A block with itself, or two neighbours in the window of up to 2 x 2 blocks that holds both.
+// Returns whether the certificate holds for a block with itself, or for the window of up to 2 x 2
+// blocks that holds two neighbours.
 WEFT_INLINE bool cannot_touch(const DescentQuery& query, const NodePair& pair,
                               DescentCounters& counters) {
   const BoxLevel& level = level_of(*query.a, pair.a);

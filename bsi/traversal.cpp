@@ -31,7 +31,8 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-// More would change nothing, for no coordinate is larger than the limit, and might overflow.
+// A larger margin would change nothing, for no coordinate is larger than the limit, and might
+// overflow.
 double largest_margin_that_counts(double margin) {
   return std::min(margin, 4.0 * static_cast<double>(Pyramid::coordinate_limit));
 }
@@ -190,7 +191,7 @@ class Collector {
 int team_of(int threads) { return threads > 0 ? threads : omp_get_max_threads(); }
 
 // Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
-// what it finds in the order of i.
+// the results in the order of i.
 template <class Sink, class Found, class Work>
 void collect(int count, int chunk, int threads, std::vector<Found>& found,
              DescentCounters& counters, const Work& work) {
@@ -234,7 +235,7 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
               std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
-  // So little that a team would cost more than it does.
+  // A team of threads would cost more than it saves on fewer starts than this.
   constexpr std::size_t few = 64;
   if (starts.size() < few) threads = 1;
   const DescentKernels& kernels = descent_kernels();
@@ -247,7 +248,7 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
   add(counters, tests);
 }
 
-// What numbers of leaves depend on.
+// Makes a query with the fields on which the numbers of leaves depend.
 DescentQuery numbering(const Pyramid& first, const Pyramid& second, bool self, Leaf leaf) {
   DescentQuery query{};
   query.a = &first.tree();
@@ -279,7 +280,7 @@ void append_numbers(const DescentQuery& query, std::span<const LeafBlockPair> bl
     }
     return;
   }
-  // Where the pairs of every chunk belong.
+  // The pairs of chunk c belong at place[c] and on.
   std::vector<std::size_t> place(chunks + 1, pairs.size());
   for (int c = 0; c < chunks; ++c) place[c + 1] = place[c] + count_pairs(chunk(c));
   pairs.resize(place[chunks]);
@@ -299,7 +300,7 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
   append_numbers(query, blocks, options.threads, pairs);
 }
 
-// Of memory that is not to be touched before it is needed.
+// Frees aligned memory. Unlike a vector, this memory is not touched before it is needed.
 struct FreeAligned {
   void operator()(std::byte* memory) const {
     CacheLineAllocator<std::byte>().deallocate(memory, 0);

@@ -47,7 +47,7 @@ bool segments_meet(const Point3& p, const Point3& q, const Point3& a, const Poin
   return true;  // all on one line, where boxes that overlap are segments that overlap
 }
 
-// Whether a point on the plane of a triangle is in it; false for triangles without area.
+// Returns whether a point on the plane of a triangle is in it; false for triangles without area.
 bool is_inside(const Point3& point, const Triangle3& triangle) {
   for (int axis = 0; axis < 3; ++axis) {
     const int whole = projected_orientation(triangle[0], triangle[1], triangle[2], axis);
@@ -61,7 +61,7 @@ bool is_inside(const Point3& point, const Triangle3& triangle) {
   return false;
 }
 
-// On which sides of the plane of `triangle` the corners of the other lie; 0 is on it.
+// Returns on which side of the plane of `triangle` each corner of the other lies; 0 is on it.
 std::array<int, 3> sides_of(const Triangle3& triangle, const Triangle3& other) {
   std::array<int, 3> side;
   for (int corner = 0; corner < 3; ++corner)
@@ -69,7 +69,7 @@ std::array<int, 3> sides_of(const Triangle3& triangle, const Triangle3& other) {
   return side;
 }
 
-// The segment p-q, whose ends are on these sides of the plane of the triangle.
+// Decides for the segment p-q, whose ends are on these sides of the plane of the triangle.
 bool segment_meets_triangle(const Point3& p, const Point3& q, int side_p, int side_q,
                             const Triangle3& triangle) {
   if (side_p * side_q > 0) return false;
@@ -104,7 +104,7 @@ bool triangles_meet(const Triangle3& a, const Triangle3& b) {
   if (apart(sides_b)) return false;
   const std::array<int, 3> sides_a = sides_of(b, a);
   if (apart(sides_a)) return false;
-  // What two triangles have in common ends at an edge of one of them.
+  // The intersection of two triangles ends at an edge of one of them.
   for (int edge = 0; edge < 3; ++edge) {
     if (edge_meets_triangle(b, edge, sides_b, a)) return true;
     if (edge_meets_triangle(a, edge, sides_a, b)) return true;
@@ -128,8 +128,8 @@ bool has_area(const Triangle3& triangle) {
   return false;
 }
 
-// Triangles in one plane, both with an area: do their insides overlap? They do unless the line of
-// an edge has all of the other triangle across it or on it.
+// Returns whether the insides of two triangles in one plane overlap; both have an area. They do
+// unless the line of an edge has all of the other triangle across it or on it.
 bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   int axis = 0;
   while (projected_orientation(a[0], a[1], a[2], axis) == 0) ++axis;
@@ -149,7 +149,7 @@ bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   return !separates(a, b) && !separates(b, a);
 }
 
-// A point of the plane of the triangle, if it has an area.
+// Returns whether a point is in the triangle. If that has an area, the point must be on its plane.
 bool contains(const Triangle3& triangle, const Point3& point) {
   if (is_inside(point, triangle)) return true;
   for (int edge = 0; edge < 3; ++edge)
@@ -159,7 +159,7 @@ bool contains(const Triangle3& triangle, const Point3& point) {
 
 Vec3 to_vector(const Point3& point) { return {point[0], point[1], point[2]}; }
 
-// The point between p and q whose distances from them are in the proportion of these.
+// Returns the point between p and q whose distances from them are in the proportion of these.
 Point3 point_between(const Point3& p, const Point3& q, double from_p, double from_q) {
   const double sum = from_p + from_q;
   const double t = sum > 0 ? from_p / sum : 0.5;
@@ -167,7 +167,7 @@ Point3 point_between(const Point3& p, const Point3& q, double from_p, double fro
   return {point.x(), point.y(), point.z()};
 }
 
-// Where p-q, whose ends are strictly on two sides of the plane of the triangle, passes it.
+// Returns where p-q, whose ends are strictly on two sides of the plane of the triangle, passes it.
 Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) {
   const Vec3 corner = to_vector(triangle[0]);
   const Vec3 normal = (to_vector(triangle[1]) - corner).cross(to_vector(triangle[2]) - corner);
@@ -175,7 +175,7 @@ Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) 
                        std::abs(normal.dot(to_vector(q) - corner)));
 }
 
-// Where p-q crosses the line of a-b, in one plane.
+// Returns where p-q crosses the line of a-b; both lie in one plane.
 Point3 crossing_point(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   const Vec3 along = to_vector(b) - to_vector(a);
   return point_between(p, q, along.cross(to_vector(p) - to_vector(a)).norm(),

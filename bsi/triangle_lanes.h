@@ -1,6 +1,6 @@
-// Distances of triangles, one pair a lane. What the verdicts rest on is proved in docs/theory.md
-// ("The narrow phase"): a separation vector, however it was found, proves an upper bound of the
-// distance by its length and a lower one by the shadows of both triangles on its line. For kernel
+// Distances of triangles, one pair per lane. The verdicts rest on a proof in docs/theory.md ("The
+// narrow phase"): a separation vector, however it was found, proves an upper bound of the distance
+// by its length. It proves a lower bound by the shadows of both triangles on its line. For kernel
 // files alone, as lanes.h.
 #pragma once
 
@@ -35,8 +35,8 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   }
 }
 
-// The closest points of all pairs of edges: on two lines, then the best on either for the other,
-// each held to its edge. Dot products of neighbouring pairs differ by one of two edges.
+// Offers the closest points of all pairs of edges: on two lines, then the best on either for the
+// other, each held to its edge. Dot products of neighbouring pairs differ by one of two edges.
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
   V along_b[3];  // b's edge j . (corner i of a - corner j of b)
@@ -60,7 +60,8 @@ WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Ne
   }
 }
 
-// The corners of one triangle over the inside of the other; its border is the edges' business.
+// Offers the corners of one triangle over the inside of the other. The pairs of edges cover its
+// border.
 template <bool corners_of_a, class Float>
 WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
                                const Triangle<Lanes<Float>>& triangle,
@@ -92,7 +93,7 @@ WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
          largest(dot(direction, b[0]), dot(direction, b[1]), dot(direction, b[2]));
 }
 
-// How far the signs of the volumes that show an edge of `a` to pass through `b` are from 0.
+// Returns how far from 0 the volumes are whose signs show that an edge of `a` passes through `b`.
 template <class V>
 WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&volume)[3][3]) {
   const Lanes3<V> normal = cross(b.edge[0], b.edge[1]);
@@ -155,7 +156,7 @@ WEFT_INLINE Nearest<Lanes<Float>> nearest_points(const Frame<Lanes<Float>>& fram
   return nearest;
 }
 
-// 0, 1 or 2 as in Verdict.
+// Returns 0, 1 or 2 as in Verdict.
 template <class Float>
 WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
                                     const Nearest<Lanes<Float>>& nearest, Float margin_low,
@@ -169,15 +170,15 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
-// What the corners of one triangle over the other settle alone, without pairs of edges. They bound
-// the distance from above by points of the triangle near their feet, and from below by its plane
-// and by those across its edges, where all three corners are beyond one.
+// Settles what the corners of one triangle over the other can settle alone, without pairs of edges.
+// They bound the distance from above by points of the triangle near their feet. They bound it from
+// below by its plane, and by the planes across its edges where all three corners are beyond one.
 struct Sieve {
   using V = Lanes<float>;
   V squared;  // the least bound from above
   V beyond;   // positive where a plane keeps the triangles apart
 
-  // `squared_margin`: of the margin and a little more.
+  // `squared_margin` is the square of the margin and a little more.
   WEFT_INLINE void sift(const Lanes3<V>* corner, const Lanes3<V>* triangle, V squared_size,
                         float squared_margin) {
     const Lanes3<V> edge1 = triangle[1] - triangle[0], edge2 = triangle[2] - triangle[0];
@@ -219,7 +220,7 @@ struct Sieve {
   static constexpr float edge_rounding = 0x1p-21F, plane_rounding = 0x1p-24F;
 };
 
-// 0, 1 or 2 as in Verdict, of pairs with corner 0 of the first triangle at the origin.
+// Returns 0, 1 or 2 as in Verdict, for pairs with corner 0 of the first triangle at the origin.
 WEFT_INLINE Lanes<float> sifted(const Lanes3<Lanes<float>> (&a)[3],
                                 const Lanes3<Lanes<float>> (&b)[3], float margin_low,
                                 float margin_high) {

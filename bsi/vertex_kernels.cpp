@@ -7,7 +7,7 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// Whether numbers stay below a limit; one that is none does not.
+// Checks that the magnitudes of numbers stay below a limit. A NaN does not stay below it.
 struct LimitCheck {
   WideBits largest{};
   void add(Wide value) {
@@ -15,7 +15,7 @@ struct LimitCheck {
     largest = bits > largest ? bits : largest;
   }
   bool stays_below(float limit) const {
-    // The bits of magnitudes are in the order of the magnitudes.
+    // The bits of magnitudes, as integers, are in the order of the magnitudes.
     const WideBits beyond = largest >= __builtin_bit_cast(std::int32_t, limit);
     std::int32_t any = 0;
     for (int i = 0; i < width; ++i) any |= beyond[i];

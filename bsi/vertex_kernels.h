@@ -1,5 +1,5 @@
-// How the pyramids read the vertices they bound, one table for each instruction set. An internal
-// header of bsi/; it must stay free of inline functions (see instruction_set.h).
+// Kernels that read the vertices which the pyramids bound, one table for each instruction set. An
+// internal header of bsi/; it must stay free of inline functions (see instruction_set.h).
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct VertexKernels {
                float* const component[3]);
 };
 
-// Of instruction_set().
+// Returns the table for instruction_set().
 const VertexKernels& vertex_kernels();
 
 }  // namespace weft::bsi

@@ -1,4 +1,4 @@
-// As many floats at once as the instruction set holds, for the kernels alone (see lanes.h).
+// Vectors of as many floats as the instruction set holds, for the kernels alone (see lanes.h).
 #pragma once
 
 #include <cstdint>
@@ -65,7 +65,7 @@ template <int parity>
 struct EverySecond {
   static constexpr int of(int i) { return 2 * i + parity; }
 };
-// Of a followed by b.
+// Return the even and the odd lanes of a followed by b.
 WEFT_INLINE Wide even(Wide a, Wide b) { return shuffle<EverySecond<0>>(a, b); }
 WEFT_INLINE Wide odd(Wide a, Wide b) { return shuffle<EverySecond<1>>(a, b); }
 
@@ -73,7 +73,7 @@ template <int half>
 struct Alternate {
   static constexpr int of(int i) { return i % 2 * width + i / 2 + half * (width / 2); }
 };
-// a0 b0 a1 b1 ..., in two parts.
+// Return a0 b0 a1 b1 ..., in two parts.
 WEFT_INLINE Wide alternate_first(Wide a, Wide b) { return shuffle<Alternate<0>>(a, b); }
 WEFT_INLINE Wide alternate_second(Wide a, Wide b) { return shuffle<Alternate<1>>(a, b); }
 
@@ -87,13 +87,13 @@ struct ThirdOfThree {
     return 3 * i + component < 2 * width ? i : 3 * i + component - width;
   }
 };
-// Every third of a, b and c in a row, from `component` on.
+// Returns every third of a, b and c in a row, from `component` on.
 template <int component>
 WEFT_INLINE Wide every_third(Wide a, Wide b, Wide c) {
   return shuffle<ThirdOfThree<component>>(shuffle<ThirdOfTwo<component>>(a, b), c);
 }
 
-// a0 b0 c0 d0 a1 b1 ...: 4 * width floats.
+// Stores a0 b0 c0 d0 a1 b1 ...: 4 * width floats.
 WEFT_INLINE void store_alternately(float* to, Wide a, Wide b, Wide c, Wide d) {
   const Wide first_ac = alternate_first(a, c), second_ac = alternate_second(a, c);
   const Wide first_bd = alternate_first(b, d), second_bd = alternate_second(b, d);
