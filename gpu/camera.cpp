@@ -1,4 +1,4 @@
-// Where to look from.
+// Places a camera so that points or a box are seen whole.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
@@ -13,8 +13,8 @@ namespace {
 
 constexpr double margin = 1.1;  // the picture's size, as a factor on what must be seen
 
-// What the points ask of the eye along one axis of the picture. A point is seen when its slope
-// |across - eye_across| / (eye_depth - depth) is at most the picture's.
+// The bounds that the points set on the eye along one axis of the picture. A point is seen when its
+// slope |across - eye_across| / (eye_depth - depth) is at most the picture's.
 struct Axis {
   std::vector<Eigen::Vector2d> points;  // across, and depth towards the eye
 
@@ -25,13 +25,13 @@ struct Axis {
     }
     return value;
   }
-  // The nearest depth of the eye at which everything fits between lines of this slope: where the
-  // highest line that falls and the lowest line that rises meet.
+  // Returns the nearest depth of the eye at which everything fits between lines of this slope:
+  // there the highest line that falls meets the lowest line that rises.
   double nearest_eye(double slope) const {
     return 0.5 * (largest(1, slope) + largest(-1, slope)) / slope;
   }
-  // Where the eye stands, at a depth, so that the extreme points on both sides are seen at the same
-  // angle: the root of a decreasing function.
+  // Returns where across the eye must be, at this depth, to see the extreme points on both sides at
+  // the same angle: the root of a decreasing function.
   double middle(double eye_depth) const {
     double low = -largest(-1, 0);
     double high = largest(1, 0);

@@ -1,4 +1,4 @@
-// What a ComputePyramid keeps on the device. Private to gpu/.
+// The data that a ComputePyramid keeps on the device. Private to gpu/.
 #pragma once
 
 #include "gpu/compute_pyramid.h"
@@ -8,7 +8,7 @@
 
 namespace weft::gpu {
 
-// A block as the shaders have it.
+// A block in the layout of the shaders.
 struct BlockTexels {
   std::array<float, 3> low{};
   float radius = 0;
@@ -36,18 +36,19 @@ struct ComputePyramid::Device {
 
   GlContext& context;
   const GlFunctions& gl = context.functions();
-  // Mesa's software does; GLSL promises less.
+  // Mesa's software rounds like the CPU; GLSL promises less.
   bool rounds_like_the_cpu = context.backend() != GlBackend::hardware;
   std::vector<Body> bodies;
   std::size_t blocks = 0, tangent_blocks = 0, vertices = 0;
   GlBuffer levels{gl}, map{gl}, tasks{gl};
-  // At the starts of all paths, then at their ends, which only swept bodies use.
+  // The vertices at the starts of all paths, then at their ends, which only swept bodies use.
   GlBuffer coordinates{gl};
   GlBuffer bounds{gl}, tangents{gl}, unbounded{gl};
   ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
   ComputeProgram bound_tangents{gl, shaders::bound_tangents()};
   ComputeProgram bound_spheres{gl, shaders::bound_spheres(rounds_like_the_cpu)};
-  // Of the last rebuild: for all bodies; for those with tangents; for those with spheres.
+  // The stages of the last rebuild: for all bodies, for those with tangents, for those with
+  // spheres.
   std::vector<Stage> stages, tangent_stages, sphere_stages;
   std::vector<float> staging;  // a body's positions on their way
 

@@ -17,8 +17,8 @@ using bsi::Vec3;
 
 class GlContext;
 
-// Positions (metres) of the particles of a body. `end` empty: the body as it is at `start`;
-// otherwise it is bounded at both ends of its path, and so all along a straight one.
+// Positions (metres) of the particles of a body. With `end` empty the body is bounded as it is at
+// `start`. Otherwise it is bounded at both ends of its path, and so all along a straight one.
 struct BodyImage {
   int body = 0;
   std::span<const Vec3> start;
@@ -34,7 +34,7 @@ struct UnboundedTexel {
   bsi::TexelAddress texel;
 };
 
-// Of the float32 vertices in a block.
+// The box of the float32 vertices in a block, m.
 struct BlockBox {
   std::array<float, 3> low{}, high{};
   bool operator==(const BlockBox&) const = default;
@@ -42,11 +42,11 @@ struct BlockBox {
 
 // Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
 // blocks of one or two quads; block boundaries are bsi::block_boundary(k, quads, log). The last
-// level holds the leaf blocks. No block is empty. (The blocks of bsi::Pyramid.)
+// level holds the leaf blocks. No block is empty. These are the blocks of bsi::Pyramid.
 //
-// Every block has a box, bit-equal to minima and maxima of its float32 vertices on any device, and,
-// when they are asked for, a sphere: that of bsi::Pyramid, but for the four top levels, whose
-// spheres are larger here, and a little larger on a device whose roots round differently.
+// Every block has a box, bit-equal to minima and maxima of its float32 vertices on any device. When
+// spheres are asked for, every block has that of bsi::Pyramid. On the four top levels spheres are
+// larger here, and a little larger on a device whose roots round differently.
 //
 // Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block, of which
 // there are about a third of the quads (up to 4/3, where an axis has one more quad than a power of
@@ -61,21 +61,22 @@ class ComputePyramid {
   // The most levels of all patches of all bodies together.
   static constexpr int level_limit = 0xFFFF;
 
-  // The bodies, numbered in their order. Throws std::runtime_error too where one of the limits is
+  // Numbers the bodies in their order. Throws std::runtime_error too where one of the limits is
   // exceeded. The context must outlive this.
   ComputePyramid(GlContext& context, std::span<const bsi::Atlas* const> bodies);
   ~ComputePyramid();
   ComputePyramid(const ComputePyramid&) = delete;
   ComputePyramid& operator=(const ComputePyramid&) = delete;
 
-  // Uploads these bodies and bounds them; the others stay as they are. Returns without waiting for
-  // the device. One dispatch for every two levels, whatever the number of bodies.
+  // Uploads these bodies and bounds them; the others stay as they are. Makes one dispatch for every
+  // two levels, whatever the number of bodies. Returns without waiting for the device.
   void rebuild(std::span<const BodyImage> images);
-  // The same again with the positions that are there already: what a rebuild costs the device.
+  // Bounds the same bodies again from the positions already on the device: this is what a rebuild
+  // costs the device.
   void rebuild_there();
-  // The first texel, of the first such body, that is not finite or not below
-  // bsi::Pyramid::coordinate_limit; nothing found with that body is to be used until its next
-  // rebuild. Waits for the device.
+  // Returns the first texel, of the first body that has one, that is not finite or not below
+  // bsi::Pyramid::coordinate_limit. No result with that body may be used until its next rebuild.
+  // Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 
   int body_count() const;
@@ -88,7 +89,7 @@ class ComputePyramid {
   bool is_swept(int body) const;
   bool has_tangents(int body) const;
   bool has_spheres(int body) const;
-  // For tests: by block. Wait for the device.
+  // Return the values by block, for tests. They wait for the device.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;
 

@@ -1,6 +1,6 @@
-// The compute shaders (GLSL 4.50) of the pyramid and the traversals. Small, and few: llvmpipe takes
-// up to seconds to compile one. Plain loads and stores of 32-bit numbers and atomics on them: no
-// subgroups, no shared memory.
+// The compute shaders (GLSL 4.50) of the pyramid and the traversals. They are small and few,
+// because llvmpipe takes up to seconds to compile one. They use plain loads and stores of 32-bit
+// numbers and atomics on them: no subgroups, no shared memory.
 #pragma once
 
 #include <cstdint>
@@ -31,12 +31,12 @@ inline constexpr std::uint32_t no_map = 0xFFFFFFFF;
 
 inline constexpr int group_size = 64;  // invocations a work group
 
-// What a work group looks up by its number: a patch and three of its levels, each the next one's
-// parents or the same.
+// A work group looks up its task by its number: a patch and three of its levels. Each level is that
+// of the next one's parents, or the same.
 struct Task {
   std::uint32_t first_group = 0;  // of the dispatch
   std::uint32_t lowest = 0, middle = 0;
-  std::uint32_t top_and_swept = 0;  // the highest bit: at both ends of the paths
+  std::uint32_t top_and_swept = 0;  // the highest bit is set where paths are bounded at both ends
 };
 
 // Bounds of the steps between the vertices of a block, as bsi::TangentBounds has them.
@@ -45,18 +45,18 @@ struct Tangent {
 };
 
 // Every invocation bounds the blocks of three levels that lie under one block of the top one, that
-// included. `from_image`: the lowest level, of leaf blocks, is made from the vertices; otherwise it
-// is there.
+// included. With `from_image` the lowest level, of leaf blocks, is made from the vertices;
+// otherwise it is there.
 std::string bound_boxes();
-// The same for spheres, where the boxes are there. `rounds_like_the_cpu`: its arithmetic can be
-// trusted to; otherwise radii are a little larger.
+// This bounds blocks by spheres, where the boxes are there. `rounds_like_the_cpu` says that its
+// arithmetic can be trusted to; otherwise radii are a little larger.
 std::string bound_spheres(bool rounds_like_the_cpu);
-// The same for the steps between vertices (bsi::TangentBounds), on all but the last levels.
+// This bounds the steps between vertices (bsi::TangentBounds), on all but the last levels.
 std::string bound_tangents();
 
 // --- Traversal ------------------------------------------------------------------------------
 
-// What pairs of blocks are compared for.
+// The criteria by which pairs of blocks are compared.
 struct Query {
   double certificate_margin = -1;  // negative: the tangent certificate is not to be used
   float half_margin = 0;
@@ -84,11 +84,11 @@ struct List {
   std::uint32_t length = 0;
 };
 
-// Appends the pairs of children that are within the margin of each other, to the list of pairs of
-// leaf blocks if both are, by what `bound` says. `rounds_like_the_cpu`: the tangent certificate
-// then decides to the bit as on the CPU; otherwise it leaves out a little less.
+// Appends the pairs of children that are within the margin of each other by the bounds that `bound`
+// names. Pairs of leaf blocks go to their own list. With `rounds_like_the_cpu` the tangent
+// certificate decides to the bit as on the CPU; otherwise it leaves out a little less.
 std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu);
-// From pairs of leaf blocks to pairs of leaves: query, a, b.
+// Turns pairs of leaf blocks into pairs of leaves: query, a, b.
 std::string find_leaves();
 
 }  // namespace weft::gpu::shaders

@@ -11,7 +11,7 @@
 namespace weft::gpu {
 namespace {
 
-// Lists of one run: of pairs of blocks, one a level; of pairs of leaf blocks; of candidates.
+// The lists of one run: pairs of blocks, one list per level; pairs of leaf blocks; candidates.
 constexpr int pair_lists = 30;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
@@ -44,10 +44,10 @@ struct ComputeTraversal::Implementation {
   std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};  // read and written in turns
   ComputeProgram expand_pairs{gl, shaders::expand_pairs(bound, device.rounds_like_the_cpu)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
-  // Items that the lists have room for.
+  // Number of items that the lists have room for.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
   int reruns = 0;
-  // Of the run.
+  // The input and the result of the latest run.
   std::vector<shaders::Query> query_table;
   std::vector<shaders::BlockPair> starts;
   int steps = 0;  // levels of the deepest patch
@@ -127,7 +127,7 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
                                                std::size_t result_count) {
-  // Half as much again, where the device allows it: what has grown will grow on.
+  // The lists grow by half as much again where the device allows it: what has grown will grow on.
   const std::size_t limit = buffer_limit(gl);
   const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
     if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));
@@ -142,7 +142,7 @@ void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size
   results.reserve(result_capacity * sizeof(Candidate), "candidates");
 }
 
-// Runs through all levels; what the lists would have needed comes back.
+// Runs through all levels and returns the lengths that the lists would have needed.
 Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
   Lists filled{};
   const auto start_count = static_cast<std::uint32_t>(starts.size());
@@ -210,8 +210,8 @@ std::span<const Candidate> ComputeTraversal::Implementation::run(Leaf leaf) {
   constexpr std::size_t first_capacity = 1024;
   reserve(std::max(starts.size(), first_capacity), first_capacity, first_capacity);
   Lists filled = traverse(leaf);
-  // A list that was cut short hides what would have followed: once more may not be enough, but
-  // every time one level more is complete.
+  // A list that was cut short hides the pairs that would have followed. Once more may not be
+  // enough, but every time one level more is complete.
   while (!has_room(filled)) {
     ++reruns;
     std::size_t longest = 0;

@@ -14,7 +14,7 @@ namespace weft::gpu {
 
 using bsi::Leaf;
 
-// Two bodies, or one with itself (a == b).
+// A query of two bodies, or of one with itself (a == b).
 struct PairQuery {
   int body_a = 0;
   int body_b = 0;
@@ -32,9 +32,9 @@ struct Ball {
   double radius = 0;     // m, >= 0
 };
 
-// What a query found: leaves of its bodies a and b in the atlas' numbers (triangle t belongs to
-// quad t / 2), a < b for a body with itself (quads: a <= b); or, for a ball, its number twice and
-// a leaf.
+// A pair of leaves that a query found, in the atlas' numbers (triangle t belongs to quad t / 2).
+// `a` and `b` belong to the query's bodies; for a body with itself a < b (quads: a <= b). For a
+// ball, `query` and `a` are its number, and `b` is the leaf.
 struct Candidate {
   std::uint32_t query = 0;
   std::uint32_t a = 0;
@@ -45,27 +45,27 @@ struct Candidate {
 // The candidates are those of the traversals of bsi/ (bsi/traversal.h) that the filter of the query
 // leaves, in any order.
 //
-// One dispatch for every level of the deepest pyramid, and one for the leaves; only the lengths of
-// the lists and the candidates come back. Where a list outgrew its memory it is enlarged and the
-// work done again, so that nothing is lost; memory is kept from call to call.
+// A search makes one dispatch for every level of the deepest pyramid, and one for the leaves. Only
+// the lengths of the lists and the candidates come back. A list that outgrew its memory is enlarged
+// and the work done again, so that nothing is lost. Memory is kept from call to call.
 //
 // All functions make the context current on the calling thread, and throw std::runtime_error with
 // the reason when OpenGL fails (memory, a buffer beyond what the device allows).
 class ComputeTraversal {
  public:
-  // The pyramids must outlive this. What is not `box` needs the spheres of all bodies asked for
+  // The pyramids must outlive this. Every bound but `box` needs the spheres of all bodies asked for
   // (BodyImage::spheres).
   explicit ComputeTraversal(ComputePyramid& pyramids, bsi::Bound bound = bsi::Bound::box);
   ~ComputeTraversal();
   ComputeTraversal(const ComputeTraversal&) = delete;
   ComputeTraversal& operator=(const ComputeTraversal&) = delete;
 
-  // Dual and self traversals. The span is valid until the next call.
+  // Runs dual and self traversals. The span is valid until the next call.
   std::span<const Candidate> find_pairs(std::span<const PairQuery> queries, Leaf leaf);
-  // Single traversals of one body.
+  // Runs single traversals of one body.
   std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
                                          Leaf leaf);
-  // How often lists were enlarged and the work done again, since this was made.
+  // Returns how often lists were enlarged and the work done again, since this was made.
   int reruns() const;
 
  private:

@@ -19,10 +19,11 @@ enum class GlBackend {
 
 std::string_view name(GlBackend backend);
 
-// OSMesa, or EGL software where there is none or the process uses EGL already.
+// Returns OSMesa, or EGL software where there is none or the process uses EGL already.
 GlBackend software_backend();
 
-// Whether the machine shows a device that may be a graphics processor (in /dev). Loads nothing.
+// Returns true if the machine shows a device that may be a graphics processor (in /dev). Loads
+// nothing.
 bool may_have_graphics_processor();
 
 // The libraries are loaded when the first context is made, so a run that needs none neither pays
@@ -34,19 +35,20 @@ class GlContext {
   // when there is no library, no such device, or no OpenGL 4.5 core profile. ~20 ms the first time
   // (EGL ~0.2 s).
   explicit GlContext(GlBackend backend);
-  // For pictures, which any backend draws: that of the process's last context, else software.
+  // Makes a context for pictures, which any backend draws: that of the process's last context, else
+  // software.
   GlContext();
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  // On the calling thread. A context may be current on one thread at a time. Throws
-  // std::runtime_error.
+  // Makes the context current on the calling thread. A context may be current on one thread at a
+  // time. Throws std::runtime_error.
   void make_current();
   // Valid for as long as the context lives.
   const GlFunctions& functions() const;
   GlBackend backend() const { return backend_; }
-  // For logs: the renderer, as OpenGL names it; the same and the version.
+  // For logs: the renderer, as OpenGL names it; the renderer and the version.
   std::string device() const;
   std::string description() const;
 
@@ -56,7 +58,8 @@ class GlContext {
   std::unique_ptr<GlPlatform> platform_;
 };
 
-// The number of contexts made so far in this process; 0 proves that nothing asked for OpenGL.
+// Returns the number of contexts made so far in this process; 0 proves that nothing asked for
+// OpenGL.
 int context_count();
 
 }  // namespace weft::gpu

@@ -30,8 +30,8 @@ class GlBuffer {
   GlBuffer(const GlBuffer&) = delete;
   GlBuffer& operator=(const GlBuffer&) = delete;
 
-  // At least so large, and never empty; its contents are lost when it grows. Throws
-  // std::runtime_error where the device allows none of this size or has no memory for it.
+  // Makes the buffer at least so large, and never empty. Its contents are lost when it grows.
+  // Throws std::runtime_error where the device allows none of this size or has no memory for it.
   void reserve(std::size_t bytes, const char* content);
   std::size_t bytes() const { return bytes_; }
   void bind(GLuint binding) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_); }
@@ -70,7 +70,7 @@ class ComputeProgram {
 
   // Throws std::runtime_error with the compiler's log.
   void use();
-  // Of the program in use.
+  // Sets a uniform. Precondition: the program is in use.
   void set(const char* uniform, GLuint value) const {
     gl_->Uniform1ui(gl_->GetUniformLocation(program_, uniform), value);
   }

@@ -1,4 +1,4 @@
-// What makes OpenGL contexts: one implementation a library, each loaded at run time. Private to
+// Makers of OpenGL contexts: one implementation per library, each loaded at run time. Private to
 // gl_context.cpp.
 #pragma once
 
@@ -17,7 +17,7 @@ class GlPlatform {
   GlPlatform& operator=(const GlPlatform&) = delete;
   // Throws std::runtime_error.
   virtual void make_current() = 0;
-  // Of a function of OpenGL; null where there is none.
+  // Returns the address of a function of OpenGL; null where there is none.
   virtual void* function_address(const char* name) const = 0;
 };
 
@@ -30,8 +30,8 @@ std::unique_ptr<GlPlatform> make_egl_platform(bool hardware);
 // contexts.
 class LoadedLibrary {
  public:
-  // The first of the names that can be loaded. `subject` and `package` are for the message of the
-  // std::runtime_error.
+  // Loads the first of the names that can be loaded. `subject` and `package` are for the message of
+  // the std::runtime_error.
   LoadedLibrary(std::string subject, std::initializer_list<const char*> names, const char* package);
 
   template <typename Function>

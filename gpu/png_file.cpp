@@ -18,7 +18,8 @@
 namespace weft::gpu {
 namespace {
 
-// What libpng reports, kept until it is safe to throw: libpng is C and leaves by longjmp.
+// The error that libpng reports. It is kept until it is safe to throw: libpng is C and leaves by
+// longjmp.
 struct PngFailure {
   std::string reason;
 };
@@ -47,11 +48,11 @@ void sign(png_structp png, png_infop info) {
   png_set_text(png, info, &text, 1);
 }
 
-// False on an error. Nothing with a destructor lives in here, because of the longjmp.
+// Returns false on an error. Nothing with a destructor lives in here, because of the longjmp.
 bool write_rows(png_structp png, png_infop info, std::FILE* file, const Picture& picture) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_init_io(png, file);
-  // Three times as fast as the default level, for files a tenth larger.
+  // This level is three times as fast as the default one, for files a tenth larger.
   png_set_compression_level(png, 3);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB | PNG_FILTER_UP);
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width),

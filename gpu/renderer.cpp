@@ -22,8 +22,8 @@ constexpr int sample_count = 4;  // OpenGL 4.5 guarantees as many
 constexpr int key_shadow_size = 1024;
 constexpr int sky_shadow_size = 384;
 constexpr int sky_lights = shaders::sky_light_count;
-// How far lines are brought nearer to the eye, so that the surface they are on does not hide them,
-// in sizes of a pixel at their distance. (Pushing the surface back by its slope would let what is
+// Lines are brought nearer to the eye by so many sizes of a pixel at their distance, so that the
+// surface they are on does not hide them. (Pushing the surface back by its slope would let what is
 // 2 mm behind a fold, seen edge-on, shine through.)
 constexpr double line_pull_in_pixels = 1.5;
 
@@ -49,8 +49,8 @@ ViewFrame look_along(const Vec3& backward, const Vec3& up) {
   return frame;
 }
 
-// Orthographic, for a light far away along frame.backward: a box of half size `reach` around the
-// origin goes to clip space.
+// Returns an orthographic projection for a light far away along frame.backward: a box of half size
+// `reach` around the origin goes to clip space.
 Matrix4f light_matrix(const ViewFrame& frame, double reach) {
   Matrix4f matrix = Matrix4f::Identity();
   matrix.row(0).head<3>() = (frame.right / reach).cast<float>();
@@ -59,7 +59,7 @@ Matrix4f light_matrix(const ViewFrame& frame, double reach) {
   return matrix;
 }
 
-// From clip space, -1..1, to the coordinates and the depth of a texture, 0..1.
+// Returns the map from clip space, -1..1, to the coordinates and the depth of a texture, 0..1.
 Matrix4f texture_of_clip() {
   Matrix4f matrix = Matrix4f::Identity() * 0.5F;
   matrix.col(3) << 0.5F, 0.5F, 0.5F, 1.0F;
@@ -71,8 +71,8 @@ struct Depths {
   double farthest = 0;
 };
 
-// The range of depths that holds everything in front of the eye. What is nearer to it than a
-// thousandth of the farthest is cut off: depth has 32 bits, not infinitely many.
+// Returns the range of depths that holds everything in front of the eye. A surface nearer to it
+// than a thousandth of the farthest is cut off: depth has 32 bits, not infinitely many.
 Depths depth_range(std::span<const DrawnSurface> surfaces, const Camera& camera,
                    const ViewFrame& frame) {
   double nearest = INFINITY;
@@ -89,7 +89,7 @@ Depths depth_range(std::span<const DrawnSurface> surfaces, const Camera& camera,
   return {std::clamp(0.99 * nearest, 1e-3 * farthest, 0.9 * farthest), farthest};
 }
 
-// Perspective, of positions relative to the target.
+// Returns the perspective projection of positions relative to the target.
 Matrix4f camera_matrix(const Camera& camera, const ViewFrame& frame, double slope, double aspect,
                        const Depths& depths) {
   Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
@@ -122,7 +122,7 @@ std::array<Vec3, sky_lights> sky_directions(const Vec3& up) {
   return directions;
 }
 
-// Where an index is in the buffer of indices, in the form OpenGL asks for.
+// Returns the offset in bytes of an index in the buffer of indices, in the form OpenGL asks for.
 const void* byte_offset(int index) {
   // NOLINTNEXTLINE(performance-no-int-to-ptr): an offset that OpenGL wants as a pointer
   return reinterpret_cast<const void*>(sizeof(std::uint32_t) * index);
@@ -235,7 +235,7 @@ void Renderer::Implementation::set_matrix(GLuint program, const char* name,
   gl.UniformMatrix4fv(gl.GetUniformLocation(program, name), 1, GL_FALSE, value.data());
 }
 
-// Depths of everything, seen from one light; returns the matrix that looks them up.
+// Draws the depths of everything, seen from one light, and returns the matrix that looks them up.
 Matrix4f Renderer::Implementation::draw_shadow(GLuint texture, int layer, int size,
                                                const ViewFrame& frame, double reach) const {
   const Matrix4f matrix = light_matrix(frame, reach);
@@ -257,7 +257,7 @@ void Renderer::Implementation::draw_shadows(const Camera& camera, const ViewFram
 
   gl.BindFramebuffer(GL_FRAMEBUFFER, shadow_framebuffer);
   gl.UseProgram(depth_program);
-  // What stands between a light and its box throws its shadow from the box's side.
+  // A surface between a light and its box throws its shadow from the box's side.
   gl.Enable(GL_DEPTH_CLAMP);
   gl.Enable(GL_POLYGON_OFFSET_FILL);
   gl.PolygonOffset(1.5F, 1.0F);
@@ -297,7 +297,7 @@ void Renderer::Implementation::draw_background(const ViewFrame& view, const Vec3
   gl.Enable(GL_DEPTH_TEST);
 }
 
-// Before the colours, so that only what is seen is shaded: light is what costs.
+// Depths are drawn before the colours, so that only what is seen is shaded: light is what costs.
 void Renderer::Implementation::draw_depths(const Matrix4f& matrix) const {
   gl.UseProgram(depth_program);
   set_matrix(depth_program, "to_clip", matrix);

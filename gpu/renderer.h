@@ -16,13 +16,13 @@ using bsi::Vec3;
 
 struct Picture {
   int width = 0, height = 0;
-  std::vector<std::uint8_t> rgb;  // 3 bytes a pixel, top row first
+  std::vector<std::uint8_t> rgb;  // 3 bytes per pixel, top row first
 };
 
 // Red, green and blue, linear (not sRGB), 0..1.
 using Colour = std::array<float, 3>;
 
-// All positions finite, all indices within `positions`.
+// All positions are finite, all indices within `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
   std::span<const std::array<int, 3>> triangles;  // particle indices
@@ -30,7 +30,7 @@ struct DrawnSurface {
   Colour back_colour{};
   // Thin darker lines on the surface, as pairs of particles: for rows and columns of the image.
   std::span<const std::array<int, 2>> lines = {};
-  // Unit, by position; empty: those of vertex_normals (gpu/triangle_batch.h).
+  // Unit normals by position; if empty, those of vertex_normals (gpu/triangle_batch.h).
   std::span<const Vec3> normals = {};
 };
 
@@ -52,16 +52,17 @@ struct Camera {
   double field_of_view_deg = 35;  // vertical
 };
 
-// A camera that sees all the points from a three-quarter view, a little above, as near as a margin
-// of a twentieth on each side allows, with what it sees in the middle; `aspect` is width / height.
-// Points less than 1 mm apart are seen as a box of 1 mm. O(points). Precondition: at least one
-// point, all finite.
+// Returns a camera that sees all the points from a three-quarter view, a little above. It is as
+// near as a margin of a twentieth on each side allows, with what it sees in the middle; `aspect` is
+// width / height. Points less than 1 mm apart are seen as a box of 1 mm. O(points). Precondition:
+// at least one point, all finite.
 Camera camera_for_points(std::span<const Vec3> points, double aspect);
-// The same for a box, which is seen whole: lowest <= highest.
+// Returns such a camera for a box, which is seen whole. Precondition: lowest <= highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
 
-// What keeps a surface of reduced detail within so many pixels of the original in a picture of this
-// size (px > 0), up to terms of second order in its angle.
+// Returns the tolerance that keeps a surface of reduced detail within `pixels` (> 0) of the
+// original in a picture of width x height. It holds up to terms of second order in the angle at
+// which the eye sees a deviation.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels);
 
 // Lines for DrawnSurface: the borders of each patch, and rows and columns between which cells are
@@ -94,8 +95,9 @@ class Renderer {
 
 // 8-bit sRGB. Throws std::runtime_error, which names the file, when it cannot be written.
 void write_png(const std::string& path, const Picture& picture);
-// Whether there is a PNG file at `path` that write_png made: it signs them with a text chunk,
-// Software = "Weft". Reads no further than the first pixels. False for whatever cannot be read.
+// Returns true if there is a PNG file at `path` that write_png made: it signs them with a text
+// chunk, Software = "Weft". Reads no further than the first pixels. False for whatever cannot be
+// read.
 bool is_own_png(const std::string& path);
 
 }  // namespace weft::gpu

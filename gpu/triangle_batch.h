@@ -48,8 +48,8 @@ class TriangleBatch {
 // Unit normals by vertex: the sum of the areas of the triangles around it, as vectors, made unit.
 // Zero where that sum is zero.
 std::vector<Vec3> vertex_normals(const DrawnSurface& surface);
-// Those of the original surface at the places of its vertices, so that the light falls on a surface
-// of reduced detail as on the original. O(triangles of the original).
+// Returns the normals of the original surface at the places of the detail's vertices, so that the
+// light falls on a surface of reduced detail as on the original. O(triangles of the original).
 std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSurface& original);
 
 }  // namespace weft::gpu
