@@ -8,9 +8,9 @@
 
 namespace weft::materials {
 
-// What angle and gradient have in common; a caller who wants both makes it once. The edge, the arms
-// from x0 to the nodes across it and the normals (m, m, m^2) of a hinge. `flat_triangle` is true
-// when either triangle has no area (its sine at x0 is below 1e-12).
+// The vectors of a hinge that both angle and gradient need; a caller who wants both makes them
+// once. They are the edge, the arms from x0 to the nodes across it (m) and the normals (m^2).
+// `flat_triangle` is true when either triangle has no area (its sine at x0 is below 1e-12).
 template <class Real>
 struct HingeVectorsOf {
   Vec3Of<Real> edge, arm2, arm3, normal2, normal3;
@@ -19,8 +19,8 @@ struct HingeVectorsOf {
 };
 using HingeVectors = HingeVectorsOf<double>;
 
-// Whether a triangle of these two sides and normal has no area. Written so that NaN counts as a
-// proper triangle and is handed on instead of hidden.
+// Returns true if a triangle of these two sides and normal has no area. It is written so that NaN
+// counts as a proper triangle and is handed on instead of hidden.
 template <class Real>
 auto is_flat(const Real& squared_normal, const Real& squared_side, const Real& squared_other) {
   return squared_normal <= 1e-24 * squared_side * squared_other;
@@ -63,7 +63,7 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   };
   const Vec3Of<Real> gradient2 = over(h.edge_length, h.squared_normal2) * h.normal2;
   const Vec3Of<Real> gradient3 = over(h.edge_length, h.squared_normal3) * h.normal3;
-  // Where along the edge the feet of the heights stand.
+  // The feet of the heights stand at these fractions of the edge, counted from x0.
   const Real inverse = over(1.0, h.edge_length * h.edge_length);
   const Real foot2 = dot(h.edge, h.arm2) * inverse;
   const Real foot3 = dot(h.edge, h.arm3) * inverse;
@@ -76,11 +76,11 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
 }
 inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vectors(x)); }
 
-// What a triangle contributes to sum_i moment_i d^2 angle_i / dx dx over its three hinges, the one
-// of edge i opposite node i: symmetric, and only over its own three nodes, as x2 and x3 of a hinge
-// are not coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their Jacobians). Its
-// unit: that of the moments / m^2. The whole Hessian is the sum over both triangles of every hinge.
-// A triangle without area contributes nothing.
+// The part of one triangle in sum_i moment_i d^2 angle_i / dx dx over its three hinges; hinge i has
+// the edge opposite node i. It is symmetric, and only over the triangle's own three nodes, as x2
+// and x3 of a hinge are not coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their
+// Jacobians). Its unit is that of the moments / m^2. The whole Hessian is the sum over both
+// triangles of every hinge. A triangle without area contributes nothing.
 //
 // Derivation, for the edge p -> q of a triangle (p, q, r): with the unit normal N, the unit edge e
 // of length l, the unit vector m in the plane from the edge to r, the height h of r, the foot t of
@@ -93,7 +93,7 @@ inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vect
 template <class Real>
 class HingeStress {
  public:
-  // Of the hinge opposite node i; `add` the others.
+  // Takes the hinge opposite node i; `add` takes the others.
   HingeStress(const NodesOf<Real, 3>& x, int i, const Real& moment) : edges_(opposite_edges(x)) {
     const Vec3Of<Real> first = edges_.col(0), second = edges_.col(1);
     const Vec3Of<Real> normal = first.cross(second);
@@ -105,7 +105,7 @@ class HingeStress {
   }
   void add(int i, const Real& moment) { take<false>(i, moment); }
 
-  // Of nodes a and b.
+  // Returns the block of nodes a and b.
   Mat3Of<Real> block(int a, int b) const {
     return outer<Real>(normal_, c_[a][b]) + outer<Real>(c_[b][a], normal_);
   }

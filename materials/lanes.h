@@ -14,8 +14,9 @@
 
 namespace weft::materials {
 
-// As many as fill a register. The namespace keeps a program that is compiled for another processor
-// than Weft's libraries from being linked with functions of theirs that take other sizes.
+// There are as many lanes as fill a register. The namespace keeps a program that is compiled for
+// another processor than Weft's libraries from being linked with functions of theirs that take
+// other sizes.
 #if defined(__AVX512F__)
 inline namespace eight_lanes {
 inline constexpr int lane_count = 8;
@@ -27,7 +28,7 @@ inline constexpr int lane_count = 4;  // two registers before AVX
 // A vector of GCC's extension in a class, so that it can be the scalar of Eigen's matrices.
 struct Lanes {
   typedef double Vector __attribute__((vector_size(8 * lane_count)));
-  // Of a comparison: all bits set where true.
+  // The result of a comparison: all bits are set where it is true.
   struct Mask {
     typedef decltype(Vector{} < Vector{}) Bits;
     Bits bits;
@@ -55,7 +56,7 @@ struct Lanes {
   friend Mask operator==(Lanes a, Lanes b) { return {a.values == b.values}; }
 };
 
-// What formulas ask of either number type, lane by lane.
+// Functions that formulas call with either number type, lane by lane.
 inline double square_root(double a) { return std::sqrt(a); }
 inline double larger(double a, double b) { return a > b ? a : b; }
 inline double choose(bool condition, double yes, double no) { return condition ? yes : no; }
@@ -76,7 +77,7 @@ inline Lanes larger(Lanes a, Lanes b) { return Lanes(a.values > b.values ? a.val
 inline Lanes choose(Lanes::Mask condition, Lanes yes, Lanes no) {
   return Lanes(condition.bits ? yes.values : no.values);
 }
-// Numbers as they are, or their negatives where the condition holds.
+// Returns the numbers as they are, or their negatives where the condition holds.
 inline Lanes negate_where(Lanes::Mask condition, Lanes a) { return choose(condition, -a, a); }
 inline Lanes magnitude(Lanes a) { return negate_where(a < Lanes(0), a); }
 
@@ -134,12 +135,12 @@ inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   if constexpr (lane_count == 8) exchange<4>(rows, lanes);
 }
 
-// Below: vectors that follow each other in memory, one a lane. (Pointers to unaligned numbers are
-// named: what `auto` deduces is aligned.)
+// The functions below handle vectors that follow each other in memory, one per lane. (Pointers to
+// unaligned numbers are named: what `auto` deduces is aligned.)
 typedef double UnalignedLanes __attribute__((vector_size(8 * lane_count), aligned(8), may_alias));
 
 #if defined(__AVX512F__)
-// The vectors at an address, lane by lane.
+// Loads the vectors at an address, lane by lane.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const UnalignedLanes* rows =
       reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
@@ -151,7 +152,7 @@ inline std::array<Lanes, 3> load_vectors(const double* at) {
           Lanes(__builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14)),
           Lanes(__builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15))};
 }
-// The same back, added to those there.
+// Adds vectors, lane by lane, to those at an address.
 inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
   const Lanes::Vector x = v[0].values, y = v[1].values, z = v[2].values;
@@ -162,14 +163,14 @@ inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   rows[1] += __builtin_shufflevector(b, z, 10, 1, 2, 11, 4, 5, 12, 7);
   rows[2] += __builtin_shufflevector(c, z, 0, 13, 2, 3, 14, 5, 6, 15);
 }
-// Numbers, each three times in a row: as vectors that follow each other in memory need them.
+// Repeats each number three times in a row, as vectors that follow each other in memory need it.
 inline std::array<Lanes, 3> threefold(Lanes a) {
   const Lanes::Vector v = a.values;
   return {Lanes(__builtin_shufflevector(v, v, 0, 0, 0, 1, 1, 1, 2, 2)),
           Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3, 4, 4, 4, 5)),
           Lanes(__builtin_shufflevector(v, v, 5, 5, 6, 6, 6, 7, 7, 7))};
 }
-// Each number one lane further, the last of those before them in the first.
+// Moves each number one lane further. The last number of `before` goes to the first lane.
 inline Lanes moved_up(Lanes before, Lanes a) {
   return Lanes(__builtin_shufflevector(before.values, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
 }
@@ -177,8 +178,8 @@ inline Lanes moved_up(Lanes before, Lanes a) {
 typedef double Pair __attribute__((vector_size(16)));
 typedef double UnalignedPair __attribute__((vector_size(16), aligned(8), may_alias));
 
-// By pairs of numbers: two that are six apart in memory, one of either half, are already where
-// shuffles within the halves, which are the quickest, want them.
+// Loads by pairs of numbers. Two numbers that are six apart in memory, one of either half, are
+// already where shuffles within the halves, which are the quickest, want them.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const auto half = [at](int i) { return Pair(*reinterpret_cast<const UnalignedPair*>(at + i)); };
   const Lanes::Vector xy = __builtin_shufflevector(half(0), half(6), 0, 1, 2, 3);
