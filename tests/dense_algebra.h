@@ -1,5 +1,6 @@
-// What tests ask of dense matrices, compiled once: each file that has Eigen decompose or multiply
-// large matrices itself takes ten seconds longer to compile, and a minute under the sanitizers.
+// Algebra of dense matrices for tests, compiled once. Each file that has Eigen decompose or
+// multiply large matrices itself takes ten seconds longer to compile, and a minute under the
+// sanitizers.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,20 +8,21 @@
 
 namespace weft {
 
-// Of a symmetric matrix, ascending.
+// Returns the eigenvalues of a symmetric matrix in ascending order.
 Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& symmetric);
 
-// transpose(a) * middle * a.
+// Returns transpose(a) * middle * a.
 Eigen::MatrixXd congruent(const Eigen::MatrixXd& middle, const Eigen::MatrixXd& a);
 
-// The solution of a system with a symmetric, positive definite matrix; empty where it is not.
+// Returns the solution of a system with a symmetric, positive definite matrix; empty where it is
+// not.
 Eigen::VectorXd solve_definite(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 
-// |a - b| / |b| over all components (Frobenius).
+// Returns |a - b| / |b| over all components (Frobenius).
 double relative_error(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-// d function / d x by fourth-order central differences, with matrices flattened by columns: one
-// column of the result per component of x. The error is of the order step^4 + 1e-16 / step.
+// Returns d function / d x by fourth-order central differences, with matrices flattened by columns:
+// one column of the result per component of x. The error is of the order step^4 + 1e-16 / step.
 using FlatFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&)>;
 Eigen::MatrixXd flat_finite_difference(const FlatFunction& function, const Eigen::VectorXd& x,
                                        double step);

@@ -1,4 +1,4 @@
-// What other libraries are asked to simulate is what Weft simulates.
+// Other libraries are asked to simulate what Weft simulates.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -56,7 +56,7 @@ TEST(ClothText, IsExact) {
   }
 }
 
-// At any positions, the energies that Weft's forces come from are those of the problem.
+// At any positions, the problem has the energies that Weft's forces come from.
 TEST(ClothProblem, HasTheEnergyOfTheScene) {
   const auto scene = sheet({"body.sheet.shape.resolution=[5,7]", "body.sheet.stretch=[1.1,1,1]",
                             "material.net.shear_stiffness=77", "material.net.bend_stiffness=11"});

@@ -62,7 +62,7 @@ void compare_with_sampling(Kind kind) {
     ASSERT_LE(fraction, 1);
     for (int sample = 0; sample <= 200; ++sample)
       ASSERT_GT(distance(kind, along(start, end, fraction * sample / 200)), minimum);
-    // Stopped means close: what is safe is not held back.
+    // A motion is stopped only where it is close: safe motion is not held back.
     const double left = distance(kind, along(start, end, fraction)) - minimum;
     ASSERT_TRUE(fraction == 1 || left <= 0.101 * gap) << left << " of " << gap;
     ++(fraction < 1 ? stopped : whole);
@@ -127,7 +127,7 @@ TEST(ContinuousCollision, KnownPaths) {
   EXPECT_LT(safe_fraction_vertex_triangle(start, end, 0), 1);
 }
 
-// What stalls a bound on the plain speed: a long way, very near.
+// A long way very near a feature would stall a bound on the plain speed.
 TEST(ContinuousCollision, SlidingAtATinyGapIsFree) {
   FourPoints start = {Vec3(0.2, 0.3, 1e-9), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   FourPoints end = start;
@@ -167,8 +167,8 @@ struct TruthQuery {
   bool collides = false;
 };
 
-// One file of 8 rows a query, each x, y, z as numerator and denominator, then the truth. The
-// numbers are doubles written as rationals, so that they come back exactly.
+// Reads one file of 8 rows per query, each x, y, z as numerator and denominator, then the truth.
+// The numbers are doubles written as rationals, so that they come back exactly.
 std::vector<TruthQuery> read_truth(const std::filesystem::path& path) {
   std::vector<TruthQuery> queries;
   std::ifstream file(path);

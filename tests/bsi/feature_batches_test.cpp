@@ -37,7 +37,7 @@ struct Pairs {
   }
 };
 
-// No corner is further from the first.
+// Returns a size: no corner is further from the first.
 double size(const FourPoints& x) {
   return std::max({(x[1] - x[0]).norm(), (x[2] - x[0]).norm(), (x[3] - x[0]).norm()});
 }
@@ -180,7 +180,7 @@ TEST(FeatureBatches, SafeFractionsAreThoseOfTheScalarFunctions) {
   }
 }
 
-// What is proved safe is so at every moment, and has the distance asked for at the end.
+// A path that is proved safe is so at every moment, and has the distance asked for at the end.
 TEST(FeatureBatches, ProvedPathsAreSafe) {
   const Pairs pairs = adversarial_pairs(5003, 4);
   constexpr double separation = 0.01, end_separation = 0.1;

@@ -48,7 +48,7 @@ TriangleHits hits_of(const Soup& a, const Soup& b, double margin, int threads = 
   return hits;
 }
 
-// Every pair by the scalar functions. Gives the number of hits.
+// Compares every pair with the scalar functions. Returns the number of hits.
 int compare_with_scalar(const Soup& a, const Soup& b, double margin) {
   const TriangleHits hits = hits_of(a, b, margin);
   TriangleHits without_distances;
@@ -285,7 +285,7 @@ TEST(NarrowPhase, FindsTheIntersectionsThatThereAre) {
   }
 }
 
-// What the tests above compare with.
+// The tests above compare with these distances.
 TEST(NarrowPhase, ScalarDistanceIsThatOfTheNearestPoints) {
   const std::array<Vec3, 3> flat = {Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0)};
   const auto moved = [&](const Vec3& by) {

@@ -180,7 +180,7 @@ Hessian12 hessian_from_implicit_function(const Closest& found, const FourPoints&
           found.weight[i] * found.weight[j] * Eigen::Matrix3d::Identity();
   const int count = found.free_directions;
   if (count > 0) {
-    // Of two columns, the second zero where there is one direction.
+    // The matrices have two columns; the second is zero where there is one direction.
     Eigen::Matrix<double, 12, 2> f_xa = Eigen::Matrix<double, 12, 2>::Zero();
     Eigen::Matrix<double, 3, 2> e = Eigen::Matrix<double, 3, 2>::Zero();
     for (int k = 0; k < count; ++k) {

@@ -1,5 +1,6 @@
-// What the tangent certificate takes away from a self traversal is never nearer than the margin
-// (docs/theory.md, "The tangent certificate"): against the distances of all features in float64.
+// Pairs that the tangent certificate takes away from a self traversal are never nearer than the
+// margin (docs/theory.md, "The tangent certificate"). The oracle is the distances of all features
+// in float64.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -97,7 +98,7 @@ struct Sheet {
     if (shear == 1) b = Vec3(uniform(random, -2, 2), uniform(random, 0.05, 1.5), 0);
     if (shear == 2) b = Vec3(uniform(random, -1, 1), 0.01, 0) * uniform(random, 0.1, 3);
     if (chance(random, 3) == 0) curvature = uniform(random, 0, 2);
-    // Of any width, or of a quarter of the sheet, like blocks of quads.
+    // Pleats have any width, or a quarter of the sheet, like blocks of quads.
     if (chance(random, 3) == 0)
       pleat = std::max(2, chance(random, 2) == 0 ? quad_cols / 4 : chance(random, 6));
     if (chance(random, 4) == 0) fold_angle = uniform(random, 0, std::numbers::pi);
@@ -153,8 +154,8 @@ void spoil(Positions& x, Random& random) {
   }
 }
 
-// From a size of the steps of 1e-44 m, all but lost in float32, to coordinates of 1e17 m, and far
-// from the origin.
+// Scales, turns and moves an image: from steps of 1e-44 m, all but lost in float32, to coordinates
+// of 1e17 m, and far from the origin.
 void place(Image& image, Random& random) {
   constexpr std::array sizes{1.0, 1.0, 1.0, 1e6, 1e9, 1e11, 1e16, 1e-6, 1e-12, 1e-25, 1e-38, 1e-44};
   constexpr std::array offsets{0.0, 0.0, 1.0, 1e2, 1e4, 1e6};
@@ -179,7 +180,7 @@ Image random_image(unsigned seed, bool swept) {
   image.start = sheet_positions(image.atlas, sheet, random);
   spoil(image.start, random);
   if (swept) {
-    // To a sheet of another kind, or of the same one bent otherwise, or turned.
+    // The sheet moves to one of another kind, or to the same one bent otherwise, or turned.
     Sheet other = chance(random, 4) == 0 ? Sheet(quad_cols, random) : sheet;
     if (chance(random, 2) == 0) other.curvature = uniform(random, 0, 0.2);
     image.end = sheet_positions(image.atlas, other, random);
@@ -317,7 +318,7 @@ TEST(TangentCertificate, ContinuousCollisionFindsNoPairThatIsLeftOut) {
     const std::vector<FeaturePair> pairs = pairs_of_features(features);
     Random random(seed);
     const Pyramid pyramid = build(image);
-    // Below the least distance met, so that as many pairs as can be are left out.
+    // The margin is below the least distance met, so that as many pairs as possible are left out.
     const std::vector<double> margins = telling_margins(image.distances(pairs), random);
     const double margin = margins.size() > 1 ? 0.6 * margins[1] : 0;
     const Found quads = find(pyramid, margin, Leaf::quad);

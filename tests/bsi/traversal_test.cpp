@@ -187,7 +187,7 @@ std::vector<LeafPair> all_self_pairs(const Body& body, const TraversalOptions& o
   return pairs;
 }
 
-// In order, each once.
+// Returns the pairs in order, each once.
 std::vector<LeafPair> sorted(std::vector<LeafPair> pairs) {
   std::ranges::sort(pairs);
   EXPECT_EQ(std::ranges::adjacent_find(pairs), pairs.end()) << "a pair was found twice";
@@ -210,7 +210,7 @@ TEST(Traversal, DualFindsEveryPairOfLeaves) {
   constexpr std::array margins{0.0, 1e-3, 0.02, 0.02, 0.0, 0.2, 1e300};
   std::size_t turn = 0, found = 0;
   for (std::size_t i = 0; i < bodies().size(); ++i) {
-    // Every third pair of bodies: each with each other kind, at rest or moving.
+    // Takes every third pair of bodies: each kind with each other, at rest or moving.
     for (std::size_t j = i % 3; j < bodies().size(); j += 3) {
       const Body &first = bodies()[i], &second = bodies()[j];
       for (const Leaf leaf : leaf_kinds) {
@@ -268,7 +268,7 @@ TEST(Traversal, SelfFindsEveryPairOfLeaves) {
 std::vector<int> leaves_near(const Body& body, Leaf leaf, const Vec3& point, double reach) {
   const auto x = static_cast<float>(point.x()), y = static_cast<float>(point.y()),
              z = static_cast<float>(point.z());
-  // Of this size in float32 at least, as the greatest of the coordinates themselves is.
+  // The magnitude must be at least this large in float32, as the greatest of the coordinates is.
   auto magnitude = static_cast<float>(point.cwiseAbs().maxCoeff());
   if (static_cast<double>(magnitude) < point.cwiseAbs().maxCoeff())
     magnitude = std::nextafter(magnitude, std::numeric_limits<float>::infinity());
@@ -326,7 +326,7 @@ TEST(Traversal, SingleFindsEveryLeafNearEachOfManyPoints) {
   const Body body = make_body("torus", make_torus(0.5, 0.2, 7, 6), 0.01, Vec3::Zero(), false);
   Positions points;
   std::vector<LeafPair> expected, found;
-  // More than a batch of them, and no whole number of vectors.
+  // There are more points than a batch holds, and no whole number of vectors.
   for (int i = 0; i < 70001; ++i) {
     points.emplace_back(uniform(random), uniform(random), 0.3 * uniform(random));
     for (const int leaf : leaves_near(body, Leaf::quad, points.back(), 0.01))
@@ -356,7 +356,7 @@ TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
 // --- Order
 // -------------------------------------------------------------------------------------------
 
-// What a body finds with itself, with another and with points: in the order found.
+// The leaves that a body finds with itself, with another and with points, in the order found.
 struct Findings {
   std::vector<LeafPair> self, dual, single;
   std::vector<BlockPair> blocks;

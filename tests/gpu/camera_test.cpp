@@ -1,4 +1,4 @@
-// What a camera sees, by projecting the points with a formula of its own.
+// The view of a camera is checked by projecting the points with a formula of the test's own.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -100,7 +100,7 @@ TEST(GridLines, MakeSquareCellsInMetres) {
   const auto [rows, cols] = lined(bsi::make_rectangle(0.96, 0.48, 25, 25));
   EXPECT_EQ(cols, (Places{0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24}));
   EXPECT_EQ(rows, (Places{0, 4, 8, 12, 16, 20, 24}));
-  // As coarse as the longest edges are.
+  // The cells are as coarse as the longest edges.
   const auto [coarse_rows, coarse_cols] = lined(bsi::make_rectangle(1, 1, 5, 9));
   EXPECT_EQ(coarse_rows, (Places{0, 1, 2, 3, 4}));
   EXPECT_EQ(coarse_cols, (Places{0, 2, 4, 6, 8}));

@@ -89,7 +89,7 @@ struct Scene {
   }
 };
 
-// By brute force, sorted.
+// Returns the pairs found by brute force, sorted.
 std::vector<Candidate> expected_pairs(const Scene& scene, std::span<const PairQuery> queries,
                                       Leaf leaf) {
   std::vector<Candidate> found;
@@ -201,7 +201,7 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
   std::uniform_real_distribution<double> coordinate(-1, 1);
   std::vector<Ball> balls(300);
   for (Ball& ball : balls) {
-    // In float32, as the oracle takes them.
+    // The ball is rounded to float32, as the oracle takes it.
     ball.centre = Vec3(coordinate(random), coordinate(random), 0.4 * coordinate(random))
                       .cast<float>()
                       .cast<double>();
@@ -278,7 +278,8 @@ TEST(ComputeTraversal, TheFilterLeavesOutWhatCannotBeInReachAndNothingElse) {
   }
 }
 
-// Random sizes, wraps and folds, of few quads, so that every shape of the blocks occurs.
+// The bodies have random sizes, wraps and folds, and few quads, so that every shape of the blocks
+// occurs.
 TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
   WEFT_NEEDS_CONTEXT();
   std::mt19937 random(13);
@@ -372,8 +373,8 @@ Scene scene_of_sheets() {
   return scene;
 }
 
-// The same decisions to the last bit; a graphics processor, whose roots may round differently,
-// leaves out a little less.
+// The device decides the same to the last bit. A graphics processor, whose roots may round
+// differently, leaves out a little less.
 TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_sheets();

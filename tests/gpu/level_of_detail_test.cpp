@@ -75,8 +75,8 @@ class Viewed {
 
   const Camera& camera() const { return camera_; }
 
-  // Pixels inside the silhouette, clear of all outlines by the deviation, that do not show the
-  // outside of the surface.
+  // Returns the number of pixels inside the silhouette, clear of all outlines by the deviation,
+  // that do not show the outside of the surface.
   int holes(const bsi::DetailSurface& detail) const {
     const double pixel = pixel_tolerance(camera_, size, size, 1).per_distance;
     // The body is at least 5 m from the eye.
@@ -95,8 +95,8 @@ class Viewed {
     return renderer_.draw(std::array{DrawnSurface{positions, triangles, red, blue}}, camera_);
   }
 
-  // Where the surface turns away from the eye the inside may show by a pixel even at full detail,
-  // and one part of the body may stand before another.
+  // The inside may show by a pixel even at full detail where the surface turns away from the eye.
+  // There, too, one part of the body may stand before another.
   void remove_outlines(const bsi::Surface& body, const std::vector<Vec3>& normals) {
     const Vec3 backward = camera_.eye.normalized();
     const Vec3 right = camera_.up.cross(backward).normalized();
@@ -169,7 +169,8 @@ TEST(LevelOfDetail, AMissingTriangleWouldBeSeen) {
   bsi::DetailSurface detail = bsi::detail_at_levels(pyramid, body.positions, levels);
   detail.deviation = bsi::deviation_at_levels(pyramid, body.positions, levels);
   ASSERT_EQ(viewed.holes(detail), 0);
-  // Of the triangles that look at the camera, the one nearest to the axis of the picture.
+  // The triangle to remove is the one nearest to the axis of the picture among those that look at
+  // the camera.
   const auto distance = [&](const std::array<int, 3>& triangle) {
     const Vec3 middle = (detail.positions[triangle[0]] + detail.positions[triangle[1]] +
                          detail.positions[triangle[2]]) /
@@ -186,7 +187,7 @@ TEST(LevelOfDetail, KeepsEveryPointWithinThePixels) {
   const Camera camera = camera_for_points(body.positions, 1);
   const Vec3 forward = (camera.target - camera.eye).normalized();
   const double pixel = 2 * std::tan(camera.field_of_view_deg / 360 * std::numbers::pi) / size;
-  // The place in the picture, in pixels from its middle.
+  // Returns the place in the picture, in pixels from its middle.
   const auto seen = [&](const Vec3& point) -> Vec3 {
     const Vec3 ray = point - camera.eye;
     return (ray / ray.dot(forward) - forward) / pixel;
@@ -202,7 +203,7 @@ TEST(LevelOfDetail, KeepsEveryPointWithinThePixels) {
       const Vec3& counterpart = body.positions[detail.particles[i]];
       farthest = std::max(farthest, (seen(detail.positions[i]) - seen(counterpart)).norm());
     }
-    // Half a quad, a fifth of a pixel, is what the particle may be off the middle of a block.
+    // The particle may be half a quad, a fifth of a pixel, off the middle of a block.
     EXPECT_LT(farthest, pixels + 0.2);
     EXPECT_GT(farthest, 0.3 * pixels);
   }

@@ -5,7 +5,7 @@
 
 namespace weft::materials {
 
-// Of all three hinges of a triangle, in node-major order.
+// Returns the sum over all three hinges of a triangle, in node-major order.
 template <class Real>
 Eigen::Matrix<Real, 9, 9> hinge_stress(const NodesOf<Real, 3>& x, const Vec3Of<Real>& moments) {
   HingeStress<Real> stress(x, 0, moments[0]);

@@ -1,4 +1,4 @@
-// From an accuracy to a method and its tolerances, and what then comes out.
+// Tests the choice of a method and its tolerances for an accuracy, and the error that comes out.
 #include "sim/case/accuracy_choice.h"
 
 #include <cmath>
@@ -110,7 +110,7 @@ TEST(AccuracyChoice, TightensWithTheAccuracyAndTheDuration) {
   const Overrides method{"time.method=cvode"};
   const double base = tolerance({"time.accuracy=1e-3", method[0]});
   EXPECT_LT(tolerance({"time.accuracy=2e-4", method[0]}), base);
-  // What counts is the error a second.
+  // The error per second decides the tolerance.
   EXPECT_DOUBLE_EQ(tolerance({"time.accuracy=2e-3", "time.duration=0.4", method[0]}), base);
 }
 
@@ -140,8 +140,8 @@ TEST(AccuracyChoice, IsCorrectedByAPilotRun) {
   EXPECT_EQ(plain.time.position_tolerance, chosen(hanging_sheet, {}).time.position_tolerance);
 }
 
-// Explicit steps, where nothing is stiff beside how long it moves; they are more exact than asked
-// for, since longer ones are not stable.
+// Explicit steps suit motion in which nothing is stiff beside how long it moves. They are more
+// exact than asked for, since longer ones are not stable.
 TEST(AccuracyChoice, TakesVerletWhereThatIsLessWork) {
   const std::string pinned = R"(
 [time]

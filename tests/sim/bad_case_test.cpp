@@ -5,10 +5,10 @@ namespace weft::sim {
 
 namespace {
 
-// One a row: its name, the text, the whole message.
+// Lists one case per row: its name, the text, the whole message.
 std::vector<BadCase> bad_texts() {
   return {
-      // What is not TOML.
+      // Texts that are not TOML are refused.
       {"toml_value_missing",
        R"([time]
 duration =
@@ -33,7 +33,7 @@ duration = 1
 )",
        R"(case.toml:1:6: not TOML: Error while parsing table header
   expected ']', saw '\n')"},
-      // Unknown keys: at the key.
+      // Unknown keys are refused at the key.
       {"unknown_table",
        R"([contcat]
 friction = 0.3
@@ -76,7 +76,7 @@ alpha = 1
 )" + sheet,
        R"(case.toml:2:1: unknown key "zeta" in [time]
   expected one of "method", "duration", "frames_per_second", "accuracy", "position_tolerance", "velocity_tolerance", "relative_tolerance", "step", "newton", "maximum_order", "minimum_step", "maximum_step", "preconditioner")"},
-      // Wrong types: at the value.
+      // Wrong types are refused at the value.
       {"string_for_number",
        R"([time]
 duration = "1"
@@ -157,7 +157,7 @@ corners = ["all"]
 )",
        R"(case.toml:4:1: "pin" is a table
   expected tables [[body.pin]])"},
-      // Impossible values: at the value.
+      // Impossible values are refused at the value.
       {"duration_zero",
        R"([time]
 duration = 0
@@ -246,7 +246,7 @@ poisson_ratio = 1.0
 )",
        R"(case.toml:4:13: "thickness" is -0.001
   expected a number >= 0 (m))"},
-      // Names.
+      // Wrong names are refused at the value.
       {"enum_misspelt",
        R"([material.cotton]
 membrane = "spring"
@@ -311,7 +311,7 @@ shape = { type = "sphere", radius = 1, resolution = [4] }
 )",
        R"(case.toml:4:12: unknown material "silk"
   expected "default")"},
-      // Missing keys: at the header of the table.
+      // Missing keys are refused at the header of the table.
       {"case_empty", "",
        R"(case.toml:1:1: the case has no "body"
   expected "body", tables [[body]])"},
@@ -376,7 +376,7 @@ motion.keyframes = [{ translation = [0, 0, 1] }]
 )",
        R"(case.toml:6:21: [[body.pin.motion.keyframes]] has no "time"
   expected "time", a number >= 0 (s))"},
-      // Keys that do not belong to the others: at the key.
+      // Keys that do not belong to the others are refused at the key.
       {"radius_of_rectangle",
        R"([[body]]
 name = "sheet"

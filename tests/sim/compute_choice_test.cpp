@@ -56,7 +56,8 @@ TEST(ComputeChoice, RefusesADeviceThatIsNotThere) {
   }
 }
 
-// The same contacts and the same trajectory, to the last bit.
+// The result of a run. Every backend must find the same contacts and the same trajectory, to the
+// last bit.
 struct Drape {
   std::vector<double> state;
   Counters counters;

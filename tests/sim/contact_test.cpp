@@ -147,7 +147,7 @@ TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
   Vec3 torque = Vec3::Zero();
   for (int i = 0; i < scene->dynamic_particles; ++i) torque += state.position[i].cross(force[i]);
   EXPECT_LT(torque.norm(), 1e-12 * size);
-  // What damping and friction add to the barrier takes power from the motion.
+  // The forces that damping and friction add to the barrier take power from the motion.
   const auto frictionless =
       build_scene(parse_case(two_sheets(0, 0), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
   Contact barrier(*frictionless, statistics);
@@ -254,7 +254,7 @@ RandomState state_at_rest(const Scene& scene) {
   return {scene.initial_position, std::vector<Vec3>(scene.particle_count, Vec3::Zero())};
 }
 
-// Near parallel their barrier fades, since their closest points run along them.
+// The barrier fades near parallel, since closest points then run along the edges.
 TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
   const auto energy_at_angle = [](double degrees) {
     const auto scene = edges_at_angle(degrees);
@@ -458,8 +458,8 @@ TEST(Contact, ListsOfAPathServeThoseBesideIt) {
   EXPECT_LT(kept_statistics.counters.rebuilds, fresh_statistics.counters.rebuilds / 3);
 }
 
-// A sheet on an inclined plane: sticks while tan(angle) <= mu, else slides with a = g (sin - mu
-// cos).
+// The sheet lies on an inclined plane. It sticks while tan(angle) <= mu, else it slides with a = g
+// (sin - mu cos).
 TEST(Contact, FrictionOnASlopeFollowsCoulomb) {
   const auto slide = [](double friction) {
     const std::string text = R"(
@@ -490,7 +490,7 @@ shape = { type = "rectangle", size = [4, 2], resolution = [3, 4] }
     for (const Vec3& v : state.velocity) mean += v.x() / 36;
     return mean;
   };
-  // 30 degrees: tan = 0.577. The sheet settles within the first centimetre a second.
+  // At 30 degrees tan = 0.577. The sheet settles within the first centimetre per second.
   EXPECT_NEAR(slide(0.3), 0.5 * (9.81 * (0.5 - 0.3 * 0.8660254)), 0.03);
   EXPECT_LT(std::fabs(slide(0.7)), 2e-3);
   EXPECT_NEAR(slide(0.0), 0.5 * 4.905, 0.02);

@@ -11,7 +11,7 @@
 namespace weft::sim {
 namespace {
 
-// Thrown in its own plane, without gravity: what it has, it keeps.
+// The sheet is thrown in its own plane, without gravity: the energy it has, it keeps.
 constexpr const char* flying = R"(
 [time]
 duration = 0.1
@@ -32,7 +32,7 @@ class EnergyWatchTest : public testing::Test {
         state_(case_.dynamics().initial_state()),
         watch_(case_.dynamics(), state_) {}
 
-  // What the watch says of the start with all velocities times a factor.
+  // Returns the watch's message for the start with all velocities times a factor.
   std::string with_speed(double factor) {
     std::vector<double> y = state_;
     for (std::size_t i = y.size() / 2; i < y.size(); ++i) y[i] *= factor;
@@ -84,7 +84,8 @@ TEST_F(EnergyWatchBesideAMovingPlate, IsNotBlinded) {
   EXPECT_NE(with_speed(2), "");
 }
 
-// A fall puts in what gravity does, and no more than a fall by its own size counts beforehand.
+// A fall gains the energy that gravity puts in. Beforehand the watch counts no more than a fall by
+// the body's own size.
 TEST(EnergyWatch, LeavesAFallAlone) {
   SimulatedCase fall(flying, {"world.gravity=[0, 0, -9.81]", "time.duration=1"});
   EnergyWatch watch(fall.dynamics(), fall.integrator().state());
@@ -158,7 +159,7 @@ TEST(ExternalWork, OfPinsIsWhatTheFreeParticlesGain) {
   EXPECT_LT(rod.external().doubt(), 0.1 * rod.gain());
 }
 
-// So slowly that damping takes hardly anything.
+// The pull is so slow that damping takes hardly anything.
 TEST(ExternalWork, OfASlowPullIsTheEnergyOfTheSpring) {
   WatchedCase rod(R"(
 [time]

@@ -125,8 +125,8 @@ TEST(Forces, MembranesAreTheSumOfTheirTriangles) {
   }
 }
 
-// Of the edge opposite node i of a triangle: its ends, that node, and the one across; none on the
-// border.
+// Returns the nodes of the hinge at the edge opposite node i of a triangle: its ends, that node,
+// and the one across. Returns none on the border.
 std::optional<std::array<int, 4>> hinge_of(const bsi::Mesh& mesh, int triangle, int i) {
   const bsi::Edge& edge = mesh.edges[mesh.triangle_edges[triangle][i]];
   if (edge.triangle[1] < 0) return std::nullopt;
@@ -135,7 +135,7 @@ std::optional<std::array<int, 4>> hinge_of(const bsi::Mesh& mesh, int triangle, 
                     edge.opposite[edge.triangle[0] == triangle ? 1 : 0]};
 }
 
-// -sum (C (theta - theta_rest + beta theta'))_i d theta_i / d x of every triangle.
+// Adds -sum (C (theta - theta_rest + beta theta'))_i d theta_i / d x of every triangle.
 void add_bending(const SceneBody& body, const Kinematics& state, double stiffness, double damping,
                  std::span<Vec3> sum) {
   const bsi::Mesh mesh = bsi::build_mesh(body.atlas);
@@ -199,7 +199,7 @@ TEST(Forces, DragIsTheSumOfItsTriangles) {
   }
 }
 
-// Minus the change of the forces along a direction of positions (half 0) or velocities (1).
+// Returns minus the change of the forces along a direction of positions (half 0) or velocities (1).
 std::vector<Vec3> difference_of_forces(TwoBodies& bodies, int half,
                                        const std::vector<Vec3>& direction) {
   constexpr double step = 1e-6;
@@ -238,7 +238,7 @@ TEST(Forces, MatricesAreTheirDerivatives) {
   }
 }
 
-// That of drag is exact where it has no direction of its own.
+// The damping matrix of drag is exact where drag has no direction of its own.
 TEST(Forces, DampingIsTheirDerivativeByTheVelocities) {
   for (const std::string& image : images) {
     SCOPED_TRACE(image);

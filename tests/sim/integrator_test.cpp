@@ -1,5 +1,5 @@
-// What error control promises: convergence with the tolerance, conservation, rest, and the same
-// bits every time.
+// Error control promises convergence with the tolerance, conservation, rest, and the same bits
+// every time.
 #include <cmath>
 
 #include "simulated_case.h"
@@ -35,8 +35,8 @@ TEST(Integrator, ErrorConvergesWithTheTolerance) {
     SimulatedCase sim(pinned_sheet, {tolerance(tol)});
     error.push_back(position_difference(sim.advance_to(0.2), exact));
   }
-  // Order 2 makes the error fall like tolerance^(2/3): by 4.6 a decade, 100 over three; two thirds
-  // of it asked for.
+  // Order 2 makes the error fall like tolerance^(2/3): by 4.6 per decade, 100 over three. The test
+  // asks for 30.
   EXPECT_LT(error[3], error[0] / 30)
       << error[0] << ' ' << error[1] << ' ' << error[2] << ' ' << error[3];
   EXPECT_LT(error[1], 1e-3);
@@ -228,10 +228,10 @@ TEST(Integrator, TheFirstStepIsWithinTheToleranceAndNotFarBelowIt) {
   EXPECT_NEAR(h, expected, 0.2 * expected);
 }
 
-// A cloth that comes down on a small table from eight heights. Where its vertices slip on the edges
-// of the table, what Newton's iteration leaves used to turn about from step to step, and to hold
-// thousands of steps at ten microseconds and order 1: from which heights was a matter of rounding.
-// Without find_swing() of CVODE's integrator, the eight took 25,700 steps; with it, 5,000.
+// A cloth comes down on a small table from eight heights. Where its vertices slip on the edges of
+// the table, the residual of Newton's iteration can turn about from step to step. It then holds
+// thousands of steps at ten microseconds and order 1; rounding decides from which heights. Without
+// find_swing() of CVODE's integrator the eight take 25,700 steps; with it, 5,000.
 TEST(Integrator, WhatNewtonLeavesDoesNotHoldStepsShort) {
   const std::string tablecloth = R"(
 [time]

@@ -31,7 +31,7 @@ std::vector<double> reference() {
   return sim.advance_to(0.25);
 }
 
-// Error with a step, over that with half of it.
+// Returns the error with a step, divided by that with half of it.
 double ratio_of_errors(const std::string& name, double step, const Overrides& more = {}) {
   const std::vector<double> exact = reference();
   std::vector<double> error;
@@ -71,23 +71,23 @@ std::vector<double> errors_of_steps(const std::string& name, const Overrides& mo
   return errors;
 }
 
-// What a linear solve leaves must go with the step: many short ones would add it up to an error
-// that shorter steps make no less. (With as much left in every step, half the step once left more.)
+// The residual of a linear solve must shrink with the step. Otherwise many short steps add it up to
+// an error that shorter steps do not reduce: with a fixed residual, half the step leaves more.
 TEST(Methods, LinearStepsKeepTheirOrderHoweverShort) {
   const std::vector<double> errors =
       errors_of_steps("euler", {"time.newton=1"}, {1.0 / 480, 1.0 / 960, 1.0 / 1920, 1.0 / 3840});
   for (std::size_t i = 1; i < errors.size(); ++i) EXPECT_GT(errors[i - 1] / errors[i], 1.7) << i;
 }
 
-// Where one iteration from the start of a short step is accepted, it must not leave an error of
-// first order.
+// One iteration from the start of a short step may be accepted; it must not leave an error of first
+// order.
 TEST(Methods, ConvergedStepsKeepTheirOrderHoweverShort) {
   const std::vector<double> errors =
       errors_of_steps("implicit_midpoint", {}, {1.0 / 960, 1.0 / 1920, 1.0 / 3840});
   for (std::size_t i = 1; i < errors.size(); ++i) EXPECT_GT(errors[i - 1] / errors[i], 2.5) << i;
 }
 
-// The frame is between two steps: what is interpolated has the order of the method, too.
+// The frame is between two steps: the interpolated state has the order of the method, too.
 TEST(Methods, FramesBetweenStepsAreAsGood) {
   SimulatedCase exact(stretched_sheet,
                       {"time.position_tolerance=1e-10", "time.relative_tolerance=1e-9"});
@@ -106,7 +106,8 @@ TEST(Methods, AdaptiveStepsConvergeWithTheTolerance) {
                         method(name, {std::string("time.position_tolerance=") + tolerance}));
       error.push_back(position_difference(sim.advance_to(0.25), exact));
     }
-    // Of order 1, the error goes with the root of the tolerance; two thirds of it asked for.
+    // A method of order 1 has an error that goes with the root of the tolerance. The test asks for
+    // two thirds of that exponent.
     EXPECT_LT(error[2], error[0] / 4.6) << name << ' ' << error[0] << ' ' << error[2];
     EXPECT_LT(error[2], 2e-3) << name;
   }
@@ -218,7 +219,7 @@ TEST(Methods, NothingPassesThroughHoweverLongTheStep) {
   }
 }
 
-// What stands in the way, and where, is said; the last good state is kept.
+// The failure names the obstacle and the place, and the last good state is kept.
 TEST(Methods, AFailureNamesTheCauseAndKeepsTheState) {
   SimulatedCase sim(fast_impact, method("euler", {"time.step=0.01", "time.minimum_step=0.005"}));
   std::optional<std::string> reason;

@@ -56,7 +56,7 @@ class DeformedScene {
     raise(0);
   }
 
-  // Everything that is free, and evaluates it there.
+  // Raises everything that is free, and evaluates it there.
   void raise(double height) {
     auto* x = reinterpret_cast<Vec3*>(state_.data());
     for (int i = 0; i < dynamics_.particle_count(); ++i) {
@@ -75,7 +75,8 @@ class DeformedScene {
     for (std::size_t i = b.size() / 2; i < b.size(); ++i) b[i] = gamma * rate_[i];
     return b;
   }
-  // Solves for it to a relative residual, in the norm of accelerations.
+  // Solves for the right-hand side of that iteration to a relative residual, in the norm of
+  // accelerations.
   VelocitySystem::Outcome solve(VelocitySystem& system, double gamma, double relative,
                                 std::vector<double>& correction) const {
     const std::vector<double> b = right_side(gamma), weight(b.size(), 1.0);
@@ -93,7 +94,8 @@ class DeformedScene {
   std::vector<double> state_, rate_;
 };
 
-// What a linear map of velocities does to every unit vector; zero rows and columns for pinned ones.
+// Returns a linear map of velocities as a matrix: column i is its result for unit vector i. Rows
+// and columns are zero for pinned particles.
 template <class Map>
 Eigen::MatrixXd dense(const Scene& scene, const Map& map) {
   const int count = scene.dynamic_particles;
@@ -128,7 +130,7 @@ std::vector<Setting> settings() {
            R"({ type = "torus", major_radius = 0.5, minor_radius = 0.2, resolution = [12, 15] })"},
       {.shape = R"({ type = "sphere", radius = 0.5, resolution = [7] })",
        .material = "bending_stiffness = 1e-3"},
-      // On an obstacle.
+      // A sheet on an obstacle.
       {.shape = sheet(13, 13),
        .more = "[[obstacle]]\nname = \"floor\"\nposition = [0, 0, -0.0025]\nshape = " + sheet(4, 4),
        .contact = touching},
@@ -202,7 +204,7 @@ TEST(Multigrid, GalerkinProductIsThatOfDenseMatrices) {
   EXPECT_LT(expected.cwiseAbs().maxCoeff(), 1e-6 * size);
 }
 
-// The coarse matrices of another step are allowed.
+// Sets up with the coarse matrices of another step.
 void set_up_with_old_coarse_matrices(Multigrid& multigrid, VelocityMatrix& matrix) {
   matrix.form(0.002);
   ASSERT_TRUE(multigrid.set_up(matrix));
@@ -250,7 +252,7 @@ TEST(Multigrid, LeavesAsRemainderWhatTheProductSays) {
   }
 }
 
-// In the norm of energies, |e| = sqrt(e.A e) with A e what is left of r.
+// The norm is that of energies, |e| = sqrt(e.A e); A e is the residual.
 TEST(Multigrid, TwoCyclesOfTheCoarserLevelsSolveBetter) {
   DeformedScene deformed({.shape = sheet(25, 25),
                           .more = "[[body.pin]]\nedges = [\"first_row\"]\n",
@@ -277,7 +279,7 @@ TEST(Multigrid, TwoCyclesOfTheCoarserLevelsSolveBetter) {
   EXPECT_LT(error_after(2), 0.9 * error_after(0));
 }
 
-// A and M b_v, those of a right-hand side of zero positions.
+// A and M b_v, of a right-hand side with zero positions.
 struct DenseSystem {
   Eigen::MatrixXd a;
   Eigen::VectorXd right;
@@ -354,8 +356,8 @@ TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
   }
 }
 
-// Within what an estimate can be wrong by, whatever the preconditioner, and however little its
-// residuals tell.
+// The error stays within what an estimate can be wrong by, whatever the preconditioner, and however
+// little its residuals tell.
 TEST(VelocitySystem, LeavesTheErrorAskedFor) {
   using Scale = VelocitySystem::Goal::Scale;
   for (const std::string preconditioner : {"multigrid", "block_jacobi"}) {
@@ -447,7 +449,8 @@ TEST(Multigrid, KeepsItsCoarseMatricesWhileTheyServe) {
   EXPECT_EQ(set_ups, 2);
 }
 
-// Cloth pushed together: A is indefinite, which is told, and nothing else happens.
+// The cloth is pushed together, so that A is indefinite. The solver reports it, and nothing else
+// happens.
 TEST(Multigrid, ReportsAnIndefiniteMatrix) {
   DeformedScene deformed({.shape = sheet(17, 17)});
   std::vector<double> state = deformed.dynamics().initial_state();

@@ -16,7 +16,7 @@ namespace weft::sim {
 
 using Overrides = std::vector<std::string>;
 
-// What sets a number of [time].
+// Returns an override that sets a number of [time].
 inline std::string key(const std::string& name, double value) {
   return "time." + name + "=" + std::to_string(value * 1e12) + "e-12";
 }
@@ -64,7 +64,7 @@ class SimulatedCase {
     }
     return y;
   }
-  // All particles, prescribed ones where they belong.
+  // Returns all particles, prescribed ones where they belong.
   std::vector<Vec3> positions(double time, const std::vector<double>& y) const {
     std::vector<Vec3> position, velocity;
     dynamics_.expand(time, y, position, velocity);
@@ -110,7 +110,7 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
 edges = ["first_col"]
 )";
 
-// How many pairs of triangles of the scene pass through each other.
+// Returns the number of pairs of triangles of the scene that pass through each other.
 inline int crossings(const Scene& scene, const std::vector<Vec3>& position) {
   std::vector<CrossingSurface> surfaces;
   for (const SceneBody& body : scene.bodies) {
@@ -120,7 +120,7 @@ inline int crossings(const Scene& scene, const std::vector<Vec3>& position) {
   return static_cast<int>(find_crossings(surfaces).size());
 }
 
-// Root mean square distance of two states' positions, m.
+// Returns the root mean square distance of two states' positions, m.
 inline double position_difference(const std::vector<double>& a, const std::vector<double>& b) {
   const StateView first = StateView::of(a), second = StateView::of(b);
   double sum = 0;

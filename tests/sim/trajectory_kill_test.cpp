@@ -1,6 +1,7 @@
-// What is left of a trajectory whose writer dies. Two ways: real SIGKILLs at random moments, and
-// every moment there is: the writes are recorded, and after each of them (each page of them, since
-// that is how a kernel may cut one short) the file they have made so far is opened and read.
+// A trajectory whose writer dies must still be readable. One test sends real SIGKILLs at random
+// moments. The others cover every moment: they record the writes and, after each of them, open and
+// read the file made so far. A write counts page by page, since that is how a kernel may cut one
+// short.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -129,11 +130,11 @@ class TrajectoryKill : public TrajectoryFolder {
     }
   }
 
-  // Records a run, the commits of which take these numbers of frames, and checks the file after
-  // each of its writes.
+  // Records a run whose commits take these numbers of frames, and checks the file after each of its
+  // writes.
   void expect_every_moment(const std::vector<int>& batches, int series_count);
 
-  // How many frames the sidecar lists; -1 where it does not end as XML does.
+  // Returns how many frames the sidecar lists; -1 where it does not end as XML does.
   static int sidecar_frames(const std::string& file) {
     std::ifstream stream(file);
     std::ostringstream text;
@@ -148,7 +149,7 @@ class TrajectoryKill : public TrajectoryFolder {
   }
 };
 
-// One write reaches the file page by page.
+// Splits operations at pages: one write reaches the file page by page.
 std::vector<DiskOperation> split_at_pages(const std::vector<DiskOperation>& operations,
                                           std::vector<std::size_t>& marks) {
   constexpr off_t page = 4096;
@@ -216,13 +217,13 @@ void TrajectoryKill::expect_every_moment(const std::vector<int>& batches, int se
   EXPECT_TRUE(TrajectoryReader(copy).end());
 }
 
-// Past the first pieces of everything: 128 values of a series, 128 frames of a group, the inner
-// nodes of chunk indices.
+// The run goes past the first pieces of everything: 128 values of a series, 128 frames of a group,
+// the inner nodes of chunk indices.
 TEST_F(TrajectoryKill, EveryMomentOfManyFramesLeavesAWholeFile) {
   expect_every_moment(std::vector<int>(132, 1), 1);
 }
 
-// A batch is there as a whole or not at all.
+// A batch is in the file as a whole or not at all.
 TEST_F(TrajectoryKill, EveryMomentOfBatchesLeavesAWholeFile) {
   expect_every_moment({6, 40, 1, 70, 2, 16}, 1);
 }

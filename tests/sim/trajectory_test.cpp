@@ -24,7 +24,7 @@ namespace {
 
 class Trajectory : public TrajectoryFolder {
  protected:
-  // A wrapped cloth, a body of two sewn patches, a floor that stays.
+  // The scene has a wrapped cloth, a body of two sewn patches and a floor that stays.
   static std::vector<TrajectoryBody> make_scene() {
     std::vector<TrajectoryBody> bodies;
     bodies.push_back(make_body("cloth & <co>", {{.rows = 4, .cols = 5, .wrap_u = true}}));
@@ -196,7 +196,7 @@ TEST_F(Trajectory, FramesThatWaitTakeBoundedMemory) {
   EXPECT_EQ(there, (std::vector<int>{0, 0, 0, 0, 0, 6, 6, 6}));
 }
 
-// Everything in a file, by name: the shapes and the bytes of datasets.
+// Returns everything in a file, by name: the shapes and the bytes of datasets.
 std::map<std::string, std::string> all_data(const std::string& file_name) {
   std::map<std::string, std::string> data;
   const hid_t file = H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
@@ -369,7 +369,7 @@ TEST_F(Trajectory, LooksAgainAtAPieceThatIsBeingReplaced) {
   const HeadersThatHdf5Loses lost;
   write(path("run.h5"), 3, {});
   const std::string whole = contents(path("run.h5"));
-  // In the header of the first object in the file.
+  // The byte is in the header of the first object in the file.
   const std::size_t inside = whole.find("OHDR") + 24;
   ASSERT_LT(inside, whole.size());
   const auto put = [&](char byte) {
@@ -435,7 +435,7 @@ TEST_F(Trajectory, ReadsFileShapes) {
             std::string::npos);
 }
 
-// What ParaView draws: on a closed surface every edge is used once in each direction.
+// ParaView draws closed surfaces: every edge is used once in each direction.
 TEST_F(Trajectory, TrianglesOfWrappedSurfacesClose) {
   const std::vector<TrajectoryBody> bodies = {
       make_body("torus", {{.rows = 4, .cols = 3, .wrap_u = true, .wrap_v = true}})};

@@ -10,8 +10,8 @@
 namespace weft::sim {
 namespace {
 
-// What verlet gains and loses again goes as the square of its steps, which go as the root of the
-// tolerance.
+// The energy that verlet gains and loses again goes as the square of its steps, which go as the
+// root of the tolerance.
 TEST(Verlet, KeepsTheEnergyOfAnUndampedSheet) {
   const auto drift = [&](const std::string& tolerance) {
     SimulatedCase sim(hanging_sheet, method("verlet", {"time.duration=10",
@@ -37,7 +37,8 @@ TEST(Verlet, SpectralEstimateIsThatOfTheOscillator) {
   EXPECT_NEAR(estimate.decay, 7, 1e-6);
 }
 
-// rad/s, by all eigenvalues of M^-1/2 K M^-1/2 on the free particles.
+// Returns the highest frequency, rad/s, from all eigenvalues of M^-1/2 K M^-1/2 on the free
+// particles.
 double highest_frequency(SimulatedCase& sim) {
   Dynamics& dynamics = sim.dynamics();
   dynamics.assemble(0, sim.integrator().state());
@@ -58,7 +59,7 @@ double highest_frequency(SimulatedCase& sim) {
   return std::sqrt(eigenvalues(scaled).maxCoeff());
 }
 
-// With chance alone to start from, the tracker fails this.
+// A tracker that started from chance alone would fail this test.
 TEST(Verlet, SpectralEstimatesAreAFewPercentBelowTheHighestFrequency) {
   for (const Overrides& more : {Overrides{"body.sheet.shape.resolution=[17, 17]"},
                                 Overrides{"body.sheet.shape.resolution=[12, 18]"},
@@ -109,14 +110,14 @@ TEST(Verlet, TrackedFrequencyIsThatOfTheMatrix) {
   ASSERT_FALSE(sim.dynamics().acceleration(0.4, y, acceleration));
   for (int k = 0; k < 60; ++k) tracker.follow(0.4, y, acceleration);
   EXPECT_NEAR(tracker.frequency(), frequency, 0.1 * frequency);
-  // From a vector that has some of everything, sooner.
+  // A vector that has some of everything gets there sooner.
   tracker.turn_to(acceleration);
   for (int k = 0; k < 20; ++k) tracker.follow(0.4, y, acceleration);
   EXPECT_NEAR(tracker.frequency(), frequency, 0.05 * frequency);
 }
 
-// By how much its energy strays within a second, J, of the 1.5 J that its weight would do over its
-// own length.
+// Returns by how much its energy strays within a second, J. Its weight would do 1.5 J over its own
+// length.
 double energy_strayed(const Overrides& options) {
   SimulatedCase sim(stretching_strip, method("verlet", options));
   const auto energy = [&] {
@@ -127,7 +128,7 @@ double energy_strayed(const Overrides& options) {
   while (sim.integrator().time() < 1) {
     if (sim.integrator().step()) return std::numeric_limits<double>::infinity();
     strayed = std::max(strayed, std::abs(energy() - start));
-    // What has burst asks for ever shorter steps.
+    // A motion that has burst asks for ever shorter steps.
     if (strayed > 1e3) break;
   }
   return strayed;
