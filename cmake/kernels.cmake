@@ -21,7 +21,7 @@ function(weft_kernels target)
       target_include_directories(${object} PRIVATE ${PROJECT_SOURCE_DIR})
       target_link_libraries(${object} PRIVATE weft_kernel_options)
       target_compile_definitions(${object} PRIVATE WEFT_KERNELS=${instruction_set})
-      # The same results from every set: no product and sum may be fused.
+      # Every set must give the same results, so no product and sum may be fused.
       target_compile_options(${object} PRIVATE -fopenmp-simd -Wno-psabi -ffp-contract=off ${weft_flags_${instruction_set}})
       target_sources(${target} PRIVATE $<TARGET_OBJECTS:${object}>)
     endforeach()
