@@ -19,28 +19,32 @@ namespace weft::sim {
 
 namespace {
 
-// So much longer than the step the limits of motions are asked for, that rounding cuts nothing.
+// The motion limits are asked for a step that is longer by this factor, so that rounding shortens
+// no step that they allow in full.
 constexpr double beyond_rounding = 1.0001;
 
 std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
 
-// As for CVODE.
+// Tolerance of the linear solve as a fraction of the Newton tolerance, as in cvode_integrator.cpp.
 constexpr double linear_tolerance_factor = 0.3;
 
-// Of the explicit method: step times fastest rate that error control was seen to settle at, and
-// its evaluations a step.
+// Error control settles the explicit method at steps of `explicit_limit` divided by the fastest
+// rate (measured). A step takes `explicit_stages` evaluations.
 constexpr double explicit_limit = 2.7;
 constexpr double explicit_stages = 6;
 
-// Implicit steps whose cost is measured before explicit ones are considered, and explicit ones
-// after which implicit ones are tried again: twice as many each time.
+// Explicit steps are considered once the cost of `measured_steps` implicit ones is known. Implicit
+// steps are tried again after `first_explicit_steps` explicit ones, then after twice as many each
+// time.
 constexpr std::int64_t measured_steps = 20;
 constexpr std::int64_t first_explicit_steps = 500;
-// Explicit steps must promise this part of the cost, so that the two do not take turns.
+// Explicit steps take over if their predicted cost is below this fraction of the implicit cost. The
+// margin keeps the two methods from alternating.
 constexpr double worthwhile = 0.7;
-// Steps that still grow from the first, short ones say nothing about their cost.
+// While the last step exceeds the mean step by this factor, steps still grow from the short first
+// ones: their cost says nothing about later steps.
 constexpr double growing = 1.5;
 
 class ArkodeIntegrator final : public OneStepIntegrator {
@@ -110,7 +114,8 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   IntegratorCounts earlier_;  // of solvers that are gone
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;
-  // Since the last look at what the other method would cost.
+  // Values at the last comparison with the other method. The next one follows `explicit_steps_`
+  // explicit steps later.
   std::int64_t steps_at_look_ = 0, explicit_steps_ = first_explicit_steps;
   double work_at_look_ = 0, time_at_look_ = 0;
 };
@@ -201,7 +206,8 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   return Trouble::none;
 }
 
-// ARKODE's own next step may be longer than the last one, which `end` is made of.
+// ARKODE's next step may be longer than the last one, from which `end` is made. The motion limits
+// are asked for the later of the two ends.
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
@@ -214,7 +220,8 @@ bool ArkodeIntegrator::set_stop_time(double end) {
   return true;
 }
 
-// Where ARKODE has already tried shorter steps, `end` is put where no shorter one is left.
+// Names the trouble of a failed ARKODE step. If the forces could be evaluated, ARKODE has already
+// tried shorter steps. `end` then becomes time(), which leaves no shorter step to try.
 OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
   arkode_time_ = std::numeric_limits<double>::quiet_NaN();
   set_fault(fault_in_step_);
@@ -231,7 +238,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
   return flag == ARK_CONV_FAILURE ? Trouble::not_converged : Trouble::error_too_large;
 }
 
-// Whose local error weighed most in the last try.
+// Returns the particle with the largest weighted local error in the last try.
 int ArkodeIntegrator::worst_particle() const {
   N_Vector error = N_VClone(y_), weight = N_VClone(y_);
   ARKStepGetEstLocalErrors(arkode_, error);
@@ -242,14 +249,14 @@ int ArkodeIntegrator::worst_particle() const {
   return worst;
 }
 
-// What has been paid so far.
+// Returns the work done so far, in the unit of work.h.
 double ArkodeIntegrator::work() const {
   return work_of(scene(), dynamics().statistics().counters, counts().linear_iterations);
 }
 
-// An explicit method steps no further than its stability allows, however smooth the motion. Where
-// that costs less than what the implicit one is seen to pay, it takes over; where its steps are
-// held back by stability, the implicit one is tried again now and then.
+// Stability limits explicit steps, however smooth the motion. They take over where they cost less
+// than the implicit steps measured. While stability limits them, implicit steps are tried again now
+// and then.
 void ArkodeIntegrator::reconsider() {
   const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_look_;
   if (steps < (implicit_ ? measured_steps : explicit_steps_)) return;

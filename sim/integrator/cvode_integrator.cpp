@@ -22,7 +22,8 @@ namespace weft::sim {
 
 namespace {
 
-// So much longer than the step the limits of motions are asked for, that rounding cuts nothing.
+// The motion limits are asked for a step that is longer by this factor, so that rounding shortens
+// no step that they allow in full.
 constexpr double beyond_rounding = 1.0001;
 
 std::span<double> values(N_Vector v) {
@@ -33,16 +34,17 @@ std::span<double> values(N_Vector v) {
 // takes a third longer for the same error.
 constexpr double linear_tolerance_factor = 0.3;
 
-// Newton's tolerance, as a part of the error that a step may make: CVODE's own, and the one after
-// steps whose errors swing (find_swing), for so many steps.
+// Newton tolerance as a fraction of the error allowed in a step. The first is CVODE's default; the
+// second holds for `tight_steps` steps after errors that swing (find_swing).
 constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
 constexpr int tight_steps = 10;
 // The errors of two steps swing where the cosine of the angle between them is below this.
 constexpr double swing_cosine = -0.95;
 
-// Steps on one matrix. Of one that is too old, CVODE learns by a Newton iteration that fails, which
-// costs more than a new one: the number of steps grows by one after each so many that went smoothly
-// and is halved after one that did not.
+// Largest number of steps with one matrix. CVODE notices an outdated matrix by a Newton iteration
+// that fails, which costs more than a new matrix. The number therefore grows by one after
+// `smooth_steps` smooth steps and is halved after a step that was not smooth. A smooth step takes
+// at most `smooth_iterations` Newton iterations, none of which fails.
 constexpr int longest_interval = 20;
 constexpr int smooth_steps = 5;
 constexpr int smooth_iterations = 3;
@@ -140,7 +142,7 @@ void CvodeIntegrator::Implementation::create() {
 void CvodeIntegrator::Implementation::set_options() {
   const TimeCase& options = scene.source.time;
   CVodeSetUserData(cvode, this);
-  // What went wrong is told by step(), in our own words.
+  // CVODE's own messages are discarded: step() reports failures in our words.
   CVodeSetErrHandlerFn(
       cvode, [](int, const char*, const char*, char*, void*) {}, nullptr);
   CVodeWFtolerances(cvode, [](N_Vector state, N_Vector weight, void* self) {
@@ -193,9 +195,9 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   return 1;  // recoverable: CVODE cuts the step
 }
 
-// Where CVODE would be content with K and D of a few steps ago (a new gamma), new ones are cheaper
-// than the iterations that old ones cost. Without directions of negative stiffness, the Newton
-// iteration also converges where steps are long and the exact matrix is indefinite.
+// Assembles new K and D wherever CVODE would reuse older ones with a new gamma: the iterations that
+// old matrices cost are dearer. Without directions of negative stiffness, the Newton iteration also
+// converges where steps are long and the exact matrix is indefinite.
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
   return 0;
@@ -218,10 +220,10 @@ void CvodeIntegrator::Implementation::choose_matrix_interval() {
   CVodeSetLSetupFrequency(cvode, matrix_interval);
 }
 
-// Errors of steps on a smooth motion resemble each other, and those of a stiff one die out. Errors
-// that turn about from step to step are what Newton's iteration leaves (docs/theory.md, section 2):
-// they do not shrink with the step, and held steps at microseconds and order 1 over thousands of
-// them. A tighter iteration ends that.
+// On a smooth motion the errors of successive steps resemble each other; on a stiff one they die
+// out. Errors that change sign from step to step are those of Newton's iteration (docs/theory.md,
+// section 2). They do not shrink with the step and can hold steps at microseconds and order 1 for
+// thousands of steps. A tighter iteration ends that.
 void CvodeIntegrator::Implementation::find_swing() {
   std::swap(step_error, previous_step_error);
   CVodeGetEstLocalErrors(cvode, step_error);

@@ -18,13 +18,13 @@
 namespace weft::sim {
 
 // A state as the integrator holds it: positions (m), then velocities (m/s) of the dynamic
-// particles. Where pinned ones are is known from the time alone: forces never take it from here.
-// Moving ones are carried along with their prescribed rates, so that a method's error control
-// sees what they do; those at rest unchanged.
+// particles. Forces take the positions of pinned particles from the time, never from here. Moving
+// pinned particles advance here with their prescribed rates, so that a method's error control sees
+// them. Pinned particles at rest do not change.
 struct StateView {
   std::span<const Vec3> position;
   std::span<const Vec3> velocity;
-  // Of an array of 6 * particles doubles.
+  // Views an array of 6 * particles doubles as a state.
   static StateView of(std::span<const double> y);
 };
 
@@ -36,9 +36,9 @@ struct Energies {
   double total() const;
 };
 
-// Evaluates forces and their derivatives at states that the caller holds. Of its own it keeps what
-// was evaluated last: the matrices K and D, the pairs in contact, and the surfaces they were found
-// between.
+// Evaluates forces and their derivatives at states that the caller holds. It keeps only the results
+// of the last evaluation: the matrices K and D, the pairs in contact, and the surfaces between
+// which these were found.
 class Dynamics {
  public:
   Dynamics(const Scene& scene, Statistics& statistics);
@@ -50,12 +50,12 @@ class Dynamics {
   std::size_t state_size() const { return 6 * static_cast<std::size_t>(scene_.dynamic_particles); }
   std::vector<double> initial_state() const;
 
-  // y' at (t, y). Returns why it has none: two surfaces without a gap, or a value that is not
-  // finite.
+  // Computes y' at (t, y). Returns the fault if there is no rate: two surfaces without a gap, or a
+  // value that is not finite.
   [[nodiscard]] std::optional<ContactFault> rate(double time, std::span<const double> y,
                                                  std::span<double> rate);
 
-  // The second half of it, m/s^2 by particle.
+  // Computes the second half of y', m/s^2 by particle.
   [[nodiscard]] std::optional<ContactFault> acceleration(double time, std::span<const double> y,
                                                          std::span<Vec3> acceleration);
 
@@ -63,20 +63,23 @@ class Dynamics {
   // of the last rate(). Mass damping is part of D.
   void assemble(double time, std::span<const double> y,
                 Definiteness definiteness = Definiteness::exact);
-  // The same for one gamma and right side, in half of the memory: K + D / gamma as the stiffness,
-  // no damping, and D times `residual` (m, by particle), minus the b_x of the system to be solved:
-  // with it gamma K b_x = gamma stiffness b_x + damping_product.
+  // Assembles for one gamma and right side, in half of the memory. The stiffness becomes K + D /
+  // gamma, and there is no damping matrix. `residual` (m, by particle) is minus the b_x of the
+  // system to be solved. With damping_product() = D residual, gamma K b_x = gamma stiffness b_x +
+  // damping_product.
   void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
                        double gamma, std::span<const Vec3> residual);
-  // Of the last assembly; empty where that was not a joined one, or there is no D.
+  // D times the residual of the last assembly (N s, by particle). Empty if that was not a joined
+  // one, or if there is no D.
   std::span<const Vec3> damping_product() const { return damping_product_; }
-  // From now on, forces are those of particles at rest, and gravity is this part of the scene's:
-  // for equilibria.
+  // Sets the load of an equilibrium: from now on, particles are at rest and gravity is this
+  // fraction of the scene's.
   void set_load(double load) { load_ = load; }
-  // From now on, membranes and springs have this part of their stiffness: on the way to equilibria.
+  // Sets the fraction of their stiffness that membranes and springs have from now on. Searches for
+  // equilibria start with softened bodies.
   void set_hardness(double hardness) { hardness_ = hardness; }
   const BlockMatrix& stiffness() const { return stiffness_; }
-  // Only where there is some, and it is not joined to the stiffness.
+  // Precondition: has_damping(), that is, D exists and is not joined to the stiffness.
   const BlockMatrix& damping() const { return damping_; }
   bool has_damping() const { return has_damping_ && damping_product_.empty(); }
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
@@ -84,17 +87,19 @@ class Dynamics {
 
   // Does a pin of a dynamic body move?
   bool pins_move() const { return pins_move_; }
-  // The step to come starts at this time: where a prescribed velocity jumps, later times have the
-  // one before the jump, which the step ends at. Without, all times have the one after.
+  // Announces a step that starts at `time`. Where a prescribed velocity jumps, later times have the
+  // velocity before the jump, at which the step ends. Without this call, all times have the
+  // velocity after it.
   void begin_step(double time) { step_start_ = time; }
   double step_start() const { return step_start_; }
   // Puts moving pins where they are after any jump.
   void place_pins(double time, std::span<double> y) const;
   // y += factor rate(time), of moving pins alone.
   void advance_pins(double time, double factor, std::span<double> y) const;
-  // Is every pair of surfaces certain to keep apart from `start` at one time to `end` at a later
-  // one (positions of all particles), free particles on straight paths and prescribed ones on their
-  // own? With contact.
+  // Checks that every pair of surfaces is certain to keep apart from `start` at one time to `end`
+  // at a later one (positions of all particles, m). Free particles move on straight paths,
+  // prescribed ones on their own. Returns what stands in the way, if anything does. Precondition:
+  // contact is on.
   [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
                                                        std::span<const Vec3> start, double end_time,
                                                        std::span<const Vec3> end);
@@ -105,10 +110,10 @@ class Dynamics {
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;
-  // Evaluates contact anew where it is on.
+  // Computes the energies at (t, y). Evaluates contact anew where it is on.
   Energies energies(double time, std::span<const double> y);
-  // The same with the contact energy of the last rate(), which a step leaves within its tolerance
-  // of y.
+  // Computes the energies at (t, y), but takes contact's from the last rate(), whose state is
+  // within a step's tolerance of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
   // Power (W) of drag on the free particles: positive where wind drives them. Without prescribed
   // motion it costs one evaluation of drag alone.
@@ -122,10 +127,12 @@ class Dynamics {
   double largest_stretch(std::span<const Vec3> position) const;
 
  private:
-  // Of the dynamic particles, held ones where they belong; valid as long as y and until the next.
+  // Returns the state of the dynamic particles, with held ones where they belong. Valid as long as
+  // y and until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
-  // Makes forces accelerations, zero where particles are held; whether they are finite.
+  // Turns forces (N) into accelerations (m/s^2), zero where particles are held. Returns whether all
+  // of them are finite.
   bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
   void assemble(double time, std::span<const double> y, Definiteness definiteness,
                 const Derivatives& into);

@@ -22,7 +22,8 @@ class ExternalWork {
   // `y`: the state at t = 0. The dynamics must outlive it.
   ExternalWork(Dynamics& dynamics, std::span<const double> y);
 
-  // Whether wind or prescribed motion can do work at all; without, the rest is free of cost.
+  // True if wind or prescribed motion can do work at all. Otherwise the functions below cost
+  // nothing.
   bool is_possible() const { return !moved_.empty() || counts_drag_; }
   // Takes the step that ends at (time, y). With prescribed motion it costs an evaluation of the
   // forces, with wind one of drag. Contact is then that of y.

@@ -1,4 +1,4 @@
-// What every method of time integration offers, and the table of them.
+// The interface of every method of time integration, and make_integrator(), which chooses one.
 #pragma once
 
 #include <cstdint>
@@ -39,18 +39,18 @@ class Integrator {
   virtual double last_step() const = 0;  // s
   virtual int last_order() const = 0;
   virtual std::span<const double> state() const = 0;  // at time()
-  // State at a time within the last step, interpolated (after one that failed, at time() alone);
-  // where contact is on and the interpolated path is not certain to keep surfaces apart, along the
-  // straight path that is. That is looked at, too, with prescribed points where they are at `time`:
-  // returns what stands in the way, if anything does.
+  // Writes the state at a time within the last step, interpolated; after a failed step, only time()
+  // is allowed. With contact, an interpolated path that is not certain to keep surfaces apart is
+  // replaced by the straight path. That path is checked, too, with prescribed points where they are
+  // at `time`. Returns what stands in the way, if anything does.
   [[nodiscard]] virtual std::optional<std::string> state_at(double time,
                                                             std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
-  // Asked by one-step methods between the tries of a step, of which there may be many: the reason
-  // not to go on that it gives, if any, is then that of step(). May be empty.
+  // Sets a function that one-step methods call between the tries of a step, of which there may be
+  // many. If it returns a reason, step() fails with that reason. May be empty.
   using ReasonToStop = std::function<std::optional<std::string>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
-  // What the method has decided by itself so far; empty where there is nothing to decide.
+  // Describes what the method has decided by itself so far; empty where there is nothing to decide.
   virtual std::string decision() const { return {}; }
 
  protected:

@@ -11,13 +11,13 @@
 
 namespace weft::sim {
 
-// What the solver asks of the iteration it serves.
+// Callbacks of the linear solver into the Newton iteration that uses it.
 struct NewtonHooks {
   std::function<double()> gamma = {};  // of the system in hand
-  // Of the linear solves. Without: the residual that SUNDIALS asks for.
+  // Goal of the linear solves; empty: the residual that SUNDIALS asks for.
   std::optional<VelocitySystem::Goal> goal = {};
-  // Conjugate gradients met a direction of negative curvature: assembles positive semi-definite
-  // matrices instead. Empty, or false: nothing to be done, the solve fails.
+  // Called when conjugate gradients meet a direction of negative curvature: assembles positive
+  // semi-definite matrices instead. If it is empty or returns false, the solve fails.
   std::function<bool()> make_definite = {};
   // May shorten the correction just found. Empty: left as it is.
   std::function<void(std::span<double> correction)> limit = {};

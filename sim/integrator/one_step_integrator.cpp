@@ -11,17 +11,17 @@ namespace weft::sim {
 
 namespace {
 
-// Steps of one length, at the most, before the double is tried again: a step that fails costs more
-// than several that do not.
+// Largest number of steps of one length before twice the length is tried again. A failed step costs
+// more than several successful ones.
 constexpr int longest_patience = 16;
 
-// An error test would double a chosen step at once after surfaces stood in the way, where they
-// still do.
+// Largest growth per accepted step after surfaces stood in the way of a step of chosen length. The
+// error test would double the step at once, while the surfaces are still there.
 constexpr double growth_after_veto = 1.2;
 
-// Accepted steps over which vetoes are counted. A run ends where they were cut more often than
-// every second time, or, with steps of given length, often and all together are hardly longer than
-// one.
+// Vetoes are counted over `veto_window` accepted steps; more than `most_vetoes` of them end the
+// run. With steps of given length, more than `many_vetoes` end it, too, if the window has advanced
+// by less than two steps. Where motions limit steps, these are two mean steps within the limits.
 constexpr int veto_window = 200;
 constexpr int most_vetoes = 100, many_vetoes = 8;
 
@@ -44,7 +44,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
 
 double OneStepIntegrator::grid_time() const {
   const double time = static_cast<double>(completed_steps_ + 1) * *step_;
-  // There is no load beyond the whole.
+  // The load ends at the whole, and the time at the duration.
   if (scene_.source.time.method != TimeMethod::static_loads) return time;
   return std::min(static_cast<double>(completed_steps_ + 1) / scene_.source.time.frames_per_second,
                   scene_.source.time.duration);
@@ -56,7 +56,7 @@ std::optional<double> OneStepIntegrator::latest_end(double wanted) {
   return end;
 }
 
-// The end of the next try, if there is any.
+// Returns the end of the next try (s); nothing where motions leave no room for a step.
 std::optional<double> OneStepIntegrator::next_time() {
   const double wanted = wanted_time();
   if (!motion_limits_.apply()) return wanted;
@@ -73,7 +73,7 @@ double OneStepIntegrator::wanted_time() const {
     return time_ + (longest ? std::min(size, *longest) : size);
   }
   const double grid = grid_time();
-  // What would be left of the step must not be a sliver.
+  // A try goes all the way to the next time of the grid if it would leave less than half a step.
   return time_ + 1.5 * size_ > grid ? grid : time_ + size_;
 }
 
@@ -98,7 +98,7 @@ std::optional<std::string> OneStepIntegrator::step() {
     }
     if (stopped_) return stopped_;
     count(trouble);
-    // An error test has proposed a length.
+    // After a failed error test, the method has already proposed the next length.
     if (trouble != Trouble::error_too_large) size_ = (end - time_) / 2;
     if (trouble == Trouble::surfaces) longest_after_veto_ = size_;
     successes_ = 0;
@@ -154,8 +154,9 @@ void OneStepIntegrator::count(Trouble trouble) {
   }
 }
 
-// A healthy run hardly ever cuts a step because of contact. One that keeps doing so creeps on
-// without end. What has lately stood in the way is named, though this step found a way past it.
+// A healthy run hardly ever cuts a step because of contact. One that keeps doing so advances ever
+// more slowly and never ends. The message names the last fault, although this step found a way past
+// it.
 std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
   if (counts_.steps % veto_window != 0) return std::nullopt;
   const std::int64_t recent = counts_.vetoed_steps - vetoes_before_window_;

@@ -1,5 +1,5 @@
-// What the methods have in common that go from one state to the next: steps on a grid or of chosen
-// length, shortened until they succeed and keep surfaces apart; states in between.
+// Base of the one-step methods: steps on a grid or of chosen length, shortened until they succeed
+// and keep surfaces apart, and states in between.
 #pragma once
 
 #include <limits>
@@ -11,13 +11,13 @@
 
 namespace weft::sim {
 
-// With `time.step`, times are its multiples (of `static`: of the time between frames); a step that
-// fails is taken in shorter parts, halved until they succeed, and doubled again up to the next
-// multiple: after one success at first, after two, four .. 16 where the double fails again.
-// Without, the method says how long the next step should be. Where pins or obstacles move, steps
-// of either kind end earlier (motion_limits.h), and those of a grid go on from there to its next
-// time. More than 100 cuts to keep surfaces
-// apart in 200 steps that were taken end the run.
+// With `time.step`, times are its multiples (for `static`, multiples of the time between frames). A
+// step that fails is taken in parts, halved until they succeed. The length is doubled again, up to
+// the next multiple, after one success. Where the doubled length fails again, it takes two
+// successes, then four .. 16.
+// Without `time.step`, the method chooses the length of the next step. Where pins or obstacles
+// move, steps of either kind end earlier (motion_limits.h), and steps of a grid go on from there to
+// its next time. More than 100 cuts to keep surfaces apart in 200 accepted steps end the run.
 class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -26,7 +26,8 @@ class OneStepIntegrator : public Integrator {
   double time() const final { return time_; }
   double last_step() const final { return time_ - previous_time_; }
   std::span<const double> state() const final { return state_; }
-  // Cubic in the positions and their rates at both ends, and its rate for the velocities.
+  // Interpolates positions by the cubic through positions and velocities at both ends, and
+  // velocities by its derivative.
   [[nodiscard]] std::optional<std::string> state_at(double time,
                                                     std::span<double> y) const override;
   IntegratorCounts counts() const override { return counts_; }
@@ -42,7 +43,7 @@ class OneStepIntegrator : public Integrator {
   // A prescribed motion starts, stops or passes a keyframe at time(): earlier slopes say nothing
   // about what follows, and where its velocity jumps, nothing about the state either.
   virtual void pass_event(bool /*jumps*/) {}
-  // Said before the first step; a reason not to begin.
+  // Called before the first step. Returns a reason not to begin, if there is one.
   virtual std::optional<std::string> refusal() { return std::nullopt; }
 
   bool is_fixed() const { return step_.has_value(); }
@@ -51,15 +52,15 @@ class OneStepIntegrator : public Integrator {
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
   const std::optional<ContactFault>& fault() const { return fault_; }
   void set_place(int particle) { place_ = particle; }
-  // Between the parts of a long try, which then ends with any trouble: step() fails with the reason
-  // to stop.
+  // Asks for a reason to stop, between the parts of a long try. If there is one, the try ends with
+  // any trouble, and step() fails with the reason.
   bool should_stop() {
     if (!stopped_) stopped_ = reason_to_stop();
     return stopped_.has_value();
   }
 
-  // The latest end of a step that is to end at `wanted`, where motions limit it; nothing, and a
-  // reason that step() fails with, where it cannot be short enough.
+  // Returns the latest end (s) that motions allow a step that is to end at `wanted`. Returns
+  // nothing where no step is short enough; step() then fails with the reason.
   std::optional<double> latest_end(double wanted);
   bool motions_limit_steps() const { return motion_limits_.apply(); }
 

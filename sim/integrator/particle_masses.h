@@ -1,5 +1,5 @@
-// What particles' masses weigh and slow down, a batch of particles at a time: of every step, where
-// steps are many and short.
+// Sums and accelerations weighted with the particles' masses, a batch of particles at a time.
+// Methods with many short steps compute them in every step.
 #pragma once
 
 #include <span>
@@ -22,8 +22,8 @@ VibrationProducts vibration_products(std::span<const double> mass, std::span<con
 // sum_i mass_i x_i
 Vec3 mass_moment(std::span<const double> mass, std::span<const Vec3> x);
 
-// Forces (N) become accelerations (m/s^2), with this one added. Returns the sum of all components,
-// which is not finite where one of them is not.
+// Turns forces (N) into accelerations (m/s^2), with gravity added. Returns the sum of all
+// components, which is not finite where one of them is not.
 double accelerate(std::span<const double> mass, const Vec3& gravity, std::span<Vec3> force);
 
 }  // namespace weft::sim

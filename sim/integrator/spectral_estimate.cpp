@@ -14,7 +14,7 @@ namespace weft::sim {
 namespace {
 
 constexpr int iterations = 30;
-// Of a tracker, which goes on with them: within 3 percent.
+// A tracker starts with fewer iterations, to within 3 percent, because follow() goes on with them.
 constexpr int first_iterations = 10;
 
 struct Spectrum {
@@ -22,9 +22,9 @@ struct Spectrum {
   int place = -1;  // the particle with the largest entry of the vector
 };
 
-// Where iterations start: the fastest vibrations of an image change sign from texel to texel, and
-// those that do not find in the random part what to grow from. From chance alone it takes three
-// times the iterations.
+// Start vectors of the power iterations. The fastest vibrations of an image change sign from texel
+// to texel; the random part contains those that do not. A start from random numbers alone takes
+// three times the iterations.
 std::vector<Vec3> alternating_vectors(const Scene& scene) {
   const Vec3 slanted(1, 0.4, 0.7);
   std::mt19937 random(1);
@@ -53,7 +53,8 @@ int place_of_largest(const std::vector<Vec3>& vectors) {
   return static_cast<int>(largest - vectors.begin());
 }
 
-// Of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues as M^-1 A.
+// Returns the spectral radius of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues
+// as M^-1 A.
 Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   const Scene& scene = dynamics.scene();
   const int count = dynamics.particle_count();
@@ -83,7 +84,8 @@ Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   return {radius, place_of_largest(vector)};
 }
 
-// m, of a quad: differences are taken over a part of it so small that forces are linear.
+// Returns the typical size of a quad, m. Differences are taken over a fraction `part_of_length` of
+// it, which is so small that forces are linear.
 double usual_length(const Scene& scene) {
   Eigen::AlignedBox3d box;
   for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);

@@ -22,33 +22,36 @@ std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
 
-// Of corrections that are followed by others until they converge: more, and there are more of them.
+// Relative error allowed in the linear solve of a Newton correction that later corrections will
+// improve. A larger error takes more corrections.
 constexpr double linear_error = 3e-2;
 
-// Of a given number of corrections. What the only one leaves changes the error of steps of 1/60 s
-// by 1 to 5 % (docs/benchmarks.md); of shorter ones, which add up, less, so that the error goes
-// with the step.
+// Relative error allowed in the linear solves of a given number of corrections, for a gamma of
+// `longest_gamma` (s). With a single correction it changes the error of steps of 1/60 s by 1 to 5 %
+// (docs/benchmarks.md). For shorter gammas it shrinks in proportion: the errors of many short steps
+// add up, and their sum must shrink with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
-// Residual velocity of a particle, beyond the tolerance, that a given number of corrections may
-// leave beside contact and prescribed motion, as a share of the fastest velocity. Shares from 0.05
-// to 0.2 end the same runs of the suite `moving`.
+// Residual velocity of a particle, as a fraction of the fastest velocity, that a given number of
+// corrections may leave beyond the tolerance. It is tested beside contact and prescribed motion.
+// Fractions from 0.05 to 0.2 end the same runs of the suite `moving`.
 constexpr double largest_driven_residual = 0.1;
 
 // Weighted size of a correction that ends the iteration.
 constexpr double largest_last_correction = 0.3;
 
-// KINSOL measures corrections by (u + 1 / uscale); so small a scale makes that 1 / uscale alone,
+// KINSOL measures corrections by (u + 1 / uscale). With so small a scale this is 1 / uscale alone,
 // wherever the origin lies.
 constexpr double scale_of_corrections = 1e-9;
 
-// A stage that takes longer costs more than two of half the step.
+// Limit of corrections with a line search. A stage that takes more costs more than two stages of
+// half the step.
 constexpr int largest_newton_count = 20;
 
-// Whole corrections that do not converge sooner hardly ever do.
+// Limit of whole corrections. Those that have not converged by then hardly ever do.
 constexpr int most_whole_corrections = 12;
 
-// Cut more often than this, a correction gains nothing: a shorter step does.
+// Limit of the halvings of a correction. Beyond it, a shorter step gains more.
 constexpr int most_cuts = 8;
 
 bool all_finite(std::span<const double> y) {
@@ -101,7 +104,7 @@ struct StageSolver::Implementation {
   N_Vector u = nullptr, step_scale = nullptr, residual_scale = nullptr;
   std::int64_t newton_iterations = 0, linear_iterations = 0, linear_setups = 0;
 
-  // Of the stage in hand.
+  // State of the stage in hand.
   double time = 0, gamma = 0, start_time = 0;
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
@@ -159,7 +162,7 @@ void StageSolver::Implementation::create() {
   KINSetFuncNormTol(kinsol, largest_last_correction);
 }
 
-// 1 where there is none: KINSOL then halves the correction.
+// Computes the residual r at y. Returns 1 where there is none: KINSOL then halves the correction.
 int StageSolver::Implementation::residual(std::span<const double> y, std::span<double> r) {
   if (auto bad = dynamics.rate(time, y, r)) {
     fault = bad;
@@ -177,7 +180,7 @@ int StageSolver::Implementation::assemble(std::span<const double> state) {
   return 0;
 }
 
-// The system to come has minus the residual for its right side.
+// Assembles for the next system, whose right side is minus the residual.
 void StageSolver::Implementation::assemble_joined() {
   dynamics.assemble_joined(time, linearised_at,
                            definite ? Definiteness::semi_definite : Definiteness::exact, gamma,
@@ -198,17 +201,17 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
   return !crossing;
 }
 
-// What is guessed is of second order in the step: where steps are so short that this is within the
-// tolerance, one iteration makes it a solution. From `a`, one iteration of short steps would be
-// accepted that leaves an error of first order. (With contact that gains nothing: it was within
-// 20 % of the time either way.)
+// Guesses y = a + gamma times the slope of the last stage, with an error of second order in the
+// step. Where steps are so short that this error is within the tolerance, one iteration turns the
+// guess into a solution. From `a`, one iteration of such steps would be accepted with an error of
+// first order. (With contact the guess gains nothing: run times were within 20 % either way.)
 void StageSolver::Implementation::guess(std::span<double> y) {
   std::copy(right_side.begin(), right_side.end(), y.begin());
   for (std::size_t i = 0; i < slope.size(); ++i) y[i] += gamma * slope[i];
   if (dynamics.pins_move()) guess_pins(y);
 }
 
-// Their rows know no other unknown: this is the solution.
+// Sets the rows of pins to their solution, which contains no other unknown.
 void StageSolver::Implementation::guess_pins(std::span<double> y) {
   const auto* const from = reinterpret_cast<const Vec3*>(right_side.data());
   auto* const to = reinterpret_cast<Vec3*>(y.data());
@@ -242,9 +245,10 @@ void StageSolver::Implementation::limit(std::span<double> correction) {
   std::fill(correction.begin(), correction.end(), 0.0);
 }
 
-// The system times the correction that solves it, for KINSOL's line search. Its own way is to take
-// a difference of residuals, over metres where corrections are small: one evaluation more for each,
-// and a failure where surfaces lie in each other there.
+// Multiplies the system by the correction that solves it, for KINSOL's line search: the product is
+// minus the residual. KINSOL would take a difference of residuals, over metres where corrections
+// are small. That costs one more evaluation each, and fails where it moves surfaces into each
+// other.
 int StageSolver::Implementation::multiply_correction(std::span<double> product) const {
   for (std::size_t i = 0; i < product.size(); ++i) product[i] = -kept_part * last_residual[i];
   return 0;
@@ -268,13 +272,14 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
   }
 }
 
-// From `u`.
+// Iterates from `u`.
 StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
   KINSetNumMaxIters(kinsol, most_iterations);
   int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
   const bool is_good_guess = flag == KIN_INITIAL_GUESS_OK;
   if (is_good_guess) {
-    // However little it leaves, each of many short steps would leave it.
+    // One correction is forced: however small the residual of a guess, it would add up over many
+    // short steps.
     KINSetFuncNormTol(kinsol, std::numeric_limits<double>::min());
     flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
     KINSetFuncNormTol(kinsol, largest_last_correction);
@@ -306,16 +311,18 @@ bool StageSolver::Implementation::leaves_little(std::span<const double> residual
          velocity_tolerance(scene.source.time) + largest_driven_residual * std::sqrt(fastest);
 }
 
-// In `y`. Beside contact and prescribed motion, corrections go on until little is left: one of them
-// puts cloth a part of the way out of a barrier into which an obstacle goes all of its way, and the
-// gap shrinks from step to step until there is none.
+// Leaves the solution in `y`. Beside contact and prescribed motion, corrections go on until the
+// residual is small. A single correction moves cloth only part of the way out of a barrier into
+// which an obstacle moves all of its way. The gap would shrink from step to step until there is
+// none.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   const int count = static_cast<int>(y.size());
   error_weights(scene.source.time, y, weight);
   const bool is_judged = dynamics.contact() != nullptr && is_driven();
   for (int corrections = 0;; ++corrections) {
     const bool is_enough = corrections >= newton_count;
-    // The forces at the end are looked at for surfaces that it brings into each other.
+    // With contact, the forces at the end are evaluated too: they reveal surfaces that the last
+    // correction brought into each other.
     if (is_enough && dynamics.contact() == nullptr && all_finite(y)) return Outcome::solved;
     if (residual(y, right) != 0) return Outcome::blocked;
     if (is_enough && (!is_judged || leaves_little(right))) return Outcome::solved;
@@ -365,7 +372,7 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   error_weights(self.scene.source.time, a, values(self.residual_scale));
   N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
   self.guess(u);
-  // What is stiff turns along straight lines: a correction stretches it, the next one pulls it
+  // Stiff cloth turns along straight lines: one correction stretches it, the next one pulls it
   // back. In between the residual is far larger than before, and a line search would hardly move.
   Outcome outcome = self.iterate(KIN_NONE, most_whole_corrections);
   if (outcome == Outcome::not_converged) {

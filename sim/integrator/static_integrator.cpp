@@ -13,27 +13,30 @@ namespace weft::sim {
 
 namespace {
 
-// Pseudo-steps: one Newton iteration of backward Euler from rest each. Short ones go along the
+// A pseudo-step is one Newton iteration of backward Euler from rest. Short ones go along the
 // forces, long ones are Newton's method on the equilibrium.
 constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
 constexpr double newton_step = 1;              // s; from here on a step tells the distance left
 constexpr double growth = 5;                   // after a step that was taken whole
-// However small the load: what hangs has to turn all the way to where gravity points. A smaller one
-// would only begin again.
+// Limit of pseudo-steps in one load, however small: hanging cloth has to turn all the way to where
+// gravity points. A smaller load would only begin again.
 constexpr int most_pseudo_steps = 600;
-// A sheet that hangs takes some 30 to 100. What takes more is held up by its stiffness.
+// Limit of pseudo-steps at full stiffness before bodies are softened. A hanging sheet takes some 30
+// to 100; one that takes more is held up by its stiffness.
 constexpr int patience = 100;
-// What may be left of the forces, as a fraction of the weight; of a softened body.
+// Residual acceleration at rest (mass-weighted RMS) as a fraction of gravity, at full stiffness and
+// with softened bodies.
 constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
-// Of the softest body, to the force per width of its own weight; and from one stage to the next.
+// Softening starts where the stiffness is `softest` times the force per width of the body's own
+// weight. From one stage to the next it is multiplied by `hardening`.
 constexpr double softest = 100, hardening = 10;
-// What a linear solve may leave of a direction.
+// Accuracy of the linear solve for a direction: relative error in the norm of the matrix.
 constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
                                            .scale = VelocitySystem::Goal::Scale::matrix};
 constexpr double shortest_fraction = 1e-6;  // of a step
-// Where the exact matrix was indefinite, it is looked at again after so many pseudo-steps.
+// After an indefinite exact matrix, the next one is tried this many pseudo-steps later.
 constexpr int exact_interval = 4;
 
 class StaticIntegrator final : public OneStepIntegrator {
@@ -63,9 +66,10 @@ class StaticIntegrator final : public OneStepIntegrator {
  private:
   bool checks_its_own_path() const override { return true; }
 
-  // With the bodies as they are. Stiff ones that hang slack turn by a small angle a step, since
-  // straight paths stretch them: softened they turn by large ones. Where they then hang is where
-  // harder ones hang, but for their stretch.
+  // Relaxes the bodies at full stiffness first and, where that is slow, from softened to full
+  // stiffness. Stiff bodies that hang slack turn by a small angle per pseudo-step, since straight
+  // paths stretch them; softened ones turn by large angles. Both come to hang at the same place,
+  // but for their stretch.
   Trouble attempt(double& end, std::span<double> y) override {
     dynamics().set_load(end / scene().source.time.duration);
     const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
@@ -100,7 +104,8 @@ class StaticIntegrator final : public OneStepIntegrator {
   }
 
   enum class Progress { at_rest, slow, stuck, blocked };
-  // Takes pseudo-steps until the forces balance, or until there have been so many in this load.
+  // Takes pseudo-steps until the forces balance, or until there have been `most_steps` in this
+  // load.
   Progress relax(double end, std::span<double> y, double hardness, int most_steps) {
     dynamics().set_hardness(hardness);
     set_fault(dynamics().rate(end, y, rate_));
@@ -123,8 +128,8 @@ class StaticIntegrator final : public OneStepIntegrator {
     return Progress::slow;
   }
 
-  // (M + h^2 K) dv = h F, dx = h dv; K semi-definite where the exact one leads nowhere. That is
-  // found out by iterations in vain, and stays so for a while.
+  // Solves (M + h^2 K) dv = h F, dx = h dv. K is made semi-definite where conjugate gradients find
+  // the exact one indefinite, and for the next pseudo-steps as well.
   bool find_direction(double end, std::span<const double> y) {
     ++newton_iterations_;
     const double h = pseudo_step_;
@@ -150,10 +155,10 @@ class StaticIntegrator final : public OneStepIntegrator {
     return outcome;
   }
 
-  // How much of the correction is taken: shortened until the forces at its end do not push back
-  // with more than half of what they pull with at its start. Their work decides, not their size: a
-  // straight path stretches what turns, and the forces of a stiff body grow long before its energy
-  // does. 0: none of it; the last evaluation is that of `y`.
+  // Takes the correction, shortened until the forces at its end push back by at most half of their
+  // pull at its start. Returns the fraction taken. The work of the forces decides, not their size:
+  // a straight path stretches a body that turns, and the forces of a stiff body grow long before
+  // its energy does. Returns 0 if none of it is taken; the last evaluation is then that of `y`.
   double descend(double end, std::span<double> y) {
     std::copy(y.begin(), y.end(), reached_.begin());
     const double start = pull();
@@ -162,7 +167,7 @@ class StaticIntegrator final : public OneStepIntegrator {
       set_fault(dynamics().rate(end, y, rate_));
       const double now = fault() ? 0 : pull();
       if (now < -0.5 * start) {
-        // What pushes back grows as the third power of the way.
+        // The push grows with the third power of the distance.
         fraction *= std::clamp(std::cbrt(start / (start - now)), 0.1, 0.8);
       } else if (fault() || !path_is_safe(end, y)) {
         fraction /= 2;
@@ -175,7 +180,7 @@ class StaticIntegrator final : public OneStepIntegrator {
     return 0;
   }
 
-  // The work of the forces along the correction, at the rate at which it begins (J).
+  // Returns the work (J) that the present forces would do along the whole correction.
   double pull() const {
     const StateView way = StateView::of(correction_), force = StateView::of(rate_);
     double sum = 0;
@@ -184,7 +189,8 @@ class StaticIntegrator final : public OneStepIntegrator {
     return sum;
   }
 
-  // From one pseudo-step to the next; makes `y` the start of the next path.
+  // Checks the path from the last accepted pseudo-step to `y`; if it is safe, `y` becomes the start
+  // of the next path.
   bool path_is_safe(double end, std::span<const double> y) {
     if (dynamics().contact() == nullptr) return true;
     dynamics().expand(end, y, to_, scratch_);
@@ -195,7 +201,8 @@ class StaticIntegrator final : public OneStepIntegrator {
     return true;
   }
 
-  // Judged by the forces themselves and, at last, by how far a Newton step still goes.
+  // Decides by the size of the forces and, at full stiffness, by the distance that a Newton step
+  // still goes.
   bool is_at_rest(double fraction, bool softened) const {
     if (pseudo_step_ < (gravity_ == 0 ? longest_pseudo_step : newton_step)) return false;
     if (!softened) {
@@ -212,7 +219,8 @@ class StaticIntegrator final : public OneStepIntegrator {
     return std::sqrt(force / mass_) <= fraction * gravity_;
   }
 
-  // The part of its stiffness with which the stiffest body, hung up, would stretch by a hundredth.
+  // Returns the fraction of its stiffness at which the stiffest body, hung up, would stretch by a
+  // hundredth.
   double least_hardness() const {
     double hardness = 1;
     for (int b = 0; b < scene().dynamic_bodies; ++b) {
@@ -231,7 +239,7 @@ class StaticIntegrator final : public OneStepIntegrator {
   VelocitySystem system_;
   double pseudo_step_ = first_pseudo_step;  // s
   int pseudo_steps_ = 0;                    // of the load in hand
-  int indefinite_steps_ = 0;                // from that whose exact matrix was
+  int indefinite_steps_ = 0;                // since an indefinite exact matrix; 0: none
   std::int64_t newton_iterations_ = 0, linear_iterations_ = 0;
   std::vector<double> rate_, right_, correction_, reached_;
   std::vector<double> weight_;  // all 1

@@ -10,43 +10,45 @@ namespace weft::sim {
 
 namespace {
 
-// A residual that has not fallen far enough by then means a matrix that conjugate gradients cannot
-// handle: the caller is told, and cuts the step.
+// Limit of conjugate gradient iterations. If the residual is still too large, conjugate gradients
+// cannot handle the matrix: the caller is told, and cuts the step.
 constexpr int largest_iteration_count = 2000;
 
-// A mean over thousands of particles lets a few of them be solved hardly at all. Where these are
-// held by stiff friction they then swing to and fro from step to step, and the error control
-// answers with steps of microseconds without end.
+// Largest ratio of a particle's residual to the mean. A bound on the mean over thousands of
+// particles alone would leave a few of them hardly solved. Where stiff friction holds these, they
+// then swing from step to step, and the error control answers with endless steps of microseconds.
 constexpr double peak_to_mean = 10;
 
-// Of gamma times the highest frequency: from here on multigrid is the faster one
+// Multigrid is faster than block-Jacobi above this value of gamma times the highest frequency
 // (docs/benchmarks.md).
 constexpr double multigrid_break_even = 6;
 
 // The cost of forming the coarse matrices, in iterations.
 constexpr double set_up_iterations = 2;
 
-// Coarse matrices that wore out within a solve would do so again: after so many assemblies it is
-// tried once more.
+// After coarse matrices have worn out within a solve, new ones are formed at once for this many
+// assemblies of K. Then older ones are tried again.
 constexpr int assemblies_to_renew = 10;
 
-// K's largest eigenvalue hardly moves; it is looked at again after so many assemblies.
+// The largest eigenvalue of K hardly changes. It is estimated once in this many assemblies, by
+// `power_steps` steps of the power method.
 constexpr std::int64_t assemblies_a_frequency = 100;
 constexpr int power_steps = 10;
 
-// Of the residual at the start: below that there is nothing to be gained.
+// Fraction of the initial residual below which rounding leaves nothing to gain.
 constexpr double rounding = 1e-13;
 
-// How many times the estimated error the true one may be with block-Jacobi: its gains swing and
+// Ratio of the true error to the estimated one that block-Jacobi may reach: its gains swing and
 // stand still.
 constexpr double block_jacobi_doubt = 4;
 
-// Factorised systems before iterations are tried again, at first and at the most. A few systems
-// that are hard, as where surfaces meet, say nothing about those that follow.
+// Number of factorised systems before iterations are tried again, at first and at most. A few hard
+// systems, as where surfaces meet, say nothing about those that follow.
 constexpr int first_factorisations = 8, most_factorisations = 4096;
 
-// Iterations that take longer than a factorisation, by the number of particles: its cost grows with
-// the power 1.5 of that on a surface. From 150 000 on, more than are ever made.
+// Returns the number of iterations that take as long as a factorisation. On a surface, the cost of
+// a factorisation grows with the power 1.5 of the number of particles. Above some 150 000
+// particles, the result exceeds `largest_iteration_count`.
 double worth_a_factorisation(int particles) { return 40 + 5 * std::sqrt(particles); }
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
@@ -70,7 +72,7 @@ VelocitySystem::VelocitySystem(Dynamics& dynamics)
 
 void VelocitySystem::set_up(double gamma) { matrix_.form(gamma); }
 
-// Steps of the power method from a rough start.
+// Takes steps of the power method from a random vector.
 double VelocitySystem::highest_frequency() {
   const std::int64_t assemblies = dynamics_.statistics().counters.matrix_assemblies;
   if (frequency_ >= 0 && assemblies < frequency_assembly_ + assemblies_a_frequency)
@@ -148,8 +150,8 @@ double VelocitySystem::precondition() {
   return dot(residual_, preconditioned_, dynamics_.threads());
 }
 
-// The 2-norm, or, where that is larger, so many times the largest share of one particle that no
-// particle's residual exceeds `peak_to_mean` times the mean. First dv += alpha p, r -= alpha A p.
+// Does dv += alpha p and r -= alpha A p. Returns the 2-norm of the weighted residual, or the norm
+// whose mean is 1 / `peak_to_mean` of the largest particle's, if that is larger.
 double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3* dv) {
   struct Part {
     double sum = 0, largest = 0, dv = 0;
@@ -180,8 +182,8 @@ double VelocitySystem::advance(double alpha, std::span<const Vec3> weight, Vec3*
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
-// Forces take where moving pins are from the time: their rows are y' = f(t), and K does not see
-// them.
+// Returns `right` with its positions zeroed at pinned particles, if pins move. Forces take the
+// positions of moving pins from the time: their rows are y' = f(t), and K does not see them.
 StateView VelocitySystem::with_free_positions(const StateView& right) {
   if (!dynamics_.pins_move()) return right;
   free_position_.assign(right.position.begin(), right.position.end());
@@ -191,8 +193,8 @@ StateView VelocitySystem::with_free_positions(const StateView& right) {
   return {free_position_, right.velocity};
 }
 
-// r = M b_v - gamma K b_x; K b_x comes from the block matrix, less what damping is joined to it,
-// and the contact pairs' own stiffness.
+// Forms r = M b_v - gamma K b_x. K b_x comes from the block matrix, without the damping that is
+// joined to it, and from the contact pairs' own stiffness.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const double gamma = matrix_.gamma();
@@ -211,8 +213,8 @@ void VelocitySystem::form_right_side(const StateView& right) {
   right_side_ = residual_;
 }
 
-// Iterations of these coarse matrices beyond those that the first solve with them took for as many
-// digits.
+// Returns the iterations with these coarse matrices in excess of those that the first solve with
+// them took for as many digits.
 double VelocitySystem::excess(const Outcome& outcome) const {
   if (iterations_a_digit_ == 0) return 0;
   const double digits = std::log10(start_residual_ / outcome.residual);
@@ -230,7 +232,8 @@ void VelocitySystem::note_iterations(const Outcome& outcome) {
   }
 }
 
-// Where the coarse matrices have worn out within a solve, it goes on with new ones: true then.
+// Forms new coarse matrices if the present ones have worn out within the solve, which then goes on
+// with the new ones. Returns whether it did.
 bool VelocitySystem::renew(Outcome& outcome) {
   if (preconditioner_ == &block_jacobi_ ||
       !(excess_iterations_ + excess(outcome) > set_up_iterations))
@@ -258,13 +261,13 @@ bool VelocitySystem::factorise(double gamma, std::span<const double> b,
   return true;
 }
 
-// The next direction and its product with A, in single precision where the preconditioner has that
-// at hand; false where the direction is one of negative curvature.
+// Finds the next direction and its product with A, in single precision where the preconditioner
+// offers that. Returns false for a direction of negative curvature.
 bool VelocitySystem::turn(bool starts_anew, double& rho, double& curvature) {
   const int count = dynamics_.particle_count(), threads = dynamics_.threads();
   double next = precondition();
   if (!(next > 0) && preconditioner_ != &block_jacobi_) {
-    // Rounding, in a matrix that is all but singular.
+    // Rounding causes this in a matrix that is all but singular.
     is_set_up_ = false;
     use_block_jacobi();
     starts_anew = true;
@@ -292,10 +295,10 @@ bool VelocitySystem::turn(bool starts_anew, double& rho, double& curvature) {
   return curvature > 0;
 }
 
-// The square of the error falls by each iteration's gain (Hestenes and Stiefel 1952, theorem 6:1);
-// from zero, all gains are the square of dv. What is still to be gained is extrapolated from the
-// last third of the iterations and the third before, but for the first four: where there are many,
-// single gains swing.
+// The square of the error falls by each iteration's gain (Hestenes and Stiefel 1952, theorem 6:1).
+// From dv = 0, the sum of all gains is the square of dv. The remaining error is extrapolated from
+// two sums of gains: over the last third of the iterations and over the third before. The first
+// four iterations are left out. Single gains swing where iterations are many.
 bool VelocitySystem::is_reached(const Goal& goal, double residual) const {
   if (!(residual <= goal.residual)) return false;
   if (goal.error >= 1 || residual <= rounding * start_residual_) return true;
@@ -319,10 +322,11 @@ void VelocitySystem::form_residual(std::span<const Vec3> dv) {
   });
 }
 
-// Conjugate gradients from dv = 0. Without contact, which single precision leaves out, with
-// products in that first; once they have converged, or meet negative curvature, which a stiff body
-// may seem to have there, the residual of A itself is formed, from which they go on with products
-// in double, where it is larger than it may be or than it seemed.
+// Runs conjugate gradients from dv = 0. Without contact, which single precision leaves out,
+// products are in single precision first. These end when they have converged or meet negative
+// curvature, which a stiff body may seem to have in single precision. The residual of A itself is
+// then formed. Where it is larger than allowed, or than it seemed, iterations go on from it with
+// products in double.
 void VelocitySystem::iterate(std::span<const Vec3> weight, const Goal& goal, std::span<Vec3> dv,
                              Outcome& outcome) {
   double rho = 1, curvature = 0;
@@ -371,7 +375,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   const std::span<Vec3> dv(dx + count, count);
   prepare(outcome);
   form_right_side(with_free_positions(right));
-  // Nothing of an earlier solve goes on into this one, were it not even finite.
+  // Results of an earlier solve, which may not even be finite, must not enter this one.
   for (const std::span<Vec3> start : {dv, std::span(direction_), std::span(product_)})
     std::fill(start.begin(), start.end(), Vec3::Zero());
   outcome.residual = advance(0, velocity_weight, dv.data());

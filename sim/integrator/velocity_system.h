@@ -18,17 +18,19 @@ namespace weft::sim {
 // For the Newton correction of y - gamma f(y) = const, (I - gamma J)(dx, dv) = (b_x, b_v), the
 // first rows give dx = b_x + gamma dv, and the second
 //   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K.
-// Solved by preconditioned conjugate gradients: multigrid where gamma times the highest frequency
-// makes it worth its set-up (or time.preconditioner says so), block-Jacobi elsewhere and wherever
-// multigrid meets a matrix that is not positive definite.
+// This is solved by preconditioned conjugate gradients. Multigrid is the preconditioner where gamma
+// times the highest frequency makes it worth its set-up (or time.preconditioner says so).
+// Block-Jacobi is used elsewhere, and wherever multigrid meets a matrix that is not positive
+// definite.
 //
-// Where that takes so many iterations that a factorisation costs less, systems of as long a gamma
-// are factorised (direct_solver.h), unless time.preconditioner names one. Iterations are tried
-// again after eight such systems, then after twice as many each time that they take too long again.
+// Where iterations cost more than a factorisation, systems of as long a gamma are factorised
+// (direct_solver.h), unless time.preconditioner names a preconditioner. Iterations are tried again
+// after eight such systems, then after twice as many each time that they take too long again.
 //
-// The coarse matrices are kept while they do: they are formed anew once the iterations beyond those
-// of the first solve with them, digit for digit, cost as much; where that happened within a solve,
-// for the next assemblies of K at once. Counts decide, not times.
+// The coarse matrices are reused until the extra iterations they cause cost as much as new ones.
+// Iterations are compared digit for digit with those of the first solve with these matrices. Where
+// the matrices wear out within a solve, the next assemblies of K get new ones at once. Counts
+// decide, not times.
 class VelocitySystem {
  public:
   explicit VelocitySystem(Dynamics& dynamics);
@@ -46,12 +48,12 @@ class VelocitySystem {
   };
   // When a solution is good enough.
   struct Goal {
-    // What the residual of the velocity rows, divided by the mass and multiplied by the weights,
-    // may have for its 2-norm; and no particle's exceeds ten times what would be the mean then.
+    // Upper bound of the weighted residual's 2-norm (velocity rows, divided by mass). No particle
+    // may exceed ten times the mean that this bound implies.
     double residual = std::numeric_limits<double>::infinity();
-    // What the error e of dv, as conjugate gradients estimate it, may be: sqrt(e . A e) as a
-    // fraction of sqrt(dv . M dv) or, of the matrix, sqrt(dv . A dv). The true one may be three
-    // times as large (tests/sim/multigrid_test.cpp). 1: the residual alone counts.
+    // Upper bound of the error e of dv, as conjugate gradients estimate it: sqrt(e . A e) as a
+    // fraction of sqrt(dv . M dv) or, with Scale::matrix, of sqrt(dv . A dv). The true error may be
+    // three times as large (tests/sim/multigrid_test.cpp). 1: the residual alone counts.
     double error = 1;
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
   };
@@ -88,7 +90,7 @@ class VelocitySystem {
   VelocityMatrix matrix_;
   BlockJacobi block_jacobi_;
   std::unique_ptr<Multigrid> multigrid_;                              // made when first wanted
-  std::unique_ptr<DirectSolver> direct_;                              // the same
+  std::unique_ptr<DirectSolver> direct_;                              // made when first wanted
   double factorised_from_ = std::numeric_limits<double>::infinity();  // gamma, s
   // Factorised systems before iterations are tried again, and how many there are of these left.
   int factorisation_patience_ = 0, factorisations_left_ = 0;
@@ -101,7 +103,7 @@ class VelocitySystem {
   std::vector<Vec3> right_side_, residual_, direction_, product_, preconditioned_;
   std::vector<Vec3> free_position_;  // of b, zero where particles are pinned; where pins move
 
-  // Of the multigrid's coarse matrices.
+  // State of the multigrid's coarse matrices.
   bool is_set_up_ = false;
   double iterations_a_digit_ = 0;     // of the first solve with them; 0 before
   double excess_iterations_ = 0;      // beyond that since

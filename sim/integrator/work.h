@@ -1,4 +1,5 @@
-// What integration costs, counted and not timed: choices that depend on it are the same everywhere.
+// The work of integration, counted and not timed: choices that depend on it are the same on every
+// machine.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +9,8 @@
 
 namespace weft::sim {
 
-// In iterations of conjugate gradients with block-Jacobi, without contact, at 33^2 vertices; those
-// with multigrid take up to four times as long, and are not told apart.
+// The unit of work is an iteration of conjugate gradients with block-Jacobi, without contact, at
+// 33^2 vertices. Iterations with multigrid take up to four times as long, and are not told apart.
 inline constexpr double assembly_work = 5;
 inline double evaluation_work(const Scene& scene) {
   double work = 0.3;
