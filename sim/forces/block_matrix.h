@@ -30,12 +30,12 @@ class BlockPattern {
   int diagonal_slot(int row) const { return diagonal_slot_[row]; }
   // Slot of block (row, column). Precondition: it is in the pattern.
   int slot(int row, int column) const;
-  // The same, or -1 where it is not.
+  // Slot of block (row, column), or -1 if it is not in the pattern.
   int find_slot(int row, int column) const;
 
   int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
   int upper_diagonal(int row) const { return upper_start_[row]; }
-  // Behind its last.
+  // One past the last upper block of the row.
   int upper_end(int row) const {
     return upper_start_[row] + (row_start_[row + 1] - diagonal_slot_[row]);
   }
@@ -44,7 +44,7 @@ class BlockPattern {
     return slot >= diagonal_slot_[row] ? upper_start_[row] + (slot - diagonal_slot_[row])
                                        : mirror(row, slot);
   }
-  // The same for a slot below the diagonal.
+  // The upper block that a slot of `row` below the diagonal mirrors.
   int mirror(int row, int slot) const { return mirror_[slot - upper_start_[row]]; }
 
  private:

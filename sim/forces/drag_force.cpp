@@ -16,7 +16,7 @@ using materials::Mat3Of;
 using materials::NodesOf;
 using materials::Vec3Of;
 
-// kg/m^3, of each quad.
+// Air density times drag coefficient of each quad, kg/m^3.
 struct DragNumbers {
   StencilNumbers normal, tangential;
 };
@@ -80,13 +80,13 @@ class DragForce final : public Force {
                    into.product);
   }
 
-  // Of a pair of its nodes.
+  // Returns the damping block of any pair of a triangle's nodes.
   Mat3Of<Lanes> damping_of(int first, const Corners& x, const Corners& v, int triangle) const {
     return (1.0 / 9) * materials::drag_damping(batch(first), triangle_nodes(x, triangle),
                                                triangle_nodes(v, triangle), wind_);
   }
 
-  // What each triangle's nodes get.
+  // Sums at the corners of a quad what each node of its two triangles gets.
   static Corners shared(const Vec3Of<Lanes>& one, const Vec3Of<Lanes>& other) {
     Corners corners;
     corners << one, one + other, one + other, other;

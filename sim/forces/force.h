@@ -1,4 +1,4 @@
-// What every force offers: an array of stencils with one dispatch an array.
+// The interface of every force: an array of stencils, with one virtual call per array.
 #pragma once
 
 #include <memory>
@@ -23,8 +23,8 @@ struct Kinematics {
 // compressed or bent out of its plane.
 enum class Definiteness { exact, semi_definite };
 
-// Where forces add K = -dF/dx (N/m) and D = -dF/dv (N s/m): to a matrix each or, for one gamma,
-// K + D / gamma to one of them, and D `along` to `product`.
+// Targets to which forces add K = -dF/dx (N/m) and D = -dF/dv (N s/m). There is a matrix for each
+// or, joined for one gamma, K + D / gamma goes to `stiffness` and D `along` to `product`.
 struct Derivatives {
   BlockMatrix& stiffness;
   BlockMatrix* damping = nullptr;  // null: joined
@@ -40,10 +40,10 @@ class Force {
   virtual ~Force() = default;
   // Name of its energy in the trajectory: /series/energy_NAME.
   virtual std::string_view name() const = 0;
-  // Resists stretching of the surface.
+  // True if the force resists stretching of the surface.
   virtual bool is_membrane() const { return false; }
   virtual double energy(const Kinematics& state, int threads) = 0;  // J
-  // Adds to `force` (N), one entry a particle.
+  // Adds to `force` (N), one entry per particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;
   // Names the pairs of particles its derivatives couple.
   virtual void add_couplings(std::vector<std::vector<int>>& neighbours) const = 0;
@@ -53,8 +53,8 @@ class Force {
                                Definiteness definiteness, int threads) = 0;
 };
 
-// Every force the scene needs: one line a force in the table of force.cpp; arrays that would be
-// empty are not made.
+// Returns every force the scene needs. The table in force.cpp has one line per force; arrays that
+// would be empty are not made.
 std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene);
 
 }  // namespace weft::sim

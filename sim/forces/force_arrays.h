@@ -7,7 +7,7 @@
 
 namespace weft::sim {
 
-// Where the particles of the dynamic bodies rest, m.
+// Returns the rest positions (m) of the particles of the dynamic bodies.
 std::vector<Vec3> rest_positions(const Scene& scene);
 
 std::unique_ptr<Force> make_membrane_force(

@@ -203,7 +203,7 @@ class MembraneForce final : public Force {
   }
 
   Quads quads_;
-  // Of a batch of quads; what is left of the last batch has no stiffness.
+  // Both triangles of each batch of quads. Lanes beyond the last quad have no stiffness.
   std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
   bool is_damped_ = false;
 };

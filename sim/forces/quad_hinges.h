@@ -28,8 +28,8 @@ struct QuadSurroundings {
 };
 inline constexpr std::array<int, 4> quad_corner_nodes = {0, 1, 4, 5};
 
-// Of each hinge, the diagonal first: as in materials/hinge.h, the node of the quad before that
-// across.
+// Nodes of each hinge in the order of materials/hinge.h, the diagonal's first. The opposite node
+// within the quad comes before the one across.
 inline constexpr int hinge_count = 5;
 inline constexpr std::array<std::array<int, 4>, hinge_count> hinge_nodes = {
     {{1, 4, 0, 5}, {4, 0, 1, 3}, {0, 1, 4, 6}, {5, 4, 1, 7}, {1, 5, 4, 2}}};
@@ -39,14 +39,14 @@ struct HingedTriangle {
   std::array<int, 3> nodes;
   std::array<int, 3> hinges;
 
-  // Where a node is among its own: -1 where it is not.
+  // Returns the index of a node among `nodes`, or -1 if it is not there.
   constexpr int own(int node) const {
     for (int i = 0; i < 3; ++i) {
       if (nodes[i] == node) return i;
     }
     return -1;
   }
-  // Which of its edges a node is across.
+  // Returns the index of the edge that a node is across, or -1.
   constexpr int across(int node) const {
     if (own(node) >= 0) return -1;
     for (int i = 0; i < 3; ++i) {

@@ -9,7 +9,7 @@
 namespace weft::sim {
 
 using Quad = std::array<int, 4>;
-// Of its corners: the nodes of its triangles.
+// Nodes of the two triangles of a quad, as indices of its corners.
 inline constexpr std::array<std::array<int, 3>, 2> corners_of = {{{0, 1, 2}, {1, 3, 2}}};
 
 // The corners of a quad of a body, as bsi::quad_triangles has them.

@@ -15,7 +15,7 @@ struct SpringNetwork {
   std::vector<materials::Spring> springs;
 };
 
-// Those of all dynamic bodies whose membrane is made of springs.
+// Returns the springs of all dynamic bodies whose membrane is made of springs.
 SpringNetwork springs_of(const Scene& scene);
 
 }  // namespace weft::sim

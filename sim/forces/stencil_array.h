@@ -42,8 +42,8 @@ struct QuadCorners {
 // Stencils along a row of an image have nodes that are neighbours in memory: batches of these are
 // read and added to a batch of particles at a time.
 //
-// A node but the first may be absent, no_node: what is read there is of some particle, what is
-// added to it must be zero.
+// Any node but the first may be absent, no_node. The value read there is that of some particle; the
+// value added there must be zero.
 inline constexpr int no_node = -1;
 
 template <int Nodes, class Layout = AnyStencil>
@@ -115,9 +115,9 @@ class StencilArray {
     gather_one_by_one(first, values, result);
     return result;
   }
-  // Whether the nodes of a batch are neighbours in memory; below, how to go on where they are.
-  // Where a caller asks first, what it computes stays in registers: read or added one by one,
-  // numbers pass through memory.
+  // True if the nodes of a batch are neighbours in memory, as gather_run() and RunScatter require.
+  // A caller that asks first keeps its numbers in registers; values read or added one by one pass
+  // through memory.
   bool is_run(int first) const { return runs_[first / lane_count] != 0; }
   NodeValues gather_run(int first, std::span<const Vec3> values) const {
     NodeValues result;
@@ -136,10 +136,10 @@ class StencilArray {
     run.add(first, values);
     run.finish();
   }
-  // Adds what batches whose nodes are neighbours in memory computed. Of nodes that follow each
+  // Adds the results of batches whose nodes are neighbours in memory. Of nodes that follow each
   // other only the first is added to memory, as vectors: added one after the other, each would wait
-  // for the one before. What the last stencil has for a node that follows belongs to a particle of
-  // the next batch, and is added with that where it is the next to come.
+  // for the one before. The last stencil's value for a node that follows belongs to a particle of
+  // the next batch. It is added with that batch if that comes next, else by finish().
   class RunScatter {
    public:
     RunScatter(const StencilArray& stencils, std::span<Vec3> sums)
@@ -294,8 +294,8 @@ class StencilArray {
     }
     if (any) absent_ = std::move(absent);
   }
-  // Particles for absent nodes: those with which the others of the batch make a run, or another
-  // node of the stencil.
+  // Replaces absent nodes by particles: those that make a run with the others of the batch, or else
+  // another node of the stencil.
   void stand_in(int batch, int particle_count) {
     for (int node = 0; node < Nodes; ++node) {
       auto& particles = nodes_[batch][node].values;
@@ -320,7 +320,7 @@ class StencilArray {
     return pattern.upper(row, pattern.slot(row, std::max(a, b)));
   }
 
-  // Apart from the short ways, which are better for it.
+  // Not inlined: the short paths compile better without it.
   [[gnu::noinline]] void gather_one_by_one(int first, std::span<const Vec3> values,
                                            NodeValues& result) const {
     for (int node = 0; node < Nodes; ++node) {

@@ -11,14 +11,15 @@ namespace weft::sim {
 // Numbers that are the same for all stencils of a body: kept once for each run of equal ones.
 class StencilNumbers {
  public:
-  // Of the next stencil.
+  // Appends the number of the next stencil.
   void push_back(double value) {
     ++count_;
     if (runs_.empty() || runs_.back().value != value) runs_.push_back({count_, value});
     runs_.back().end = count_;
   }
 
-  // Those of a batch of stencils from `first` on; beyond the last, zero. O(log runs).
+  // Returns the numbers of a batch of stencils from `first` on; zero beyond the last stencil. O(log
+  // runs).
   materials::Lanes batch(int first) const {
     auto run = std::upper_bound(runs_.begin(), runs_.end(), first,
                                 [](int stencil, const Run& r) { return stencil < r.end; });
