@@ -64,7 +64,8 @@ void GalerkinProduct::write_recipe(int row, Scratch& scratch, Recipe& recipe) co
   for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {
     const int child = prolongation_.child[c], diagonal = fine_->diagonal_slot(child);
     for (int slot = fine_->row_begin(child); slot < fine_->row_end(child); ++slot, ++block) {
-      // Of the parents, which ascend, those before the row take this from elsewhere.
+      // Parents before the row are skipped: the result is symmetric, and their own rows hold these
+      // blocks.
       const int column = fine_->column(slot);
       for (int k = prolongation_.row_start[column]; k < prolongation_.row_start[column + 1]; ++k) {
         const int parent = prolongation_.column[k];

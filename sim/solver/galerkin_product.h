@@ -11,8 +11,9 @@
 
 namespace weft::sim {
 
-// For all A of one pattern. What a row of the result is made of, which blocks with which weights,
-// is found once and kept once for all rows that are made alike, as most rows of an image are.
+// Forms the product for all A of one pattern. The blocks and weights that make up a row of the
+// result are found once. They are kept once for all rows that are made alike, as most rows of an
+// image are.
 class GalerkinProduct {
  public:
   // Finds the pattern of the result and how its rows are made. The prolongation must outlive it.
@@ -32,8 +33,9 @@ class GalerkinProduct {
     float weight;  // of both interpolations
     bool operator==(const Term&) const = default;
   };
-  // Of a row from its diagonal on, two sums a block: that of blocks of the fine matrix, on its
-  // diagonal and above, and that of others whose mirror images, below it, are meant.
+  // Sums that make up a row of the result from its diagonal on, two per block. The first adds upper
+  // blocks of the fine matrix as they are. The second adds upper blocks that stand for their mirror
+  // images below the diagonal.
   struct Recipe {
     std::vector<Term> terms;
     std::vector<int> starts;  // of each sum; and where the last ends

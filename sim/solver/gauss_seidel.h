@@ -9,13 +9,14 @@
 
 namespace weft::sim {
 
-// The order in which sweeps visit the rows of matrices of one pattern: cut into chunks of
-// consecutive rows, chunks of one colour coupled to none of their own, colour after colour; within
-// a chunk row after row. It depends on the pattern alone. Chunks of one colour run side by side.
+// The order in which sweeps visit the rows of matrices of one pattern. Rows are cut into chunks of
+// consecutive rows, and chunks of one colour are not coupled to each other. Sweeps go colour after
+// colour, and within a chunk row after row; chunks of one colour run side by side. The order
+// depends on the pattern alone.
 //
-// Split A = L + D + U by that order: L couples a row to those visited earlier, U to later ones, and
-// D is given by its inverse blocks, and what the matrix has on its diagonal is not read. A block of
-// zeros keeps its row of x at zero.
+// A = L + D + U is split by that order: L couples a row to those visited earlier, U to later ones.
+// D is given by its inverse blocks; the matrix's own diagonal is not read. A block of zeros keeps
+// its row of x at zero.
 class GaussSeidel {
  public:
   explicit GaussSeidel(const BlockPattern& pattern);
@@ -28,8 +29,9 @@ class GaussSeidel {
   void sweep_backward(const SingleBlockMatrix& matrix, std::span<const Mat3> inverse_diagonal,
                       std::span<const Vec3> b, std::span<Vec3> x, std::span<Vec3> change,
                       int threads) const;
-  // What is left of b: r = -U x after a forward sweep, r = -L d after a backward one that changed x
-  // by d. Reads half of the matrix.
+  // Computes the residual r = b - A x from the part that the last sweep did not solve. After a
+  // forward sweep r = -U x; after a backward one that changed x by d, r = -L d. Reads half of the
+  // matrix.
   enum class Half : std::uint8_t { lower, upper };
   void remaining(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
                  std::span<Vec3> r, int threads) const;

@@ -9,7 +9,7 @@ namespace weft::sim {
 
 namespace {
 
-// What a level keeps of one axis of a patch.
+// The nodes that a level keeps along one axis of a patch.
 struct Axis {
   int quads = 0;      // of the patch
   int intervals = 0;  // of the level
@@ -29,7 +29,8 @@ struct Axis {
   }
 };
 
-// Of the numbers that halve often, (4 .. 7) 2^k, 2 and 3, the nearest to half by ratio.
+// Returns the number of intervals on the next coarser level. Among the numbers that can be halved
+// often, (4 .. 7) 2^k, 2 and 3, it is the nearest to half by ratio.
 int fewer_intervals(const Axis& axis) {
   if (axis.intervals != axis.quads) return axis.intervals / 2;
   int best = axis.quads >= 5 ? 3 : 2;

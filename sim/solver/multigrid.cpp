@@ -166,8 +166,8 @@ void Multigrid::solve_coarsest() {
       cholesky_.solve(Eigen::Map<const Eigen::VectorXd>(level.b[0].data(), size));
 }
 
-// A forward sweep from zero, and what one or two cycles of the coarser levels add to it. The second
-// goes on from what the first left.
+// Sweeps forward from zero, then adds the corrections of one or two cycles of the coarser levels.
+// The second cycle starts from the residual of the first.
 void Multigrid::correct(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x, int threads) {
   const Level& level = levels_[i];
   Level& coarser = levels_[i + 1];
@@ -195,7 +195,7 @@ void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x,
                               std::span(change_).first(x.size()), threads);
 }
 
-// What the cycle just made on a level left of its b: it follows from what the last sweep changed.
+// Computes the residual of the cycle just made on a level, from the change of its last sweep.
 void Multigrid::leave(std::size_t i, std::span<Vec3> residual, int threads) {
   const Level& level = levels_[i];
   level.sweeps.remaining(GaussSeidel::Half::lower, level.matrix,

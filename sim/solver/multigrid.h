@@ -11,28 +11,28 @@
 
 namespace weft::sim {
 
-// Coarse matrices are P^T A P level by level; a forward block Gauss-Seidel sweep before and a
-// backward one after each coarse correction; sparse Cholesky on the coarsest level. All matrices
-// are in single precision and hold their upper halves, all sums in double: the traffic is a
-// quarter, and the iterations stay the same.
+// Coarse matrices are P^T A P level by level. A forward block Gauss-Seidel sweep precedes each
+// coarse correction and a backward one follows it; the coarsest level is solved by sparse Cholesky.
+// Matrices hold their upper halves in single precision, and sums are in double: the memory traffic
+// is a quarter, and the iterations stay the same.
 //
 // Contact pairs are couplings like any other, in the sweeps and in the coarse matrices: with each
 // set-up in which there are some, all patterns are found anew. (With couplings beyond the pattern
 // lumped onto the diagonals, two sheets lying on each other took 270 iterations instead of 57.)
 //
-// Without contact the finest level always works with the current A, the coarse ones, and with
-// contact all levels, with that of the last set_up(): the cycle is symmetric and positive definite
-// however old that is.
+// Without contact the finest level uses the current A; with contact it uses that of the last
+// set_up(), as the coarse levels always do. The cycle is symmetric and positive definite however
+// old that is.
 class Multigrid : public Preconditioner {
  public:
   // Finds the coarse images and patterns. The finest `levels_that_ask_twice` levels ask the next
   // one for two cycles each instead of one. O(blocks).
   Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
             std::size_t levels_that_ask_twice);
-  // As many as is fastest. Bilinear interpolation puts kinks into smooth shapes, which bending
-  // resists: with every level a coarse correction is too small by more, and there are more levels
-  // the finer the image. On smaller ones the iterations that a second cycle saves cost less than it
-  // does (docs/benchmarks.md), but for equilibria.
+  // Chooses the fastest number of levels that ask twice. Bilinear interpolation puts kinks into
+  // smooth shapes, which bending resists. Each level makes coarse corrections smaller than they
+  // should be, and finer images have more levels. On smaller images a second cycle costs more than
+  // the iterations it saves (docs/benchmarks.md), but for equilibria.
   Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern);
 
   // Takes over A on all levels. False where a diagonal block, or the coarsest matrix, is not
@@ -41,7 +41,7 @@ class Multigrid : public Preconditioner {
   // Takes over A on the finest level. Precondition: a set_up() that returned true.
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
-  // Not with contact, where the finest matrix may be an old one.
+  // Empty with contact, where the finest matrix may be an old one.
   std::span<const Vec3> remainder() const override {
     return with_contact_ ? std::span<const Vec3>() : residual_;
   }

@@ -1,4 +1,4 @@
-// What conjugate gradients are preconditioned with.
+// The interface of the preconditioners of conjugate gradients.
 #pragma once
 
 #include <span>
@@ -16,8 +16,8 @@ class Preconditioner {
   [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
   // z = P r. Pinned particles get zero.
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
-  // What apply() left of r: r - A z with A in single precision and without contact, where that
-  // costs it much less than the product does; else empty.
+  // Returns the residual r - A z of the last apply(), with A in single precision and without
+  // contact. Empty unless that costs much less than the product.
   virtual std::span<const Vec3> remainder() const { return {}; }
 };
 
