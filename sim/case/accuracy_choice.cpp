@@ -117,7 +117,8 @@ class Offers {
                       [](const Option& a, const Option& b) { return a.is_better_than(b); });
   }
   const std::vector<Option>& options() const { return options_; }
-  // What the table covers for a run as long, in words; empty where it does not have the method.
+  // Returns, in words, the accuracies that the table covers for a run of this duration; empty where
+  // it does not have the method.
   const std::string& ranges() const { return ranges_; }
 
  private:

@@ -90,7 +90,7 @@ class Checker {
     }
   }
 
-  // Where the first is left to its default, the second is what breaks the rule.
+  // Returns the key that breaks the rule: the first if the case gives it, else the second.
   std::string first_given(const std::string& first, const std::string& second) const {
     return locations_.given(first) ? first : second;
   }

@@ -1,4 +1,4 @@
-// Where each key and value of a case came from.
+// The places in the text of a case from which its keys and values came.
 #pragma once
 
 #include <map>
@@ -11,15 +11,16 @@ namespace weft::sim {
 // Filled by the reader, by path (case_schema.h), for messages of the rules that compare values.
 class Locations {
  public:
-  // `file` is what a place that is nowhere in the text is blamed on: its first character.
+  // A place that is nowhere in the text is reported as the first character of `file`.
   explicit Locations(std::string file) : file_(std::move(file)) {}
 
   void add(const std::string& path, const SourceLocation& key, const SourceLocation& value) {
     places_.insert_or_assign(path, Place{key, value});
   }
-  // Whether the case says anything about this path, rather than leaving it to a default.
+  // True if the case gives this path, rather than leaving it to a default.
   bool given(const std::string& path) const { return places_.contains(path); }
-  // The key, the value (of a table: its header), or those of the nearest table around it.
+  // Return the place of the key or of the value (for a table: its header). Where there is none,
+  // they return those of the nearest table around it.
   SourceLocation key(const std::string& path) const;
   SourceLocation value(const std::string& path) const;
 

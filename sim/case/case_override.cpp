@@ -45,7 +45,8 @@ class Override {
   toml::table parsed(const std::string& text) const {
     return toml::parse(std::string_view(text), std::string_view(source_));
   }
-  // What is not TOML is a string without its quotes; so is everything meant for a string.
+  // Parses the override's value. Text that is not TOML becomes a string, and so does any other
+  // value for a key that takes a string.
   toml::table value(bool wants_string) const {
     try {
       toml::table document = parsed("value = " + value_);

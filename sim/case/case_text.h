@@ -31,7 +31,8 @@ std::string number_text(double value);
 // Six significant digits, for what is measured.
 std::string rounded_text(double value);
 
-// Whether the name is one or more of A-Z a-z 0-9 _ -: fit for files, HDF5 groups and overrides.
+// True if the name is one or more of A-Z a-z 0-9 _ -: it is then fit for files, HDF5 groups and
+// overrides.
 bool is_identifier(const std::string& name);
 
 }  // namespace weft::sim
