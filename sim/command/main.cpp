@@ -84,7 +84,7 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
   }
 }
 
-// What the arguments say.
+// The parsed command line.
 struct Arguments {
   RunCommand command;
   std::string trajectory;
@@ -124,7 +124,8 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   check->callback([&] { arguments.code = check_case(arguments.command); });
 }
 
-// What is wrong with a number of pixels, or nothing. Unlike CLI::Range it refuses NaN.
+// Returns what is wrong with a number of pixels; empty if nothing is. Unlike CLI::Range it refuses
+// NaN.
 std::string in_pixels(const std::string& text) {
   double pixels = 0;
   if (CLI::detail::lexical_cast(text, pixels) && pixels >= 1e-3 && pixels <= 1e3) return "";
