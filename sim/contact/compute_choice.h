@@ -1,4 +1,4 @@
-// What the contact search of a scene runs on, and why.
+// The choice of the processor that runs the contact search of a scene, and its reason.
 #pragma once
 
 #include <memory>
@@ -22,9 +22,9 @@ struct ChosenSearch {
   ComputeChoice choice;
 };
 
-// By compute.backend of the case. `auto` takes a graphics processor if there is one and it is
-// faster on the bodies of this scene, which is measured (a fraction of a second); otherwise the
-// CPU. Throws CaseError when the case asks for what is not there.
+// Chooses by compute.backend of the case. `auto` takes a graphics processor if there is one and it
+// is faster on the bodies of this scene, which is measured (a fraction of a second). Otherwise it
+// takes the CPU. Throws CaseError when the case asks for a device that is not there.
 ChosenSearch choose_search(const Scene& scene);
 
 }  // namespace weft::sim

@@ -18,7 +18,7 @@ struct DeviceSearch {
 // of the search throw it too, when the device fails.
 DeviceSearch make_device_search(const Scene& scene, ComputeBackend backend);
 
-// Whether the machine has a device that may be a graphics processor. Loads no library.
+// True if the machine has a device that may be a graphics processor. Loads no library.
 bool may_have_graphics_processor();
 
 }  // namespace weft::sim
