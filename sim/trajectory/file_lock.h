@@ -23,7 +23,7 @@ class LockedFile {
   LockedFile& operator=(const LockedFile&) = delete;
 
   State state() const { return state_; }
-  // Whether the path still names this file.
+  // True if the path still names this file.
   bool is_at(const std::string& path) const;
 
  private:
@@ -31,14 +31,14 @@ class LockedFile {
   State state_ = State::absent;
 };
 
-// Whether the lock of the file at `path` is held, without taking it.
+// True if the lock of the file at `path` is held. Does not take it.
 bool is_locked(const std::string& path);
 
 // Takes the lock of an open file for as long as its description is open. False where another
 // description has it; true also where the file system has no locks.
 bool lock_open_file(int descriptor);
 
-// Whether a path names the open file.
+// True if a path names the open file.
 bool names_open_file(const std::string& path, int descriptor);
 
 }  // namespace weft::sim

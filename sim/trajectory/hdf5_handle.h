@@ -1,4 +1,4 @@
-// What the HDF5 C API lacks in C++: handles that close themselves, return codes that cannot be
+// C++ additions to the HDF5 C API: handles that close themselves, return codes that cannot be
 // overlooked, and errors in words. Private to sim/: no public header includes it.
 #pragma once
 
@@ -94,7 +94,7 @@ class Access {
 // A simple data space; `maximum` empty: as large as it is.
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
 
-// Whether a shape is that of an image of positions, [rows, cols, 3] or [patches, rows, cols, 3],
+// True if a shape is that of an image of positions, [rows, cols, 3] or [patches, rows, cols, 3],
 // with no more texels than can be numbered.
 bool is_image(const std::vector<hsize_t>& shape);
 // The product of the sizes.

@@ -18,8 +18,8 @@ struct MovieResult {
 MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
                         double frames_per_second);
 
-// Whether there is a movie at `path` that write_movie made. Reads a mebibyte at both ends of the
-// file at the most.
+// True if there is a movie at `path` that write_movie made. Reads at most a mebibyte at each end of
+// the file.
 bool is_own_movie(const std::string& path);
 
 }  // namespace weft::sim

@@ -21,7 +21,7 @@ struct SphereSurface {
   std::vector<std::array<int, 3>> triangles;
 };
 
-// What stays the same over the frames, and how the body looks in one of them.
+// A body as it is drawn: the parts that stay the same over the frames, and its shape in one frame.
 struct RenderedBody {
   int index = 0;
   bool moves = true;
@@ -45,8 +45,8 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
 // Positions that stay are read once. Throws std::runtime_error for those that are not finite.
 void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body);
 
-// What follows is made from the positions read last; of bodies that stay, once. Throws
-// std::runtime_error, naming the frame, for bodies too far away.
+// The functions below use the positions read last; for bodies that stay, they do so once. They
+// throw std::runtime_error, naming the frame, for bodies too far away.
 
 // Detail within the tolerance, and little enough that bodies do not show through each other.
 void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,

@@ -1,4 +1,4 @@
-// What `weft info` says about a trajectory.
+// The summary of a trajectory that `weft info` prints.
 #pragma once
 
 #include <string>

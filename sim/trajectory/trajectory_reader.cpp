@@ -21,7 +21,7 @@ using hdf5::make_space;
 // a kilobyte of memory with every attempt that fails.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
-// Whether someone may be writing the file.
+// True if the file has changed within ten seconds: someone may be writing it.
 bool has_changed_lately(const std::string& path) {
   std::error_code error;
   const auto changed = std::filesystem::last_write_time(path, error);
