@@ -94,7 +94,7 @@ class Pilot {
   double duration() const { return target_.time.duration; }
   double cpu_time() const { return stopwatch_.elapsed().cpu; }
   bool stopped() const { return report_.ended_run(); }
-  // Whether to end here, after a step of a run.
+  // Returns whether the pilot ends after this step: stopped from outside or by the CPU limit.
   bool is_stopped_at(const Scene& scene, const Integrator& integrator) {
     if (options_.stop_signal != nullptr && *options_.stop_signal != 0) report_.interrupted = true;
     if (!report_.interrupted && limit_.is_passed())
@@ -102,7 +102,7 @@ class Pilot {
           "in the pilot run of time.accuracy: " + limit_.reason(scene, integrator);
     return stopped();
   }
-  // Whether a run goes on; it is shown by the bar.
+  // Reports the progress of a run, for the bar. Returns whether the run goes on.
   bool goes_on(const Scene& scene, const Integrator& integrator) {
     if (options_.progress) options_.progress(std::min(integrator.time(), duration()));
     return !is_stopped_at(scene, integrator);
@@ -142,7 +142,7 @@ class WatchedRun {
   EnergyWatch watch_;
 };
 
-// Nothing where one of the runs fails or is stopped.
+// Measures how far two runs come apart; nothing where one of them fails or is stopped.
 std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& tight) {
   const auto scene = scene_with(target_, loose);
   WatchedRun run(*scene);
@@ -170,7 +170,7 @@ std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& t
   return Distance{largest, estimate.parted_time};
 }
 
-// Whether the run with these options fails by itself.
+// Returns whether the run with these options fails by itself, rather than being stopped.
 bool Pilot::fails(const TimeCase& time) {
   const auto scene = scene_with(target_, time);
   WatchedRun run(*scene);
@@ -181,7 +181,7 @@ bool Pilot::fails(const TimeCase& time) {
   return false;
 }
 
-// Whether the run of this scene takes more work than all steps of verlet.
+// Returns whether the run of this scene takes more work than all steps of verlet.
 bool Pilot::is_dearer_than_verlet(const Scene& scene) {
   Statistics statistics;
   Dynamics dynamics(scene, statistics);
@@ -198,8 +198,9 @@ bool Pilot::is_dearer_than_verlet(const Scene& scene) {
   return false;
 }
 
-// Whether verlet does, and is cheaper than the run of `loose`. Its error goes as the square of its
-// steps: that of steps half as long is a quarter.
+// Chooses verlet if it is accurate enough and takes less work than the run of `loose`. Returns
+// whether it did. Verlet's error goes as the square of its steps: steps half as long leave a
+// quarter.
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (!target_.accuracy_chooses_method || target_.contact.enabled) return false;
   say(formatted("pilot of time.accuracy: does verlet take less work than %s?",

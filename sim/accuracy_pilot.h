@@ -1,4 +1,4 @@
-// What an accuracy asks of a scene, corrected by pilot runs of it.
+// Pilot runs of a scene that correct the setting chosen for `time.accuracy`.
 #pragma once
 
 #include <atomic>
@@ -11,8 +11,8 @@
 namespace weft::sim {
 
 struct PilotOptions {
-  // Told before each stage of the pilot what it does, and within it how far it came (s of the
-  // simulated time, from 0 to the duration). May be empty.
+  // `notice` is told before each stage what the pilot does. `progress` is told how far the stage
+  // has come (s of simulated time, from 0 to the duration). Both may be empty.
   std::function<void(const std::string& text)> notice;
   std::function<void(double time)> progress;
   // Set from outside (a signal) to stop after the current step. May be null.
@@ -21,33 +21,33 @@ struct PilotOptions {
 
 struct PilotReport {
   Cost cost;
-  // Stopped from outside, or by compute.cpu_limit with its reason: the case is as it was, and there
-  // is no run to be made of it.
+  // Set if the pilot was stopped from outside, or by compute.cpu_limit with its reason. The case is
+  // then as it was, and no run is to be made of it.
   bool interrupted = false;
   std::string limit_reason;
   bool ended_run() const { return interrupted || !limit_reason.empty(); }
 };
 
-// Where `time.accuracy` has chosen a tolerance tau by the table: two runs of the whole duration,
-// without a trajectory, at 16 tau (no more than 2e-5 m and what contact allows) and a 16th of that.
-// Their distance over that of the table is the factor by which this scene's errors are larger than
-// the table's, at other tolerances too: it is taken out of the tolerance.
+// Corrects a tolerance tau that `time.accuracy` has chosen by the table. Two runs of the whole
+// duration, without a trajectory, use 16 tau (at most 2e-5 m and what contact allows) and a 16th of
+// that. The ratio of their distance to the table's is the factor by which this scene's errors
+// exceed the table's, at other tolerances too. The corrected tolerance allows for it.
 //
-// Every run is held against the energy watch (energy_watch.h), and so is one at the tolerance found
-// if that is looser than both: a tolerance with which the motion gains energy, or that fails
-// otherwise, is left for a 16th of it or, at the end, a quarter. Where the two runs come further
-// apart than a tenth of a body's motion or size, their distance no longer grows with the tolerance:
-// an accuracy that needs a tighter one than both is said to be out of reach, the motion being
-// chaotic, and the table's tolerance stays.
+// The energy watch (energy_watch.h) checks every run. If the corrected tolerance is looser than
+// both, a run with it is checked as well. A tolerance with which the motion gains energy, or a run
+// fails otherwise, is replaced by a 16th of it or, at the end, a quarter.
+// The two runs may come further apart than a tenth of a body's motion or size: their distance then
+// no longer grows with the tolerance. An accuracy that needs a tighter tolerance than both is
+// reported as out of reach, the motion being chaotic, and the table's tolerance stays.
 //
-// Where the method is free, too, and there is no contact, `verlet` takes its place if all of its
-// steps, nine tenths of the longest stable one, are less work than the looser of those runs, and
-// two runs of it, at that share and at half of it, find it as accurate as asked for. Work is
+// If the method is free, too, and there is no contact, `verlet` may take its place. All of its
+// steps, nine tenths of the longest stable one, must be less work than the looser of those runs.
+// Two runs of it, at that share and at half of it, must find it as accurate as asked for. Work is
 // counted, not timed: the choice is the same everywhere.
 //
-// What was found is added to Case::accuracy_choice and Case::resolved_text. Leaves the case alone
-// where there is nothing to correct, and says so where no run succeeds. Costs up to three times
-// what the run will; compute.cpu_limit limits it. Throws CaseError as build_scene() does.
+// The result is added to Case::accuracy_choice and Case::resolved_text. The case is left alone
+// where there is nothing to correct, and the text says so where no run succeeds. Costs up to three
+// times as much as the run; compute.cpu_limit limits it. Throws CaseError as build_scene() does.
 PilotReport correct_accuracy(Case& target, const PilotOptions& options = {});
 
 }  // namespace weft::sim

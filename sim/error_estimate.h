@@ -30,30 +30,31 @@ struct ErrorEstimate {
   std::vector<BodyError> bodies;  // the dynamic ones
   double last_time = 0;           // s, of the last frame that was compared
   // The first frame (s) in which the runs are further apart than a tenth of the largest motion of a
-  // body, or of its radius: beyond, differences no longer grow in proportion to the errors that
+  // body, or of its radius. Beyond it, differences no longer grow in proportion to the errors that
   // made them, and only say that the error is large.
   std::optional<double> parted_time;
   std::string failure;  // why the second run ended early; empty: it did not
 };
 
-// Options of a run whose error is small beside that of a run with `time`. Tolerances are a 64th:
-// steps under error control go with the (p + 1)-th root of the tolerance, p being the order, and
-// errors with the p-th power of the steps (Hairer, Noersett, Wanner, Solving Ordinary Differential
-// Equations I, II.4), so that with p = 2 four times as many steps leave a 16th of the error.
-// `euler` without a step, of order 1 and far from that law at loose tolerances, gives way to
-// `cvode`. Fixed steps are an eighth (euler) or a quarter (order 2) as long: an eighth or a 16th of
+// Returns options of a run whose error is small beside that of a run with `time`. Tolerances are a
+// 64th. With order p, steps under error control go with the (p + 1)-th root of the tolerance, and
+// errors with the p-th power of the steps. With p = 2, four times as many steps leave a 16th of the
+// error. Source: Hairer, Noersett, Wanner, Solving Ordinary Differential Equations I, II.4. `euler`
+// without a step, of order 1 and far from that law at loose tolerances, gives way to `cvode`. Fixed
+// steps are an eighth (euler) or a quarter (order 2) as long, which leaves an eighth or a 16th of
 // the error. Not for `static`, whose error no step makes.
 TimeCase tightened(const TimeCase& time);
 
-// Holds one state of the second run, no trajectory. A second run that gains energy has failed. It
-// is told the frames of the first as they come.
+// Compares the frames of a run, as they come, with a second run. Holds one state of the second run,
+// no trajectory. A second run that gains energy has failed.
 class ErrorMonitor {
  public:
   // `stop` (may be null) ends a comparison early, as it ends the run. The scene must outlive it.
   ErrorMonitor(const Scene& scene, const std::atomic<int>* stop);
-  // Asked after every step of the second run: true ends the comparison early. May be empty.
+  // A function called after every step of the second run: true ends the comparison early. May be
+  // empty.
   using ShouldStop = std::function<bool(const Integrator& second)>;
-  // The same with another, more exact run's options.
+  // Uses `second` as the options of the second, more exact run.
   ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop);
 
   // Takes the second run to `time` (s, not before the last call) and compares it with the first
