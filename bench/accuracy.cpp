@@ -31,7 +31,7 @@ struct Row {
   std::optional<double> error;  // m
   bool is_bound = false;        // the error is no more than that: lost in that of the reference
   std::int64_t steps = 0;
-  // Of Weft's own methods alone.
+  // Known for Weft's own methods alone.
   struct Own {
     double energy_change = 0;  // J, of the total; without damping and moving pins it should be none
     std::int64_t newton = 0, linear = 0;
@@ -286,7 +286,7 @@ void plot(const Result& result, const std::filesystem::path& path) {
   write_svg(chart, path);
 }
 
-// Where several cases share one --plot, each gets its own: NAME_CASE.svg.
+// Returns the path of a case's plot. Cases that share one --plot get their own: NAME_CASE.svg.
 std::filesystem::path plot_path(const AccuracyOptions& options, const std::string& name) {
   if (options.cases.size() == 1) return options.plot;
   std::filesystem::path path = options.plot;

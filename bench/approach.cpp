@@ -16,12 +16,12 @@ using bsi::Vec3;
 using Matrix3 = Eigen::Matrix3d;
 constexpr double pi = std::numbers::pi;
 
-// Of a point from the core circle of the resting torus.
+// Returns the distance of a point from the core circle of the resting torus.
 double distance_from_core(const Vec3& p) {
   return std::hypot(std::hypot(p.x(), p.y()) - torus_major, p.z());
 }
 
-// Least value of `f` on [low, high], where it has one minimum: golden section.
+// Returns the least value of `f` on [low, high], where it has one minimum, by golden section.
 template <class Function>
 double least_value(const Function& f, double low, double high) {
   const double ratio = std::numbers::phi - 1;
@@ -36,8 +36,8 @@ double least_value(const Function& f, double low, double high) {
   return f(0.5 * (low + high));
 }
 
-// The largest s in [0, far] with touches(s), to within `accuracy`, given touches(near_side) and
-// not touches(far_side).
+// Returns the largest s in [near_side, far_side] with touches(s), to within `accuracy`.
+// Precondition: touches(near_side) and not touches(far_side).
 template <class Test>
 double last_touch(const Test& touches, double near_side, double far_side, double accuracy) {
   while (far_side - near_side > accuracy) {
@@ -47,7 +47,7 @@ double last_touch(const Test& touches, double near_side, double far_side, double
   return near_side;
 }
 
-// Directions spread evenly: a Fibonacci lattice on the sphere.
+// Returns direction `i` of `count` spread evenly: a Fibonacci lattice on the sphere.
 Vec3 direction_of(int i, int count) {
   const double z = 1 - (2 * i + 1.0) / count, angle = 2 * pi * i / std::numbers::phi;
   const double radius = std::sqrt(1 - z * z);
@@ -72,7 +72,7 @@ class MovingTori {
     static_cast<void>(of_rest_.rebuild(rest_.start, 1));
   }
 
-  // Pairs of triangles that meet with the second torus there.
+  // Returns the number of pairs of triangles that meet when the second torus is turned and shifted.
   long hits(const Matrix3& turn, const Vec3& shift) {
     for (std::size_t i = 0; i < moved_.size(); ++i) moved_[i] = turn * rest_.start[i] + shift;
     static_cast<void>(of_moved_.rebuild(moved_, 1));
@@ -93,7 +93,8 @@ class MovingTori {
   std::vector<bsi::LeafPair> candidates_;
 };
 
-// Where `touches` first holds, coming from `far` in steps, then by bisection; negative if nowhere.
+// Returns the first s at which `touches` holds, coming from `far` in steps, then by bisection;
+// negative if there is none.
 template <class Test>
 double first_touch(const Test& touches, double far, double step, double accuracy) {
   double s = far;

@@ -22,9 +22,9 @@ namespace {
 using namespace sim;
 
 constexpr int samples = 20;  // times of a run at which it is compared
-// Of the scenes of a rung, so many should lie within `wanted_factor` of what the table says of it;
-// a rung that holds them within no more than `most_factor` is left out, and so is one that has a
-// scene of an error `worst_factor` times that.
+// The share `wanted_share` of a rung's scenes should have errors within `wanted_factor` of the
+// table's. A rung is left out if that takes more than `most_factor`, or if a scene's error exceeds
+// `worst_factor` times the table's.
 constexpr double wanted_share = 0.9;
 constexpr double wanted_factor = 3;
 constexpr double most_factor = 8;
@@ -153,7 +153,8 @@ Fit fit(const Rung& rung, bool meetings) {
   return result;
 }
 
-// What goes into the table: the longest row of usable rungs, errors growing with the setting.
+// Returns the rows for the table: the longest series of usable rungs whose errors grow with the
+// setting.
 std::vector<CalibrationRow> rows_of(const std::vector<Fit>& from_fine) {
   std::vector<CalibrationRow> rows, longest;
   for (const Fit& each : from_fine) {
@@ -258,11 +259,12 @@ int calibrate(const CalibrateOptions& options) {
   return table.empty() ? 1 : 0;
 }
 
-// What an accuracy asked for comes to on one scene; nothing where it cannot be asked for.
+// The result of asking for an accuracy on one scene; nothing where it cannot be asked for.
 struct Achieved {
   double error = 0;  // m
   bool by_stable_steps = false;
-  // Verlet, which is chosen where it is cheapest, has no steps as long as the accuracy would allow.
+  // Verlet, which is chosen where it is cheapest, may be too exact: its stable steps are shorter
+  // than the accuracy would allow.
   bool is_right(double asked) const {
     return error <= wanted_factor * asked && (by_stable_steps || error >= asked / wanted_factor);
   }

@@ -49,7 +49,7 @@ class TemporaryFile {
   std::string path_ = (std::filesystem::temp_directory_path() / "weft-cloth-XXXXXX").string();
 };
 
-// What the program writes when it reads the file. Neither path may hold an apostrophe.
+// Returns the output of the program when it reads the file. Neither path may hold an apostrophe.
 std::string output_of(const std::string& program, const std::string& input_path) {
   FILE* pipe = popen(("'" + program + "' < '" + input_path + "'").c_str(), "r");
   if (pipe == nullptr) return {};

@@ -26,19 +26,21 @@ struct ClothMethod {
   std::vector<ClothVariant> variants;
 };
 
-// All that Weft knows of, whether they were built or not.
+// Returns all methods that Weft knows of, whether they were built or not.
 std::span<const ClothMethod> cloth_methods();
 
-// Where the program is: beside this one, or in the build folder; nothing where it was not built.
+// Returns the path of the program, beside this one or in the build folder; nothing where it was not
+// built.
 std::optional<std::string> cloth_program(const ClothMethod& method);
 
-// What of the scene the libraries cannot express, or nothing.
+// Returns the part of the scene that the libraries cannot express; nothing if they can express all
+// of it.
 std::optional<std::string> beyond_peers(const sim::Scene& scene);
 
-// The scene as its springs and point masses. Precondition: !beyond_peers(scene).
+// Returns the springs and point masses of the scene. Precondition: !beyond_peers(scene).
 ClothProblem cloth_problem(const sim::Scene& scene);
 
-// Runs the program. What goes wrong is the outcome's failure.
+// Runs the program. Reports errors as the outcome's failure.
 ClothOutcome run_cloth(const std::string& program, const ClothProblem& problem,
                        const ClothSettings& settings);
 

@@ -24,8 +24,8 @@ constexpr int samples = 500;  // of the energy, in a run
 struct Row {
   std::string method, setting;
   double cpu = 0;  // s
-  // Of the total energy from that of the start, by the largest kinetic energy: the largest, and at
-  // the end. Nothing where the run fails.
+  // Change of the total energy from its start, divided by the largest kinetic energy: the largest
+  // magnitude, and the change at the end. Empty where the run fails.
   std::optional<double> largest, last;
   std::int64_t steps = 0;
   std::string failure;

@@ -143,7 +143,7 @@ void print(const Row& row) {
   std::fflush(stdout);
 }
 
-// Those sizes that the device can hold.
+// Measures the sizes that the device can hold.
 std::vector<Row> run_scene(gpu::GlContext& context, const std::string& scene, bsi::Bound bound,
                            const GpuOptions& options) {
   std::printf(

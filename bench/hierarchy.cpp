@@ -82,7 +82,8 @@ void measure_growth(int n, int repeats, Results& results) {
   }
 }
 
-// What several threads gain, of both on a scene in contact: wall time, in turn.
+// Measures the gain of several threads on a scene in contact: wall times of rebuild and query, with
+// one thread and with `threads` in turn.
 void measure_threads(int n, int threads, int repeats, Results& results) {
   const CollisionScene scene = make_scene("crumpled", n);
   std::vector<LeafPair> pairs;
@@ -111,7 +112,7 @@ void measure_threads(int n, int threads, int repeats, Results& results) {
   }
 }
 
-// In one line that the next one takes the place of; n = 0: nothing.
+// Shows what is running on one line of a terminal, in place of the last one; n = 0 clears it.
 void say_what_is_running(const std::string& scene, int n) {
   if (isatty(STDERR_FILENO) == 0) return;
   std::fprintf(stderr, "\r\033[K");

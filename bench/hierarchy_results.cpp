@@ -97,7 +97,7 @@ std::string ratios(const Results& results) {
          lines;
 }
 
-// Of Weft alone: how its cost grows, against the floor.
+// Returns the table of Weft's rebuild times by size, against the floor.
 std::string floor_lines(const Results& results) {
   std::string lines;
   for (const Row& row : results.rows) {

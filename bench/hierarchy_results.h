@@ -1,4 +1,4 @@
-// What the hierarchy benchmark found, as JSON and as tables.
+// The results of the hierarchy benchmark, as JSON and as tables.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ enum class MethodKind {
   oracle,  // brute force
 };
 
-// Medians, ms; none where a method does not do such a thing.
+// Medians of one method on one scene, ms; empty where the method has no such operation.
 struct Row {
   std::string scene;
   int n = 0;

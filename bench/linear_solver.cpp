@@ -118,8 +118,8 @@ class Measurement {
   const std::vector<Row>& rows() const { return rows_; }
 
  private:
-  // Of one thread the time it used, which others on the machine do not lengthen; of several that of
-  // a clock.
+  // Measures one thread by its CPU time, which others on the machine do not lengthen, and several
+  // threads by the clock. Returns ms.
   template <class Work>
   double ms(int threads, const Work& work) const {
     return 1e3 * (threads == 1 ? thread_time_of(work) : wall_time_of(work));

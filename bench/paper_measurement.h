@@ -1,4 +1,4 @@
-// What the two timed experiments of the paper have in common.
+// The common part of the paper's two timed experiments.
 #pragma once
 
 #include <array>
@@ -11,21 +11,22 @@
 
 namespace weft::bench {
 
-// Scenes measured one after the other: rebuild of the pyramids of all bodies but particles, query
-// (candidates) and exact test (hits among them), by each bound of the traversals, against brute
-// force, which tests every pair of boxes and makes the same exact test. Medians over the passes, ms
-// of one thread. Brute force is repeated as often as that goes within a second, but once, and left
-// out where a pass of it would take some seconds.
+// Measures scenes one after the other: rebuild of the pyramids of all bodies but particles, query
+// (candidates) and exact test (hits among them). Each bound of the traversals is compared with
+// brute force, which tests every pair of boxes and makes the same exact test. Times are medians
+// over the passes, ms of one thread. Brute force is repeated for about a second, at least once, and
+// left out where a pass would take some seconds.
 class PaperFigure {
  public:
-  // `scenes` says what they are, `columns` names what tells them apart in the table.
+  // `scenes` describes the scenes; `columns` are the table's headings of what tells them apart.
   PaperFigure(const std::string& scenes, const std::string& columns, int passes);
 
   // Measures a scene. `columns` are its own, `x` its place in the chart.
   void add(const CollisionScene& scene, const std::string& columns, double x);
 
-  // Writes NAME.csv and NAME.svg, and the table to standard output. False where two found other
-  // candidates or hits, which is said on standard error. Throws std::runtime_error as write_text().
+  // Writes NAME.csv and NAME.svg, and the table to standard output. Returns false where two methods
+  // found different candidates or hits, which is reported on standard error. Throws
+  // std::runtime_error as write_text().
   bool write(const std::filesystem::path& directory, const std::string& name,
              const std::string& title, const std::string& note, const std::string& x_title) const;
 

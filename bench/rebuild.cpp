@@ -41,7 +41,8 @@ Surface wavy_sheet(int n) {
   return sheet;
 }
 
-// The same image with no more than boxes; with spheres; with spheres and the bounds of steps.
+// Three pyramids of one image: with boxes only, with spheres, and with spheres and the bounds of
+// steps.
 class Pyramids {
  public:
   explicit Pyramids(const Surface& sheet)

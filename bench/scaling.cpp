@@ -30,7 +30,7 @@ struct Row {
   double exponent = 0;  // of the time of a step in the number of vertices, from the first size
 };
 
-// What a child process tells.
+// Results that a child process reports.
 struct Told {
   int vertices = 0, steps = 0;
   double cpu = 0, iterations = 0;
@@ -58,7 +58,7 @@ Told measure(const ScalingOptions& options, int n) {
   return told;
 }
 
-// In a process of its own, whose peak of memory is then that of this size alone.
+// Measures one size in a process of its own, whose peak of memory is then that of this size alone.
 Told measure_apart(const ScalingOptions& options, int n, double& peak_bytes) {
   int pipe_ends[2];
   if (pipe(pipe_ends) != 0) throw std::runtime_error("no pipe to a child process");

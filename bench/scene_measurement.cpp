@@ -12,7 +12,7 @@ namespace weft::bench {
 
 namespace {
 
-// The same for the same set of pairs in any order.
+// Returns a hash of a set of pairs, which does not depend on their order.
 std::uint64_t fingerprint(std::span<const LeafPair> pairs) {
   std::uint64_t sum = 0;
   for (const auto& [a, b] : pairs) {
@@ -88,19 +88,19 @@ void displace(CollisionScene& scene, double distance) {
   }
 }
 
-// Trees to be refitted are built at another pose.
+// Builds the trees at another pose, so that refitting them has something to do.
 void build_elsewhere(CollisionScene& scene, std::vector<Method>& methods) {
   const std::vector<Body> here = scene.bodies;
   displace(scene, 3e-3);
   for (Method& method : methods) method.peer->rebuild();
   for (std::size_t i = 0; i < here.size(); ++i) {
-    // Where the others look for them.
+    // Positions are copied, not swapped: the peers hold pointers to these arrays.
     std::copy(here[i].start.begin(), here[i].start.end(), scene.bodies[i].start.begin());
     std::copy(here[i].end.begin(), here[i].end.end(), scene.bodies[i].end.begin());
   }
 }
 
-// Its own exact test or, where it has none, that of bench/triangle_test.h.
+// Counts hits by the method's own exact test or, without one, by that of bench/triangle_test.h.
 void find_own_hits(const CollisionScene& scene, Method& method,
                    const std::vector<LeafPair>& pairs) {
   const Body &first = scene.bodies.front(), &second = scene.bodies.back();

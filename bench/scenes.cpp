@@ -16,7 +16,7 @@ using bsi::Vec3;
 constexpr double pi = std::numbers::pi;
 constexpr double width = 2;  // of the sheets, m
 
-// Where the point (u, v) of a sheet is, both in [0, 1].
+// Maps the point (u, v) of a sheet, both in [0, 1], to its position (m).
 using SheetMap = std::function<Vec3(double u, double v)>;
 
 std::vector<std::array<int, 3>> triangles_of(const bsi::Atlas& atlas) {

@@ -59,7 +59,7 @@ void tell(const Cell& cell, const CellResult& result) {
                result.message.c_str());
 }
 
-// Of the cells that ended by themselves, for 81 vertices.
+// Returns the median cost of the cells that ended by themselves, in s of CPU for 81 vertices.
 double median_cost(const std::vector<Run>& runs) {
   std::vector<double> costs;
   for (const Run& run : runs) {
@@ -91,8 +91,8 @@ void print_counts(const std::string& slice, const std::string& method, const std
   std::printf("\n");
 }
 
-// What has taken so much longer than most is too slow, however it ended. Where the limit was that
-// of a slower machine, so much more is allowed.
+// Marks cells as too slow, however they ended, if they cost more than `most_medians` medians. More
+// is allowed where the limit was set on a slower machine.
 void find_slow(std::vector<Run>& runs, double limit) {
   const double most = most_medians * std::max(median_cost(runs), limit / limit_in_medians);
   for (Run& run : runs) {
@@ -294,7 +294,7 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
   write_svg(map, path);
 }
 
-// Of a run of 81 vertices on this machine, s.
+// Returns the limit (s) for a run of 81 vertices on this machine, measured on the small grid.
 double usual_limit(int jobs) {
   std::vector<Run> runs;
   for (const Slice& slice : make_slices({}, true))
@@ -307,8 +307,9 @@ double limit_of(const StabilityOptions& options) {
   return options.quick ? generous_limit : usual_limit(options.jobs);
 }
 
-// Those that have ended at their limit once more, with one that goes by the median of all: the
-// machine may have been faster when that of the small grid was measured. Returns the limit.
+// Runs the cells that ended at their limit once more, with a limit that follows from the median of
+// all. The machine may have been faster when the limit was measured on the small grid. Returns the
+// limit (s).
 double run_limited_again(std::vector<Run>& runs, const ConvergedEnds& converged, double limit,
                          int jobs) {
   const double usual = limit_in_medians * median_cost(runs);
@@ -328,8 +329,8 @@ double run_limited_again(std::vector<Run>& runs, const ConvergedEnds& converged,
   return limit;
 }
 
-// Shares are asked of the whole grid, or of the small one: a slice may be one in which most must
-// fail, and a sample has too few cells.
+// Shares are judged on the whole grid, or on the small one. A single slice may be one in which most
+// cells must fail, and a sample has too few cells.
 bool is_passed(const std::vector<Run>& runs, const StabilityOptions& options) {
   for (const Run& run : runs)
     for (const CellResult& result : run.results)

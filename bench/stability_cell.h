@@ -65,14 +65,15 @@ struct CellResult {
   double lost = std::numeric_limits<double>::quiet_NaN();
 };
 
-// What a state of a scene must fulfil. Evaluates by itself and leaves the integrator's dynamics
-// alone.
+// Checks the states of a scene. Has dynamics of its own and leaves the integrator's alone.
 class Judge {
  public:
   explicit Judge(const sim::Scene& scene);
-  // Nothing, or what is wrong with the state `y` at `time` (s), for the outcome `wrong`.
+  // Returns what is wrong with the state `y` at `time` (s), for the outcome `wrong`; nothing if it
+  // is right.
   [[nodiscard]] std::optional<std::string> check(double time, std::span<const double> y);
-  // The forces left at the end of a static run.
+  // Returns what is wrong with the forces left at the end of a static run; nothing if they are
+  // small.
   [[nodiscard]] std::optional<std::string> check_rest(double time, std::span<const double> y);
   double largest_share() const { return energy_watch_.largest_share(); }
   // Returns the share of the largest kinetic energy of the checked states that is gone at `y`; NaN
@@ -96,22 +97,23 @@ class Judge {
   std::vector<sim::Vec3> position_, velocity_;
 };
 
-// Says what is wrong with the end `y` of a run with a tolerance (m; 0: none), in words, and nothing
-// else. Sets result.error and result.lost.
+// Returns what makes the end `y` of a run with a tolerance (m; 0: none) inexact, in words; empty if
+// nothing does. Sets result.error and result.lost.
 std::string inexactness(const sim::Scene& scene, Judge& judge, const ConvergedEnd* converged,
                         double tolerance, double time, std::span<const double> y,
                         CellResult& result);
 
-// Obstacles or pins.
+// True if obstacles or pins move.
 bool something_is_moved(const sim::Scene& scene);
 bool all_finite(std::span<const double> y);
-// Whether it names the body, or what of the case is refused, the time and a reason.
+// True if the message of a failure is clear: it names the body or obstacle, or the refused part of
+// the case, and the time.
 bool is_clear(const std::string& failure);
 
 // Runs `weft run PATH --set ...` without its trajectory for each cell, `jobs` at a time, each in a
-// child process with a compute.cpu_limit of `limit` (s) times the size of the cell, which is ended
-// when it has not come back from one step after several times that. Results in the order of the
-// cells; `done` is told of each as it ends. They are compared with `converged`.
+// child process. Its compute.cpu_limit is `limit` (s) times the size of the cell. A child that has
+// not come back from one step after several times that is ended. Returns the results in the order
+// of the cells, compared with `converged`; `done` is told of each as it ends.
 std::vector<CellResult> run_cells(std::span<const Cell> cells, const ConvergedEnds& converged,
                                   double limit, int jobs,
                                   const std::function<void(const Cell&, const CellResult&)>& done);

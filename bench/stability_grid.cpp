@@ -68,7 +68,7 @@ constexpr Method methods[] = {
     {"static", "static", false, false, 1e-5, false},
 };
 
-// What a cell is made of, axis by axis.
+// The settings of a cell, to which the axes apply their values one after the other.
 struct Setup {
   const Scene& scene;
   double duration;  // s

@@ -1,4 +1,5 @@
-// What the stability test runs: a scene of bench/stability/ a slice, and what is varied in it.
+// The grid of the stability test. Each slice varies one or two quantities in a scene of
+// bench/stability/.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Whether the stability grid as a whole is passed.
+// The verdict on the stability grid as a whole.
 #pragma once
 
 #include <span>

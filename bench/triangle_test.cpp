@@ -30,7 +30,8 @@ bool apart(const Heights& heights, double distance, double normal_length) {
   return heights.low > reach || heights.high < -reach;
 }
 
-// Whether `b` is beyond the plane through an edge of `a` across it: neighbours in one plane.
+// True if `b` lies beyond the plane through an edge of `a` that is perpendicular to `a`. This
+// separates neighbours in one plane.
 bool apart_across_edges(const Triangle& a, const Vec3& normal, const Triangle& b, double distance) {
   for (int k = 0; k < 3; ++k) {
     const Vec3 outward = (a[(k + 1) % 3] - a[k]).cross(normal);
@@ -39,7 +40,7 @@ bool apart_across_edges(const Triangle& a, const Vec3& normal, const Triangle& b
   return false;
 }
 
-// Whether an edge of `a` passes through `b`.
+// True if an edge of `a` passes through `b`.
 bool pierces(const Triangle& a, const Triangle& b) {
   for (int edge = 0; edge < 3; ++edge) {
     const Vec3 &start = a[edge], &end = a[(edge + 1) % 3];

@@ -1,5 +1,4 @@
-// The exact test of candidates, one by one in float64: what libraries without one of their own are
-// given.
+// The exact test of candidates, one by one in float64, for libraries without one of their own.
 #pragma once
 
 #include <array>
@@ -12,10 +11,10 @@ namespace weft::bench {
 
 using Triangle = std::array<bsi::Vec3, 3>;
 
-// Whether the triangles come within `distance` (metres, > 0) of each other, intersecting or not.
-// Planes of either, or through its edges across it, that the other keeps away from settle most
-// pairs; the first of the distances of vertices and triangles, of edges and edges that is small
-// enough settles the others.
+// True if the triangles come within `distance` (metres, > 0) of each other, intersecting or not.
+// Most pairs are settled by a plane that separates them: that of either triangle, or one
+// perpendicular to it through an edge. The others are settled by the first small distance between a
+// vertex and a triangle, or between two edges.
 bool triangles_within(const Triangle& a, const Triangle& b, double distance);
 
 // Positions and triangles of a body; particles have no triangles.
@@ -24,8 +23,8 @@ struct TriangleBody {
   std::span<const std::array<int, 3>> triangles;
 };
 
-// How many of the pairs come within the distance. Of particles (the first body) their distance from
-// the triangles.
+// Returns how many of the pairs come within the distance. If the first body is made of particles,
+// their distances from the triangles count.
 long count_hits(const TriangleBody& first, const TriangleBody& second,
                 std::span<const bsi::LeafPair> pairs, double distance);
 

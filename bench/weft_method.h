@@ -8,17 +8,17 @@
 
 namespace weft::bench {
 
-// A scene as meshes, for those who take meshes, with the definition of its candidates. Views of
-// `scene`, which must stay where it is.
+// Returns a scene as meshes, for methods that take meshes, with the definition of its candidates.
+// They are views of `scene`, which must stay where it is.
 PeerScene mesh_view(const CollisionScene& scene);
 
 struct WeftVariant {
-  // Without it Weft finds what its peers find; with it (self queries only), less: what it leaves
-  // out cannot be a hit.
+  // Without it Weft finds the same pairs as its peers. With it (self queries only) Weft leaves out
+  // pairs that cannot be hits.
   bool certificate = true;
   // query() lists the candidates pair by pair, as peers do, and not by pairs of leaf blocks.
   bool listed = false;
-  // What the traversals compare; the rebuild makes spheres where it is not `box`.
+  // The bounds that the traversals compare. The rebuild makes spheres unless it is `box`.
   bsi::Bound bound = bsi::Bound::box;
   int threads = 1;
 };
@@ -41,8 +41,8 @@ class WeftMethod final : public Peer {
   std::unique_ptr<Pyramids> pyramids_;
 };
 
-// How many of the candidates of any method come within the margin of the scene: Weft's narrow phase
-// for lists of pairs.
+// Returns how many of the candidates of any method come within the margin of the scene, by Weft's
+// narrow phase for lists of pairs.
 long weft_hits(const CollisionScene& scene, std::span<const LeafPair> pairs, int threads);
 
 }  // namespace weft::bench

@@ -22,7 +22,7 @@ namespace {
 
 btVector3 vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-// What every world of Bullet stands on. Nothing here collides.
+// The parts that every world of Bullet needs. Nothing collides here.
 struct Ground {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
@@ -68,9 +68,9 @@ ClothOutcome run(World& world, const btSoftBody& body, const ClothSettings& sett
   return outcome;
 }
 
-// One iteration takes a link of fraction kLST to kLST of the way to its rest length. Of a spring,
-// implicit Euler leaves 1 / (1 + s), s = k h^2 (1/m_a + 1/m_b), of what gravity and inertia alone
-// would have stretched it to; so n iterations shall.
+// One iteration moves a link of fraction kLST by kLST of the way to its rest length. Implicit Euler
+// leaves 1 / (1 + s), s = k h^2 (1/m_a + 1/m_b), of the stretch that gravity and inertia alone
+// would give a spring. kLST is chosen so that n iterations leave the same.
 ClothOutcome run_soft_body(const ClothProblem& problem, const ClothSettings& settings) {
   Ground ground;
   btSequentialImpulseConstraintSolver solver;
@@ -92,8 +92,8 @@ ClothOutcome run_soft_body(const ClothProblem& problem, const ClothSettings& set
   return outcome;
 }
 
-// What Bullet keeps to itself: it stops Newton's method after five iterations, and conjugate
-// gradients at a residual of the rounding of its numbers.
+// Gives access to settings that Bullet keeps to itself. Bullet stops Newton's method after five
+// iterations, and conjugate gradients at a residual of the rounding of its numbers.
 struct DeformableSolver : btDeformableBodySolver {
   explicit DeformableSolver(const ClothSettings& settings) {
     m_maxNewtonIterations = settings.iterations;

@@ -1,9 +1,9 @@
-// What a benchmark asks of a library that simulates point masses joined by springs.
+// The interface of a library that simulates point masses joined by springs, for benchmarks.
 //
-// Such a library is a program of its own, weft-bench-NAME, which reads settings and a problem from
-// standard input and writes the outcome: what it links never meets another build of the same
-// library (Bullet's pairs are found in float32, its cloth moves in float64), and a library that
-// crashes costs one row of a table.
+// Each library is a program of its own, weft-bench-NAME, which reads settings and a problem from
+// standard input and writes the outcome. What it links never meets another build of the same
+// library: Bullet's pairs are found in float32, its cloth moves in float64. A library that crashes
+// costs one row of a table.
 #pragma once
 
 #include <array>

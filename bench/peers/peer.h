@@ -1,7 +1,7 @@
-// What a benchmark asks of a library that finds pairs of near triangles in any mesh.
+// The interface of a library that finds pairs of near triangles in any mesh, for benchmarks.
 //
-// No Eigen here: FCL needs its own alignment of Eigen's types, so that its file shares none of
-// ours.
+// This header does not use Eigen: FCL needs its own alignment of Eigen's types, so that its file
+// shares none of ours.
 #pragma once
 
 #include <array>
@@ -29,10 +29,10 @@ struct PeerBody {
 // One body against itself, or the first against the second. Particles come first.
 struct PeerScene {
   std::vector<PeerBody> bodies;
-  // By which boxes of points rounded to float32 are widened, in float32 (bsi::half_margin), metres:
-  // pairs whose widened boxes overlap or touch are candidates.
+  // Margin (metres) by which boxes of points rounded to float32 are widened, in float32
+  // (bsi::half_margin). Pairs whose widened boxes overlap or touch are candidates.
   float half_margin = 0;
-  // For particles, each its own; none larger than half_margin. Else empty.
+  // Margin of each particle, none larger than half_margin; empty without particles.
   std::vector<float> particle_half_margins;
 
   bool is_self() const { return bodies.size() == 1; }
@@ -52,12 +52,13 @@ class Peer {
   virtual void rebuild() = 0;  // from nothing; where rebuilds() is false: to be called once, first
   virtual bool refits() const { return false; }
   virtual void refit() {}  // keeps the tree of the last rebuild
-  // Appends the candidates, those of a self query without a common point, each once, in any order.
+  // Appends the candidates, each once, in any order. Those of a self query have no common point.
   virtual void query(std::vector<LeafPair>& pairs) = 0;
-  // For those who leave the candidates of query() in a form of their own: appends them as above.
+  // Appends the candidates of query() as above, for libraries whose query() leaves them in a form
+  // of their own.
   virtual void list(std::vector<LeafPair>&) {}
-  // Its own exact test of the candidates of the last query: how many pairs of triangles come within
-  // `distance` (metres) of each other; negative where it has none.
+  // Counts the candidates of the last query that come within `distance` (metres) of each other, by
+  // the library's own exact test; negative where it has none.
   virtual long hits(std::span<const LeafPair>, double distance) { return distance < 0 ? 0 : -1; }
 };
 
@@ -66,7 +67,7 @@ struct PeerMaker {
   std::unique_ptr<Peer> (*make)(const PeerScene&);  // null: not for this kind of scene
 };
 
-// Those of the libraries that this build found, and brute force first of all.
+// Returns the libraries that this build found, after brute force.
 std::vector<PeerMaker> available_peers();
 
 void add_brute_force(std::vector<PeerMaker>& makers);

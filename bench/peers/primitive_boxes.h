@@ -105,7 +105,7 @@ class SceneBoxes {
   const PrimitiveBoxes& second() const { return bodies_.back(); }
   float half_margin() const { return half_margin_; }
 
-  // What a library gets: those of all candidates overlap or touch.
+  // Returns a box as libraries get it: the widened boxes of all candidates overlap or touch.
   Box widened(const PrimitiveBoxes& body, std::size_t i) const {
     return {body[i].low - half_, body[i].high + half_};
   }
@@ -113,7 +113,7 @@ class SceneBoxes {
     const Float4 half = particle_half_margins_.empty() ? half_ : lanes(particle_half_margins_[a]);
     return near(first()[a], second()[b], half) && !(self_ && first().share_point(a, b));
   }
-  // For those that report either order once.
+  // Appends a candidate for libraries that report either order of a pair once.
   void append_unordered(int a, int b, std::vector<LeafPair>& pairs) const {
     if (!is_candidate(a, b)) return;
     pairs.push_back(self_ && a > b ? LeafPair{b, a} : LeafPair{a, b});
