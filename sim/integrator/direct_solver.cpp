@@ -16,7 +16,7 @@ struct DirectSolver::Implementation {
   Eigen::VectorXd right_side(double gamma, const StateView& b) const;
 
   Dynamics& dynamics;
-  // One of the lower half of A; those of one place add up.
+  // An entry of the lower half of A; entries at one place add up.
   struct Entry {
     int column = 0, row = 0;
     double value = 0;

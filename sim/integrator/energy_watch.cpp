@@ -72,7 +72,7 @@ std::optional<std::string> EnergyWatch::check(double time, std::span<const doubl
       std::sqrt(std::max(put_in + external_.doubt(), 0.0) + energy_share * most_) + error;
   const double share = within / (limit * limit);
   largest_share_ = std::max(largest_share_, share);
-  // Not finite is too much, too.
+  // A share that is not finite is too large, too.
   if (share <= 1) return std::nullopt;
   return describe(time, y, within, put_in);
 }

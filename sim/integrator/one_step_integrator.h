@@ -47,7 +47,7 @@ class OneStepIntegrator : public Integrator {
   virtual std::optional<std::string> refusal() { return std::nullopt; }
 
   bool is_fixed() const { return step_.has_value(); }
-  // Without a fixed step: the length of the next step, or of the next try.
+  // Sets the length of the next step, or of the next try. Precondition: there is no fixed step.
   void propose(double h) { size_ = h; }
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
   const std::optional<ContactFault>& fault() const { return fault_; }
@@ -66,7 +66,7 @@ class OneStepIntegrator : public Integrator {
 
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }
-  // All particles, at time(); empty without contact, where no path is checked.
+  // Positions of all particles at time(); empty without contact, where no path is checked.
   const std::vector<Vec3>& positions() const { return position_; }
 
  private:

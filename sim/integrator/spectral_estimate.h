@@ -1,4 +1,4 @@
-// How fast the fastest vibration and the fastest decay of a state are.
+// Estimates of the fastest vibration and the fastest decay of a state.
 #pragma once
 
 #include <span>
@@ -16,22 +16,23 @@ struct SpectralEstimate {
   double stiffest() const { return frequency > decay ? frequency : decay; }
 };
 
-// By power iterations on the matrices of the dynamics at (t, y), which it assembles, without
-// contact; prescribed particles are held. Within a few percent from below: the radius is approached
-// along a series that grows. Cost: an assembly and 30 products a matrix.
+// Estimates the spectrum by power iterations on the matrices of the dynamics at (t, y), which it
+// assembles, without contact. Prescribed particles are held. Estimates are from below, within a few
+// percent: the radius is approached along a series that grows. Cost: an assembly, and 30 products
+// per matrix.
 SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y);
 
-// The fastest vibration of a motion, followed as it goes on: an iteration of the power method now
-// and then, from the last one's vector, by a difference of accelerations. For scenes without
-// contact.
+// Follows the fastest vibration of a motion. Now and then it takes one iteration of the power
+// method from the last vector, by a difference of accelerations. For scenes without contact.
 class FrequencyTracker {
  public:
-  // At the state y, by a third as many iterations as above.
+  // Starts at the state y, with a third as many iterations as estimate_spectrum().
   FrequencyTracker(Dynamics& dynamics, double t, std::span<const double> y);
 
-  // At the state y, whose accelerations these are. Cost: an evaluation of the forces.
+  // Takes one iteration at the state y, whose accelerations these are. Cost: an evaluation of the
+  // forces.
   void follow(double t, std::span<const double> y, std::span<const Vec3> acceleration);
-  // From now on follows what these accelerations have most of.
+  // Follows from now on the vibration that dominates these accelerations.
   void turn_to(std::span<const Vec3> acceleration);
   double frequency() const { return frequency_; }  // rad/s, from below
   int place() const;                               // the particle that vibrates most

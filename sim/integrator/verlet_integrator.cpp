@@ -14,12 +14,14 @@ namespace weft::sim {
 
 namespace {
 
-// Without a given step: when one that has come to be another share of the longest stable one is
-// changed. Every change costs some of the symmetry that keeps the energy.
+// Without a given step, the step changes when its share of the longest stable one exceeds
+// `no_longer_safe`, or leaves `too_short` to `too_long` times the chosen share. Every change costs
+// some of the symmetry that keeps the energy.
 constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
-// Changes of the frequency in one look after which the next comes sooner, or later.
+// Relative changes of the tracked frequency above which the next look comes sooner, and below which
+// it comes later.
 constexpr double much = 0.02, little = 0.005;
-// Steps between two glances at a motion that hardly shows any fast vibration.
+// Steps between two glances at a motion whose frequency is below `hardly_any` of the stable one.
 constexpr int steps_a_glance = 4;
 constexpr double hardly_any = 0.1;
 
@@ -92,7 +94,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // That of the end of the step before, so that a step costs one evaluation.
+  // Finds the acceleration at the start. That at the end of the step before is reused, so that a
+  // step costs one evaluation.
   Trouble find_start_acceleration() {
     if (start_ == time()) return Trouble::none;
     if (end_ == time()) {
@@ -119,15 +122,16 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
   }
 
-  // The frequency that the motion itself shows, as a share of the highest stable one. What is too
-  // fast shows more of itself by a few times a step: far below, that takes several.
+  // Returns the frequency that the motion itself shows, as a share of the highest stable one. A
+  // vibration that is too fast grows by a few times in each step: from far below the limit, that
+  // takes several steps.
   double glance(double h) {
     const double share = shown_frequency(h) * chosen_step_ / 2;
     next_glance_ = steps_ + (share < hardly_any ? steps_a_glance : 1);
     return share;
   }
 
-  // The less the frequency changes, the less often.
+  // Updates the tracked frequency. The less it changes, the less often it is looked at.
   void look(std::span<const double> y) {
     const double before = tracker_->frequency();
     tracker_->follow(end_, y, end_acceleration_);
@@ -145,8 +149,9 @@ class VerletIntegrator final : public OneStepIntegrator {
       chosen_step_ = share_ * limit;
   }
 
-  // The Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 = -h^2 M^-1 K a. No more than the
-  // highest frequency, and that where a vibration grows until it outweighs all else.
+  // Returns the frequency (rad/s) from the Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 =
+  // -h^2 M^-1 K a. It is at most the highest frequency, and equals that where a vibration grows
+  // until it outweighs all else.
   double shown_frequency(double h) const {
     const VibrationProducts seen = vibration_products(scene().mass, before_acceleration_,
                                                       start_acceleration_, end_acceleration_);
@@ -160,7 +165,7 @@ class VerletIntegrator final : public OneStepIntegrator {
 
   bool needs_velocities_;  // forces change with them
 
-  // Without a given step.
+  // State of runs without a given step.
   double share_ = 0;        // of the longest stable step
   double chosen_step_ = 0;  // s
   double decay_ = 0;        // 1/s, at the start

@@ -1,4 +1,4 @@
-// How verlet chooses its steps by a tolerance.
+// The choice of verlet's steps by a tolerance.
 #pragma once
 
 #include <algorithm>
@@ -6,10 +6,10 @@
 
 namespace weft::sim {
 
-// At the default relative_tolerance, a fifth of the longest stable step, which keeps the energy of
-// an undamped sheet within one percent, whichever way its chaotic motion takes; the error goes as
-// the square of the step, so steps go as the root of the tolerance, up to nine tenths of the
-// longest.
+// At the default relative_tolerance, the step is a fifth of the longest stable one. This keeps the
+// energy of an undamped sheet within one percent, whichever way its chaotic motion takes. The error
+// goes as the square of the step, so steps go as the root of the tolerance, up to nine tenths of
+// the longest.
 inline constexpr double default_verlet_share = 0.2, default_verlet_tolerance = 1e-4;
 inline constexpr double longest_verlet_share = 0.9;
 
