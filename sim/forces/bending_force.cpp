@@ -229,7 +229,8 @@ class BendingForce final : public Force {
         }
       }
     }
-    // By the operations that find the angles later, so that a body at rest feels no force at all.
+    // The rest angles come from the operations that find the angles later, so that a body at rest
+    // feels no force at all.
     quads_.for_each_batch(1, [&](int first) {
       BendingBatch& batch = batches_[first / lane_count];
       batch.rest_angles.fill(0);

@@ -98,7 +98,8 @@ class SymmetricBlockMatrix {
     Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
     for (int slot = first; slot < last; ++slot) {
       const int upper = pattern_->mirror(row, slot);
-      // Not the last particle, so that its velocity, too, can be read as four.
+      // Below the diagonal the column is never the last particle, so that four numbers can be read
+      // here.
       const Four x = Eigen::Map<const Four>(in[pattern_->column(slot)].data());
       sum0 += four(upper, 0) * x;
       sum1 += four(upper, 1) * x;

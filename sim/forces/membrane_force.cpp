@@ -43,7 +43,8 @@ class MembraneForce final : public Force {
         is_damped_ |= membrane.damping_time > 0;
       }
     }
-    // By the operations that find the lengths later, so that a body at rest feels no force at all.
+    // The rest lengths come from the operations that find the lengths later, so that a body at rest
+    // feels no force at all.
     quads_.for_each_batch(1, [&](int first) {
       const Corners x = quads_.gather(first, rest);
       for (int t = 0; t < 2; ++t) {

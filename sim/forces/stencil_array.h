@@ -88,7 +88,7 @@ class StencilArray {
   // Calls body(first, last) for each chunk of stencils.
   template <class Body>
   void for_each_chunk(int threads, const Body& body) const {
-    // One loop for both, as in sim/parallel.h.
+    // One loop serves any number of threads, as in sim/parallel.h.
     const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
     for (const std::vector<int>& chunks : passes) {
       const int chunk_count = static_cast<int>(chunks.size());
@@ -403,7 +403,7 @@ class StencilArray {
     return result;
   }
 
-  // So many numbers of the block of each stencil, from `start` on.
+  // Returns `lane_count` numbers of the block of each stencil, from `start` on.
   using Rows = std::array<Lanes::Vector, lane_count>;
   static Rows rows_of(const materials::Mat3Of<Lanes>& value, int start) {
     Rows rows;
@@ -470,11 +470,11 @@ class StencilArray {
     }
   }
 
-  // By batch; beyond the last stencil, the nodes of the last once more.
+  // Nodes by batch; beyond the last stencil, those of the last once more.
   std::vector<std::array<Integers, Nodes>> nodes_;
-  // By batch and node: the lanes without it. Empty where all have all.
+  // Bits by batch and node: the lanes whose stencil lacks the node. Empty if no node is absent.
   std::vector<std::array<unsigned char, Nodes>> absent_;
-  // By batch: whether the nodes of each place are neighbours in memory, in order.
+  // Nonzero, by batch, if the nodes of each place are neighbours in memory, in order.
   std::vector<char> runs_;
   static constexpr int pair_count = [] {
     int count = 0;
@@ -485,9 +485,9 @@ class StencilArray {
   }();
   std::vector<std::array<Integers, pair_count>> places_;  // of the coupled pairs (0, 1), (0, 2) ..
   std::vector<std::vector<int>> colours_;                 // chunks of each colour
-  // All chunks for one thread: each particle meets them in the order of their colours, but they
-  // stay near each other, where a matrix that does not fit into the cache would be read once a
-  // colour.
+  // The order of all chunks for one thread. Each particle meets its chunks in the order of their
+  // colours, but chunks stay near each other. Colour after colour, a matrix that does not fit into
+  // the cache would be read once per colour.
   std::vector<int> order_;
   int count_ = 0;
 };
