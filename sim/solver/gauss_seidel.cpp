@@ -6,8 +6,8 @@ namespace weft::sim {
 
 namespace {
 
-// How far ahead a sweep asks for what it will read: the processor foresees neither rows in reverse
-// nor half rows, which made sweeps take twice as long.
+// Number of rows that a sweep prefetches. The processor foresees neither rows in reverse nor half
+// rows: without prefetching, sweeps take twice as long.
 constexpr int prefetched_rows = 6;
 
 // Chunks are as large as still lets many threads share them: couplings between chunks cost more,

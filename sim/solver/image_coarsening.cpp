@@ -92,7 +92,7 @@ std::vector<Place> places(const Axis& fine, const Axis& coarse) {
   return result;
 }
 
-// One level: from `fine` images of `count` nodes.
+// Makes the next coarser level of `fine` images of `count` nodes.
 class Coarsening {
  public:
   Coarsening(const std::vector<LevelImage>& fine, int count, std::span<const char> fixed)

@@ -20,9 +20,9 @@ struct Prolongation {
   int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
   int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
 
-  // By fine node: the coarse nodes it hangs on, up to four, ascending, bilinear in texels. A fixed
-  // node has none. The weights sum to 1, but for nodes that hang on coarse ones without any free
-  // node.
+  // Rows by fine node: the coarse nodes that it is interpolated from, up to four, ascending, with
+  // bilinear weights in texels. A fixed node has none. The weights sum to 1, except where some of
+  // the coarse nodes have no free node.
   std::vector<int> row_start, column;
   std::vector<float> weight;
   // The transpose, by coarse node: its fine nodes in ascending order; at least one each.
@@ -34,9 +34,9 @@ struct Prolongation {
   void add_to(std::span<const Vec3> coarse, std::span<Vec3> fine, int threads) const;
 };
 
-// From the particles of the dynamic bodies to the coarsest level; at least one. Where nothing can
-// be coarsened the coarsest level has all free particles. Texels of several patches that share a
-// particle share its node on every level that keeps it. O(texels).
+// Returns the prolongations from the particles of the dynamic bodies to the coarsest level; at
+// least one. Where nothing can be coarsened the coarsest level has all free particles. Texels of
+// several patches that share a particle share its node on every level that keeps it. O(texels).
 std::vector<Prolongation> coarsen_images(const Scene& scene);
 
 }  // namespace weft::sim

@@ -17,12 +17,12 @@ class VelocityMatrix {
  public:
   explicit VelocityMatrix(const Dynamics& dynamics);
 
-  // From now on, with this gamma and the K and D last assembled by the dynamics. Without D products
-  // read K and nothing is formed; with it, K and D are joined once, O(blocks), less than a product
-  // costs.
+  // Uses this gamma and the K and D last assembled by the dynamics from now on. Without D, products
+  // read K and nothing is formed. With D, K and D are joined once, O(blocks), which costs less than
+  // a product.
   void form(double gamma);
   double gamma() const { return gamma_; }
-  // How often it was formed: another number, another matrix.
+  // Number of times the matrix was formed: another number means another matrix.
   std::int64_t version() const { return version_; }
   const Dynamics& dynamics() const { return dynamics_; }
   const Scene& scene() const { return dynamics_.scene(); }
