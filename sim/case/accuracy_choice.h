@@ -1,5 +1,5 @@
-// From an accuracy that is asked for to a method and its setting, by measurements that ship with
-// the source: calibration_table.inc, written by `weft bench calibrate`.
+// Chooses a method and its setting for an accuracy that is asked for. The choice uses measurements
+// that ship with the source: calibration_table.inc, written by `weft bench calibrate`.
 #pragma once
 
 #include <span>

@@ -150,7 +150,7 @@ class Checker {
     }
   }
 
-  // At the shape that takes most of it.
+  // Refuses a case that takes too much memory, at the shape that takes most of it.
   void memory() const {
     const SceneSize size = size_of_case(case_);
     const std::string reason = reason_of_memory(case_, size);

@@ -8,7 +8,8 @@
 
 namespace weft::sim {
 
-// Filled by the reader, by path (case_schema.h), for messages of the rules that compare values.
+// Places by path (case_schema.h), which the reader fills in, for messages of the rules that compare
+// values.
 class Locations {
  public:
   // A place that is nowhere in the text is reported as the first character of `file`.

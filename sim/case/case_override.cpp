@@ -1,4 +1,4 @@
-// One `--set KEY=VALUE` into the TOML tree, guided by the schema.
+// Enters one `--set KEY=VALUE` into the TOML tree, guided by the schema.
 #include <algorithm>
 #include <charconv>
 #include <string_view>
@@ -120,7 +120,7 @@ class Override {
     }
   }
 
-  // From the list of a [list.NAME] to one entry, or to a new value of it.
+  // Goes from the list of a [list.NAME] to one entry, or to a new value of it.
   void enter_named(toml::table& list) {
     const std::string list_key = key();
     ++position_;
@@ -142,7 +142,7 @@ class Override {
     ++position_;
   }
 
-  // From a list of tables to the entry with this name, else with this index.
+  // Goes from a list of tables to the entry with this name, else with this index.
   void enter_entry(toml::array& list) {
     const std::string list_key = key();
     ++position_;
@@ -168,7 +168,7 @@ class Override {
     ++position_;
   }
 
-  // One number or name of an array.
+  // Sets one number or name of an array.
   void set_entry(const Field& field) {
     const bool is_array = std::holds_alternative<Vec3*>(field.member) ||
                           std::holds_alternative<std::optional<Vec3>*>(field.member) ||

@@ -1,4 +1,4 @@
-// From TOML text to a checked Case.
+// Reads TOML text into a checked Case.
 #pragma once
 
 #include <string>

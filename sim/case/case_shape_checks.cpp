@@ -22,13 +22,14 @@ struct ImageSize {
   std::int64_t rows;
   std::int64_t cols;
 
-  // As a double, which every product of three fits into.
+  // Returns the number of vertices as a double, which every product of three sizes fits into.
   double vertices() const {
     return static_cast<double>(patches) * static_cast<double>(rows) * static_cast<double>(cols);
   }
 };
 
-// Nothing for a file, whose size is known once it is opened. The resolution is checked already.
+// Returns the size of a shape's image; nothing for a file, whose size is known once it is opened.
+// Precondition: the resolution has been checked.
 std::optional<ImageSize> image_size(const ShapeCase& shape) {
   if (shape.type == ShapeType::file) return std::nullopt;
   const std::int64_t n = shape.resolution[0];

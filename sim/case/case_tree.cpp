@@ -24,7 +24,7 @@ SourceLocation place_in(const std::string& text, std::size_t byte, const std::st
 }  // namespace
 
 std::size_t find_deep_key(const std::string& text) {
-  // Nothing but a key has so many points between two of these.
+  // Only a key has so many points between two of these separators.
   constexpr std::string_view separators = "\n=,[]{}#";
   std::size_t start = 0;
   int points = 0;

@@ -1,4 +1,4 @@
-// From a Case back to TOML.
+// Writes a Case back as TOML.
 #pragma once
 
 #include <string>
