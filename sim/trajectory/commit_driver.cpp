@@ -114,7 +114,7 @@ void commit(CommitFile& file) {
 }
 
 H5FD_t* open_file(const char* name, unsigned flags, hid_t, haddr_t) {
-  // Only ever used to make files; readers use HDF5's own driver.
+  // This driver only makes files; readers use HDF5's own driver.
   if ((flags & H5F_ACC_CREAT) == 0) {
     report(__func__, ENOTSUP);
     return nullptr;

@@ -1,4 +1,4 @@
-// Which numbers a run records, and how they come from its state.
+// The numbers that a run records, and how they follow from its state.
 #pragma once
 
 #include <string>

@@ -63,7 +63,7 @@ class Access {
   }
   Handle handle(hid_t id, const std::string& action) const { return Handle(check(id, action)); }
   [[noreturn]] void fail(const std::string& action) const;
-  // For contents that HDF5 can read and we cannot: "PATH: REASON".
+  // Throws for contents that HDF5 can read and we cannot: "PATH: REASON".
   [[noreturn]] void reject(const std::string& reason) const;
 
   // Attributes of an open object. Strings are of variable length, UTF-8.

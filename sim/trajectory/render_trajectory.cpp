@@ -59,8 +59,8 @@ class Extent {
   Vec3 highest_ = Vec3::Constant(-infinity);
 };
 
-// How many times as large as what is simulated an obstacle may be so that all of it is seen, and
-// how far one that is larger is seen beyond, as a share of that.
+// An obstacle up to `whole_obstacle` times as large as the simulated bodies is seen whole. A larger
+// one is seen as far as `seen_beyond` of their size beyond them.
 constexpr double whole_obstacle = 2, seen_beyond = 1.0 / 6;
 
 double size_of(const std::vector<Vec3>& points) {
@@ -219,7 +219,8 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }
   remove_older_pictures(directory, frames);
-  // It would show other pictures than these. Without a new one, a foreign movie may stay.
+  // An older movie would show other pictures than these. If no new one is made, a foreign movie may
+  // stay.
   if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);

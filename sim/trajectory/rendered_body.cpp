@@ -10,9 +10,9 @@
 namespace weft::sim {
 namespace {
 
-// By body: so little that bodies which contact keeps apart do not show through each other. Two
-// bodies are kept at least the mean of their thicknesses apart; what the two are allowed here adds
-// up to no more, where one of them is thick.
+// Returns the largest deviation (m) by body, so small that bodies which contact keeps apart do not
+// show through each other. Contact keeps two bodies apart by at least the mean of their
+// thicknesses. The deviations of the two add up to no more, where one of them is thick.
 std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = infinity;

@@ -141,12 +141,12 @@ class TrajectoryReader {
   // True for files of versions that say how their runs ended.
   bool says_its_end() const;
   const std::vector<TrajectoryBody>& bodies() const;
-  // By particle, m.
+  // Positions by particle, m.
   std::vector<Vec3> positions(int body, int frame) const;
-  // By particle, m/s; empty where velocities were not recorded.
+  // Velocities by particle, m/s; empty where velocities were not recorded.
   std::vector<Vec3> velocities(int body, int frame) const;
   std::vector<TrajectoryWriter::Series> series() const;
-  // One value a frame.
+  // Returns one value per frame.
   std::vector<double> series_values(const std::string& name) const;
 
  private:

@@ -64,10 +64,10 @@ struct FrameCrossings {
   CrossingPlace a, b;  // the first pair, where count > 0
 };
 
-// One entry a frame, by the exact referee (sim/trajectory/crossings.h): positions are those on
-// disk, float32. Throws TrajectoryError, also for a file that cannot be judged: without a frame or
-// a body that moves, or with a position that is not finite or beyond the range of float32, which it
-// names.
+// Returns one entry per frame, by the exact referee (sim/trajectory/crossings.h). Positions are
+// those on disk, float32. Throws TrajectoryError, also for a file that cannot be judged: it has no
+// frame, no body that moves, or a position that is not finite or beyond the range of float32. The
+// message names the position.
 std::vector<FrameCrossings> count_crossings(const std::string& path);
 std::string to_text(const std::vector<FrameCrossings>& frames);
 // {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place, place]}...]}; a
