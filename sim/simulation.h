@@ -24,9 +24,9 @@ struct RunOptions {
   bool estimate_error = false;
   // The bill before this call. Its report counts all of it, compute.cpu_limit the pilot.
   Bill earlier;
-  // Told after every step: simulated time (s). May be empty.
+  // Called after every step with the simulated time (s). May be empty.
   std::function<void(double time)> progress;
-  // Told what the run decides by itself, before it starts. May be empty.
+  // Called before the run starts, with what the run decides by itself. May be empty.
   std::function<void(const std::string& text)> notice;
   // Set from outside (a signal) to stop after the current step. May be null.
   const std::atomic<int>* stop_signal = nullptr;

@@ -31,7 +31,7 @@ std::string describe_end(const std::string& path, bool draws, int signal) {
 void complain(const std::string& text) { std::cerr << printable(text, true) << '\n'; }
 
 int deliver(int code) {
-  // Both streams: results that were not delivered are a failure of their own.
+  // Both streams are flushed: results that were not delivered are a failure of their own.
   if (std::fflush(stdout) == 0 && std::cout.flush()) return code;
   complain("weft: cannot write to standard output");
   return exit_code::input_output;

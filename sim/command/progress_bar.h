@@ -6,8 +6,8 @@
 
 namespace weft::sim {
 
-// On a terminal one line, cut to its width, is drawn at once and then ten times a second; elsewhere
-// whole lines are printed: one after a second, and one at every tenth of the way.
+// A progress bar. On a terminal one line, cut to its width, is drawn at once and then ten times a
+// second. Elsewhere whole lines are printed: one after a second, and one at every tenth of the way.
 class ProgressBar {
  public:
   // Names the number that goes from 0 to `end` (> 0): "t = 0.2 of 2 s", "picture 3 of 40".

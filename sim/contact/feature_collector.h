@@ -1,4 +1,4 @@
-// From pairs of quads to pairs of features.
+// Turns pairs of quads into pairs of features.
 #pragma once
 
 #include <span>

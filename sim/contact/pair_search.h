@@ -1,5 +1,5 @@
-// Which quads of which bodies come near each other: what the contact search asks, on the CPU or on
-// a device of OpenGL. The answers are the same.
+// The search for quads of bodies that come near each other, on which the contact search is based.
+// It runs on the CPU or on a device of OpenGL, with the same results.
 #pragma once
 
 #include <memory>

@@ -11,8 +11,8 @@
 
 namespace weft::sim {
 
-// How far the points of a motion go in an interval of time: upper bounds, over all points within
-// the radius they were asked for.
+// Upper bounds of how far points move in an interval of time, over all points within the radius
+// asked for.
 struct MotionBounds {
   double angle = 0;         // rad, turned
   double travel = 0;        // m, from where a point is at the start
@@ -48,8 +48,9 @@ class RigidMotion {
 
   // The first start, stop or keyframe after `time`, if any.
   std::optional<MotionEvent> next_event(double time) const;
-  // For points up to `radius` (m) from the centre at the start, from one time to a later one. All
-  // are zero where nothing moves in between. Never too small, whatever events lie in between.
+  // Returns bounds for points up to `radius` (m) from the centre at the start, from one time to a
+  // later one. All are zero where nothing moves in between. Never too small, whatever events lie in
+  // between.
   MotionBounds bounds(double from, double to, double radius) const;
   // Velocity of a point that is at `place` and moved along (m/s, after a jump), and how far from
   // the centre such a point starts (m).

@@ -1,4 +1,4 @@
-// Which vertices a pin of a case file names.
+// The vertices that a pin of a case file names.
 #pragma once
 
 #include <span>
