@@ -86,9 +86,9 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
   return row;
 }
 
-// From coarse to fine, to the end of the ladder or where the error is lost in that of the
-// reference: of such a row no more is said than that it is less than ten times that. The rules are
-// the same for Weft's methods and for those of other libraries.
+// Climbs a ladder from coarse to fine, to its end or until the error is lost in that of the
+// reference. Of such a row the table says only that the error is less than ten times the
+// reference's. The rules are the same for Weft's methods and for those of other libraries.
 template <class Measure>
 void climb_rungs(const CostLadder& climbed, double setting, double divisor, int count,
                  const AccuracyOptions& options, const Measure& measure_at, Result& result) {
@@ -143,7 +143,7 @@ Row measure_peer(const ClothMethod& method, const std::string& program, const Cl
   return row;
 }
 
-// Its steps in each variant, each of which is a ladder of its own.
+// Climbs the steps of a library's method in each variant, each of which is a ladder of its own.
 void climb(const Scene& scene, const ClothMethod& method, const AccuracyOptions& options,
            Result& result) {
   const auto program = cloth_program(method);

@@ -18,15 +18,15 @@ struct Approach {
   long hits = 0;    // pairs of triangles that meet there
 };
 
-// From `directions` directions spread evenly over the sphere, the moving torus turned otherwise in
-// each. It steps on by a quarter of a leaf; the first step that finds triangles that meet is then
-// halved down to a micrometre.
+// Moves one torus towards the other from `directions` directions spread evenly over the sphere,
+// turned differently in each. It advances by a quarter of a leaf. The first step that finds
+// triangles that meet is then halved down to a micrometre.
 std::vector<Approach> approach_from_all_sides(const Body& torus, int directions);
 
-// The distance of two solid tori (of the radii of make_paper_torus), the second turned by `turn`
-// and moved by `shift`; negative where they overlap by less than two minor radii. That of their
-// core circles less two minor radii, found by minimising along the second circle, of whose points
-// the distance from the first is a closed form. Accurate to 1e-12 m.
+// Returns the distance of two solid tori (of the radii of make_paper_torus), the second turned by
+// `turn` and moved by `shift`. It is negative where they overlap by less than two minor radii. It
+// is the distance of their core circles less two minor radii, minimised along the second circle:
+// the distance of its points from the first is a closed form. Accurate to 1e-12 m.
 double torus_distance(const Eigen::Matrix3d& turn, const bsi::Vec3& shift);
 
 }  // namespace weft::bench

@@ -76,8 +76,8 @@ double largest_error(const TimedRun& run, const Reference& reference) {
   return std::isfinite(largest) ? largest : std::numeric_limits<double>::infinity();
 }
 
-// Nothing, having said so, where the references part before the end: then there is nothing to
-// measure errors by.
+// Finds the reference of a scene. Returns nothing, and reports it, where the references part before
+// the end: there is then nothing to measure errors by.
 std::optional<Reference> reference_of(const CalibrationScene& scene, const Case& source,
                                       const CalibrateOptions& options) {
   Reference reference = find_reference(source, sample_times(source.time.duration, samples),

@@ -33,7 +33,7 @@ double thread_time_of(const Work& work) {
   return time_of(CLOCK_THREAD_CPUTIME_ID, work);
 }
 
-// As a clock on the wall, s.
+// Wall time, s.
 template <class Work>
 double wall_time_of(const Work& work) {
   return time_of(CLOCK_MONOTONIC, work);

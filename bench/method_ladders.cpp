@@ -35,7 +35,7 @@ constexpr Ladder ladders[] = {
      [](TimeCase& time, double setting) {
        set_step(time, TimeMethod::implicit_midpoint, setting, 0);
      }},
-    // From nine tenths of its longest stable step.
+    // This ladder starts at nine tenths of verlet's longest stable step.
     {"verlet", StepKind::explicit_, false, 2.1e-4, 4, 5,
      [](TimeCase& time, double setting) { set_tolerance(time, TimeMethod::verlet, setting); }},
 };

@@ -73,7 +73,7 @@ struct BoundMethod {
   }
 };
 
-// All bounds in turn, pass after pass.
+// Measures all bounds in turn, pass after pass.
 PaperTimes measure_passes(const CollisionScene& scene, int passes) {
   std::vector<BoundMethod> methods;
   for (const bsi::Bound bound : bounds)

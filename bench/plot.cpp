@@ -17,7 +17,7 @@ constexpr double width = 820, height = 520;  // of the picture, pixels
 constexpr double left = 78, right = 190, top = 66, bottom = 58;
 constexpr double legend_x = width - right + 22;
 
-// Told apart by those who cannot tell red from green, too (after Okabe and Ito).
+// Colours that even those who cannot tell red from green can tell apart (after Okabe and Ito).
 constexpr std::array<const char*, 7> colours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                              "#e69f00", "#56b4e9", "#444444"};
 
@@ -27,7 +27,7 @@ std::string text_of(double value) {
   return text.data();
 }
 
-// From values to the pixels between `begin` and `end`, with round numbers to mark.
+// Maps values to the pixels between `begin` and `end`, with round numbers to mark.
 class Scale {
  public:
   Scale(bool logarithmic, double low, double high, double begin, double end)

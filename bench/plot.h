@@ -32,7 +32,7 @@ std::string svg_of(const Plot& plot);
 // Writes it. Throws std::runtime_error, naming the path.
 void write_svg(const Plot& plot, const std::filesystem::path& path);
 
-// As text of an SVG file.
+// Returns the text escaped for an SVG file.
 std::string escaped(const std::string& text);
 
 // Writes text to a file, making its folder if need be. Throws std::runtime_error, naming the path.

@@ -18,7 +18,8 @@ namespace {
 
 using namespace sim;
 
-// At states of a run, before the last; where obstacles or pins move, these pass in less time.
+// Number of states of a run that are checked before the last one. Moving obstacles and pins need
+// more, since they pass the cloth in less time.
 constexpr int looks_at_rest = 25, looks_at_motion = 200;
 constexpr double patience = 3;         // limits after which a step that does not end is a hang
 constexpr double least_patience = 10;  // s

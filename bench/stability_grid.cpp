@@ -56,7 +56,7 @@ struct Method {
   bool is_quick;   // part of the quick grid
 };
 
-// By name of the integrators, and of two uses of one.
+// The integrators by name, and two more uses of `euler`.
 constexpr Method methods[] = {
     {"cvode", "cvode", false, false, 1e-5, true},
     {"arkode", "arkode", false, false, 1e-5, true},

@@ -32,10 +32,11 @@ struct Slice {
 };
 
 std::vector<std::string> slice_names();
-// All slices, or those named; `quick`: of the sweeps the start and a point up to which the methods
-// that control their error, and backward Euler, are known to do well.
+// Returns all slices, or those named. With `quick`, a sweep has only its start and a point up to
+// which backward Euler and the methods that control their error are known to do well.
 std::vector<Slice> make_slices(const std::vector<std::string>& names, bool quick);
-// Every n-th cell of the slices, counted through all of them; slices that have none are left out.
+// Returns every n-th cell of the slices, counted through all of them; slices without any are left
+// out.
 std::vector<Slice> every_nth(std::vector<Slice> slices, int n);
 
 }  // namespace weft::bench

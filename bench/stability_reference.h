@@ -22,8 +22,8 @@ class ConvergedEnds {
   // Runs them with a tolerance (m) for cells in which different things happen, `jobs` at a time,
   // each of the two methods for at most `limit` (s of CPU time) times the size of the cell.
   void find(std::span<const Cell> cells, double tolerance, double limit, int jobs);
-  // Nothing where no reference was asked for, got to the end of the cell or converged: buckling
-  // cloth is chaotic. Equilibria have none.
+  // Returns null where no reference was asked for, got to the end of the cell or converged:
+  // buckling cloth is chaotic. Equilibria have no reference.
   const ConvergedEnd* at_end_of(const Cell& cell) const;
 
  private:

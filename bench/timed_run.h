@@ -15,12 +15,12 @@ struct TimedRun {
   sim::IntegratorCounts counts;
   // Positions of the dynamic particles (m) at each of the times that were reached.
   std::vector<std::vector<sim::Vec3>> positions;
-  // At the start, and at the end of the step that reached each of the times.
+  // Energies at the start, and at the end of the step that reached each of the times.
   std::vector<sim::Energies> energies;
 };
 
-// From t = 0 to the last of `times` (s, increasing, > 0). Stops with a failure when it has taken
-// more CPU time than `budget` (s).
+// Simulates from t = 0 to the last of `times` (s, increasing, > 0). Stops with a failure when it
+// has taken more CPU time than `budget` (s).
 TimedRun simulate(const sim::Case& source, std::span<const double> times, double budget);
 
 }  // namespace weft::bench

@@ -108,7 +108,7 @@ struct NumberedBoxTraits {
   static NT max_coord(Box_parameter box, int axis) { return box.high[axis]; }
 };
 
-// All in the query: there is no hierarchy that outlives it.
+// Does all of its work in the query: no hierarchy outlives it.
 class BoxIntersection final : public Peer {
  public:
   explicit BoxIntersection(const PeerScene& scene)

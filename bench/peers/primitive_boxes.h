@@ -39,7 +39,7 @@ class PrimitiveBoxes {
   explicit PrimitiveBoxes(const PeerBody& body)
       : body_(body), points_(body.point_count), boxes_(body.primitive_count()) {}
 
-  // From the positions of the body. O(points + triangles), no allocation.
+  // Finds the boxes from the positions of the body. O(points + triangles), no allocation.
   void update() {
     for (std::size_t i = 0; i < points_.size(); ++i) points_[i] = box_of_point(i);
     if (body_.is_particles()) {
