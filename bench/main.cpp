@@ -177,7 +177,7 @@ void add_scaling(CLI::App& sub, Arguments& arguments) {
   sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
 }
 
-// What is wrong with the name of a slice, or nothing.
+// Returns what is wrong with the name of a slice, or nothing.
 std::string is_slice(const std::string& name) {
   const std::vector<std::string> names = slice_names();
   if (std::find(names.begin(), names.end(), name) != names.end()) return "";
@@ -306,7 +306,7 @@ constexpr std::array experiments{
                add_skipping, [](const Arguments& a) { return run_skipping(a.skipping); }},
 };
 
-// What is wrong with the arguments: of an unknown experiment the nearest name.
+// Says what is wrong with the arguments, and the nearest name to an unknown experiment.
 std::string reason(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty() || !app.get_subcommands().empty()) return error.what();

@@ -468,7 +468,7 @@ uvec4 corners_of(Level level, Quad quad) {
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col)),
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col + 1u)));
 }
-// Of its leaves: both triangles, or the quad as the first.
+// The bounds of a quad's leaves: both triangles, or the quad as the first.
 struct Leaves { Box first, second; };
 Leaves bound_leaves(uvec4 corner, bool swept) {
   Box diagonal = join(bound_vertex(corner.y, swept), bound_vertex(corner.z, swept));
@@ -482,9 +482,9 @@ bool share_particle(uvec3 a, uvec3 b) {
   return any(equal(a, b)) || any(equal(a, b.yzx)) || any(equal(a, b.zxy));
 }
 
-// True where a plane proves that the quads end farther apart than the reach of the filter and twice the
-// longest path of their corners. The plane lies across the normal of either quad or the line between
-// their centres.
+// True where a plane proves that the quads end farther apart than the reach of the filter and
+// twice the longest path of their corners. The plane lies across the normal of either quad or the
+// line between their centres.
 float longest_path(uvec4 corner) {
   vec4 path = vec4(distance(start_of(corner.x), end_of(corner.x)),
                    distance(start_of(corner.y), end_of(corner.y)),

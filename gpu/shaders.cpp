@@ -102,7 +102,7 @@ float key_visibility(vec3 position) {
   for (int i = 0; i < 4; ++i) {
     vec2 block = vec2(i & 1, i >> 1);
     vec4 lit = textureGather(key_shadow, vec3((low + 2.0 * block) / size, 0.0), depth);
-    // Of the four texels along an axis, the outer two count by how far the square reaches in.
+    // The outer two of the four texels along an axis count by how far the square reaches in.
     vec2 first = mix(1.0 - weight, vec2(1.0), block), second = mix(vec2(1.0), weight, block);
     sum += dot(lit, vec4(first.x * second.y, second.x * second.y, second.x * first.y,
                          first.x * first.y));

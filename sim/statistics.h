@@ -1,4 +1,4 @@
-// What a run did and what it paid for: counters and phase times, shown by --json and kept in the
+// The work of a run and its cost: counters and phase times, shown by --json and kept in the
 // trajectory.
 #pragma once
 

@@ -14,7 +14,8 @@ namespace weft::sim {
 
 using Vec3 = Eigen::Vector3d;
 
-// Where a value came from, for messages; line 0 means it was not in a file (a default or --set).
+// The place a value came from, for messages; line 0 means it was not in a file (a default or
+// --set).
 struct SourceLocation {
   std::string file;
   int line = 0;
@@ -177,7 +178,7 @@ struct Case {
   // The case as TOML with every default and override, for the trajectory; what an accuracy has
   // chosen stands in its place.
   std::string resolved_text;
-  // What time.accuracy has chosen and why; empty without it.
+  // The choice of time.accuracy and its reason; empty without it.
   std::string accuracy_choice;
   bool accuracy_chooses_method = false;
 };

@@ -18,7 +18,7 @@ constexpr const char* identifier_pattern = "^[A-Za-z0-9_-]+$";
 
 Json table_schema(const Table& table);
 
-// What a number may be.
+// The limits of a number in words.
 Json number_schema(const Field& field, const char* type) {
   Json schema{{"type", type}};
   const Limits& limits = field.limits;

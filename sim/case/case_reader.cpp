@@ -26,7 +26,7 @@ constexpr std::size_t longest_case = std::size_t{8} << 20;
 void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations);
 
-// What a field takes, with the header of its tables.
+// Says what a field takes, with the header of its tables.
 std::string wanted(const Field& field, const std::string& path) {
   if (const auto* list = std::get_if<TableList>(&field.member)) {
     return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));

@@ -1,6 +1,6 @@
-// What a case file may hold: each struct of case.h as a list of fields, described once. The reader,
-// the overrides, the writer of resolved cases, the JSON schema and the reference page all walk
-// these lists, so none of them can disagree with another.
+// The contents of a case file: each struct of case.h as a list of fields, described once. The
+// reader, the overrides, the writer of resolved cases, the JSON schema and the reference page all
+// walk these lists, so none of them can disagree with another.
 #pragma once
 
 #include <functional>
@@ -94,10 +94,10 @@ struct Table {
 // whose lists must not grow by other means while it is in use.
 Table describe(Case& target);
 
-// Whether a field with a switch belongs to the value which the switch has in the table.
+// Tells whether a field with a switch belongs to the value which the switch has in the table.
 bool applies(const Field& field, const Table& table);
 
-// What a field takes: `a number > 0 (s)`, `an array of 3 numbers (m)`, `one of "a", "b"`.
+// Says what a field takes: `a number > 0 (s)`, `an array of 3 numbers (m)`, `one of "a", "b"`.
 std::string expected_text(const Field& field);
 
 // A place in a case: keys joined by dots, the index of a list's entry in brackets, the name of a

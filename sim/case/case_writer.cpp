@@ -57,7 +57,7 @@ bool is_table(const Field& field) {
          std::holds_alternative<TableList>(field.member);
 }
 
-// Whether a key that rules this one out is in use.
+// Tells whether a key that rules this one out is in use.
 bool is_excluded(const Field& field, const Table& table) {
   if (field.excluded_by.empty()) return false;
   const Field& other = *table.find(field.excluded_by);

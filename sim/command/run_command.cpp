@@ -34,7 +34,7 @@ void catch_stop_signals() {
   }
 }
 
-// Of the bodies with the largest errors; the trajectory has them all.
+// Prints the bodies with the largest errors; the trajectory has them all.
 void print_errors(const ErrorEstimate& estimate) {
   const BodyError& worst = *std::ranges::max_element(estimate.bodies, {}, &BodyError::largest);
   const BodyError& last = *std::ranges::max_element(estimate.bodies, {}, &BodyError::last);

@@ -82,7 +82,7 @@ class Contact {
     Mat3 block;
   };
   Coupling definite_coupling(std::size_t pair, double gamma) const;
-  // What its search runs on.
+  // The search runs on this.
   const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return pairs_.size(); }
   // Smallest gap of the pairs in reach; nothing where there are none.
@@ -105,7 +105,7 @@ class Contact {
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  // What the mollifier of near-parallel edges adds to the forces on the four nodes.
+  // Forces that the mollifier of near-parallel edges adds to the forces on the four nodes.
   struct MollifierForce {
     std::array<int, 4> nodes{};
     std::array<Vec3, 4> force;

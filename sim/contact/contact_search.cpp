@@ -165,7 +165,7 @@ ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> sn
   return moved;
 }
 
-// What has flown this far is lost, and float32 spheres could not hold it.
+// A point that has flown this far is lost, and float32 spheres could not hold it.
 std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int body) const {
   const auto points = of_body(position, body);
   const auto lost = std::find_if(points.begin(), points.end(), [](const Vec3& p) {
@@ -285,7 +285,7 @@ std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
   return std::nullopt;
 }
 
-// What a body's box must hold for its pairs with all but its neighbours to be out of reach.
+// The box of a body must hold this for its pairs with all but its neighbours to be out of reach.
 ContactSearch::Box ContactSearch::needed_box(int body) const {
   const Tracked& tracked = tracked_[body];
   return widened(tracked.box, tracked.stray + half_reach(scene_, scene_.bodies[body]));
@@ -435,7 +435,7 @@ bool ContactSearch::rule_out(std::size_t l) {
   return true;
 }
 
-// Of the bodies whose lists are being built, where they have moved.
+// Rebuilds the pyramids of bodies whose lists are being built, where they have moved.
 void ContactSearch::rebuild_pyramids(std::span<const Vec3> start, std::span<const Vec3> end) {
   PhaseTimer timer(statistics_.phases.rebuild);
   std::vector<BodyPath> paths;

@@ -47,7 +47,8 @@ struct CandidateList {
 
 // One empty list for every pair of bodies that may touch, near or far: O(bodies^2).
 std::vector<CandidateList> searched_pairs(const Scene& scene);
-// The same for the pairs whose bodies are close enough at the start that contact looks at them.
+// One empty list for every pair whose bodies are close enough at the start that contact looks at
+// them.
 std::vector<CandidateList> neighbours_at_start(const Scene& scene);
 // How far beyond thickness + range the lists reach, m.
 double search_slack(const Scene& scene);
@@ -76,11 +77,11 @@ class ContactSearch {
                                                std::span<const Vec3> end,
                                                std::span<const double> stray = {});
 
-  // Those of neighbours, sorted by (body_a, body_b).
+  // The lists of neighbours, sorted by (body_a, body_b).
   std::span<const CandidateList> lists() const { return lists_; }
   double slack() const { return slack_; }
-  // What the search runs on. It changes once at the most: a device that fails hands over to the
-  // CPU, whose answers are the same.
+  // The device that the search runs on. It changes once at the most: a device that fails hands over
+  // to the CPU, whose answers are the same.
   const ComputeChoice& compute() const { return search_.choice; }
 
  private:
@@ -92,8 +93,8 @@ class ContactSearch {
   };
   using Box = BodyTree::Box;
   struct Tracked {
-    // Where the lists were built, or the end of the path for which they were; empty for a body that
-    // does not move or has never had a list.
+    // Positions at which the lists were built, or the end of the path for which they were; empty
+    // for a body that does not move or has never had a list.
     std::vector<Vec3> snapshot;
     std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
     double path_length = 0;        // displacements summed over the snapshots left behind, m
@@ -116,8 +117,8 @@ class ContactSearch {
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
-  // Where all moving bodies are now, seen from the ends, or from the starts, of the paths of the
-  // lists. Extends their boxes.
+  // Finds where all moving bodies are now, seen from the ends, or from the starts, of the paths of
+  // the lists. Extends their boxes.
   std::optional<int> track(std::span<const Vec3> position, bool from_start = false);
   static Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now);
   std::optional<int> find_lost(std::span<const Vec3> position, int body) const;
@@ -157,7 +158,7 @@ class ContactSearch {
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;  // of the lists
   ChosenSearch search_;
-  // Of the lists being built.
+  // Work on the lists being built.
   std::vector<std::size_t> building_;
   std::vector<PairQuery> queries_;
   std::vector<std::vector<bsi::LeafPair>> quad_pairs_;

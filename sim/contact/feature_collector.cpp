@@ -123,7 +123,7 @@ class Gatherer {
   Batches batches_;
 };
 
-// What one chunk of quad pairs gave.
+// Features that one chunk of quad pairs gave.
 struct Found {
   Lists lists;
   std::int64_t looked_at = 0;

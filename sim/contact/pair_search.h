@@ -33,8 +33,8 @@ class PairSearch {
   // Remembers where these bodies are; the others stay where they were. All positions finite.
   virtual void rebuild(std::span<const BodyPath> paths) = 0;
   // Sets found[i] to the quad pairs of query i (bsi/traversal.h, with the tangent certificate), in
-  // any order; pairs may be missing that end farther apart than the margin and twice the longest path
-  // of their corners. All bodies asked for have been rebuilt. Counters are added to.
+  // any order; pairs may be missing that end farther apart than the margin and twice the longest
+  // path of their corners. All bodies asked for have been rebuilt. Counters are added to.
   virtual void find(std::span<const PairQuery> queries,
                     std::vector<std::vector<bsi::LeafPair>>& found,
                     bsi::TraversalCounters& counters) = 0;

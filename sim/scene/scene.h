@@ -79,7 +79,7 @@ struct Scene {
 // area.
 std::unique_ptr<const Scene> build_scene(const Case& source);
 
-// What the scene needs, what it skips and why: the text of `weft check`.
+// Says what the scene needs, what it skips and why: the text of `weft check`.
 std::string describe_scene(const Scene& scene);
 
 }  // namespace weft::sim

@@ -26,7 +26,7 @@ std::string size_of(const bsi::Atlas& atlas) {
   return text;
 }
 
-// As many bodies have a line of their own; the others share one.
+// The first bodies, up to this number, have a line of their own; the others share one.
 constexpr std::size_t most_lines = 8;
 
 std::string counted(std::size_t count, const std::string& one, const std::string& many) {
@@ -123,7 +123,7 @@ void describe_forces(const Scene& scene, std::ostream& out) {
       "material damping", "every damping is 0", "its damping is 0", out);
 }
 
-// What the search has to do at the start: pyramids of bodies that have something near them.
+// Describes the work of the search at the start: pyramids of bodies that have something near them.
 void describe_search(const Scene& scene, const std::vector<CandidateList>& neighbours,
                      std::ostream& out) {
   std::vector<char> has_neighbour(scene.bodies.size(), 0);
