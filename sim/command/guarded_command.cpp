@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <optional>
 
 #include "sim/case/case_text.h"
 #include "sim/command/command_json.h"
@@ -17,7 +18,7 @@ namespace weft::sim {
 namespace {
 
 std::string describe_end(const std::string& path, bool draws, int signal) {
-  constexpr std::array crashes{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+  constexpr std::array crashes{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU};
   if (std::ranges::find(crashes, signal) == crashes.end()) {
     return path + ": the process that reads it was stopped (" + strsignal(signal) + ")";
   }
@@ -37,14 +38,15 @@ int deliver(int code) {
   return exit_code::input_output;
 }
 
-int run_guarded(const std::string& path, bool draws, bool json,
-                const std::function<int()>& command) {
+int run_guarded(const GuardedCommand& command) {
   std::cout.flush();
-  const ProcessEnd end = run_in_process([&] { return deliver(command()); });
+  const std::optional<double> limit =
+      command.is_long ? std::nullopt : std::optional(reading_cpu_limit);
+  const ProcessEnd end = run_in_process([&] { return deliver(command.run()); }, {}, limit);
   if (end.signal == 0) return end.code;
-  const std::string reason = describe_end(path, draws, end.signal);
+  const std::string reason = describe_end(command.path, command.draws, end.signal);
   complain(reason);
-  if (json) std::cout << refusal_json(exit_code::input_output, reason) << '\n';
+  if (command.json) std::cout << refusal_json(exit_code::input_output, reason) << '\n';
   return exit_code::input_output;
 }
 

@@ -11,11 +11,15 @@ namespace weft::sim {
 int deliver(int code);
 
 // Runs a command that reads `path` in a process of its own (reading_process.h) and returns its exit
-// code; exit_code::input_output, with a message that names the file, when it crashed. `draws`: the
-// command uses OpenGL, which may be what crashed. `json`: the message goes to standard output, too,
-// as an object.
-int run_guarded(const std::string& path, bool draws, bool json,
-                const std::function<int()>& command);
+// code; exit_code::input_output, with a message that names the file, when it crashed.
+struct GuardedCommand {
+  std::string path;
+  bool draws = false;    // the command uses OpenGL, which may be what crashed
+  bool json = false;     // the message goes to standard output, too, as an object
+  bool is_long = false;  // it computes, so that its CPU time is not limited as that of reading is
+  std::function<int()> run;
+};
+int run_guarded(const GuardedCommand& command);
 
 // Prints `text` on standard error with control characters escaped, and ends the line.
 void complain(const std::string& text);

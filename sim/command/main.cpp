@@ -139,9 +139,13 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
                  "Count the triangles that pass through each other, frame by frame, exactly");
   info->add_flag("--json", arguments.json, "Print one JSON object");
   info->callback([&] {
-    arguments.code = run_guarded(arguments.trajectory, false, arguments.json, [&] {
-      return show_info(arguments.trajectory, arguments.crossings, arguments.json);
-    });
+    arguments.code =
+        run_guarded({.path = arguments.trajectory,
+                     .json = arguments.json,
+                     .is_long = arguments.crossings,
+                     .run = [&] {
+                       return show_info(arguments.trajectory, arguments.crossings, arguments.json);
+                     }});
   });
 
   CLI::App* pictures = app.add_subcommand("render", "Draw the frames of a trajectory");
@@ -184,9 +188,10 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   pictures->add_flag("--force", drawing.force,
                      "Overwrite pictures and a movie that weft render did not make");
   pictures->callback([&] {
-    arguments.code = run_guarded(arguments.trajectory, true, false, [&] {
-      return render(arguments.trajectory, arguments.pictures, drawing);
-    });
+    arguments.code =
+        run_guarded({.path = arguments.trajectory, .draws = true, .is_long = true, .run = [&] {
+                       return render(arguments.trajectory, arguments.pictures, drawing);
+                     }});
   });
 }
 

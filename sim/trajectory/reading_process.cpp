@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <stdexcept>
@@ -22,10 +23,17 @@ void prepare_to_crash(pid_t parent) {
   if (getppid() != parent) _exit(1);  // it died before it could be asked
 }
 
+void limit_cpu_time(double seconds) {
+  std::signal(SIGXCPU, SIG_DFL);
+  const rlim_t limit = static_cast<rlim_t>(std::ceil(seconds));
+  const rlimit both{limit, limit + 1};
+  setrlimit(RLIMIT_CPU, &both);
+}
+
 }  // namespace
 
-ProcessEnd run_in_process(const std::function<int()>& work,
-                          const std::function<void()>& meanwhile) {
+ProcessEnd run_in_process(const std::function<int()>& work, const std::function<void()>& meanwhile,
+                          std::optional<double> cpu_limit) {
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) {
@@ -33,6 +41,7 @@ ProcessEnd run_in_process(const std::function<int()>& work,
   }
   if (child == 0) {
     prepare_to_crash(parent);
+    if (cpu_limit) limit_cpu_time(*cpu_limit);
     int code = 0;
     try {
       code = work();
@@ -53,6 +62,7 @@ ProcessEnd run_in_process(const std::function<int()>& work,
 }
 
 std::string describe_crash(const std::string& path, int signal) {
+  if (signal == SIGXCPU) return path + ": is damaged: HDF5 comes to no end of reading it";
   return path + ": is damaged: HDF5 crashed on reading it (" + strsignal(signal) + ")";
 }
 

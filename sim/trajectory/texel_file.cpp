@@ -167,7 +167,7 @@ TexelFile read_texels(const std::string& path, const std::string& dataset, doubl
     whole = receive(pipe.reading(), message.data(), message.size()) &&
             receive(pipe.reading(), result.texels.data(), result.texels.size() * sizeof(Vec3));
   };
-  const ProcessEnd end = run_in_process(work, meanwhile);
+  const ProcessEnd end = run_in_process(work, meanwhile, reading_cpu_limit);
   if (end.signal != 0) throw TrajectoryError(describe_crash(path, end.signal));
   if (!message.empty()) throw TrajectoryError(message);
   if (!whole) throw TrajectoryError(path + ": cannot be read: the process that reads it ended");

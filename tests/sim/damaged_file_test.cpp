@@ -120,7 +120,21 @@ TEST(ReadingProcess, SurvivesACrash) {
   EXPECT_EQ(describe_crash("run.h5", crashed.signal),
             "run.h5: is damaged: HDF5 crashed on reading it (Segmentation fault)");
   EXPECT_EQ(run_in_process([] { return 3; }).code, 3);
+  EXPECT_EQ(run_in_process([] { return 3; }, {}, 1).code, 3);
   EXPECT_EQ(run_in_process([]() -> int { throw 1; }).signal, SIGABRT);
+}
+
+TEST(ReadingProcess, EndsWorkThatComesToNoEnd) {
+  const auto work = [] {
+    volatile bool goes_on = true;
+    while (goes_on) {
+    }
+    return 0;
+  };
+  const ProcessEnd endless = run_in_process(work, {}, 0.5);
+  EXPECT_EQ(endless.signal, SIGXCPU);
+  EXPECT_EQ(describe_crash("run.h5", endless.signal),
+            "run.h5: is damaged: HDF5 comes to no end of reading it");
 }
 
 }  // namespace
