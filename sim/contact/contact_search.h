@@ -28,7 +28,8 @@ struct FeaturePair {
 struct BodyPair {
   int a = 0;
   int b = 0;
-  auto operator<=>(const BodyPair&) const = default;
+  // clang-tidy 14 takes the compiler's own comparison with 0 for one with a null pointer.
+  auto operator<=>(const BodyPair&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 // The candidates of two bodies (or of one with itself). Each list is sorted by (a, b), so that the

@@ -56,15 +56,17 @@ std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
 class DefaultGroupsWithoutTimes {
  public:
   DefaultGroupsWithoutTimes() {
-    H5Pget_obj_track_times(H5P_GROUP_CREATE_DEFAULT, &tracked_before);
+    H5Pget_obj_track_times(H5P_GROUP_CREATE_DEFAULT, &tracked_before_);
     H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, false);
   }
-  ~DefaultGroupsWithoutTimes() { H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, tracked_before); }
+  ~DefaultGroupsWithoutTimes() {
+    H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, tracked_before_);
+  }
   DefaultGroupsWithoutTimes(const DefaultGroupsWithoutTimes&) = delete;
   DefaultGroupsWithoutTimes& operator=(const DefaultGroupsWithoutTimes&) = delete;
 
  private:
-  hbool_t tracked_before = true;
+  hbool_t tracked_before_ = true;
 };
 
 // Without times of creation: the same run makes the same bytes.
