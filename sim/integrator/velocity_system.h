@@ -23,8 +23,8 @@ namespace weft::sim {
 // Block-Jacobi is used elsewhere, and wherever multigrid meets a matrix that is not positive
 // definite.
 //
-// Where iterations cost more than a factorisation, systems of as long a gamma are factorised
-// (direct_solver.h), unless time.preconditioner names a preconditioner. Iterations are tried again
+// Systems of as long a gamma are factorised (direct_solver.h) once iterations cost more than that,
+// unless time.preconditioner names a preconditioner. Iterations are tried again
 // after eight such systems, then after twice as many each time that they take too long again.
 //
 // The coarse matrices are reused until the extra iterations they cause cost as much as new ones.

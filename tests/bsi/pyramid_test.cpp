@@ -18,19 +18,13 @@
 
 #include "bsi/instruction_set.h"
 #include "bsi/shapes.h"
+#include "tests/bsi/crumpled.h"
 #include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
 namespace {
 
 using Positions = std::vector<Vec3>;
-
-Positions crumpled(Positions positions, double amplitude, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise(0, amplitude);
-  for (Vec3& position : positions) position += Vec3(noise(random), noise(random), noise(random));
-  return positions;
-}
 
 // An atlas of the patches given, of random positions.
 Surface pieces(std::vector<Patch> patches, std::vector<int> texel_to_particle = {}) {

@@ -8,18 +8,12 @@
 #include "bsi/pyramid.h"
 #include "bsi/shapes.h"
 #include "bsi/traversal.h"
+#include "tests/bsi/crumpled.h"
 
 namespace weft::bsi {
 namespace {
 
 using Positions = std::vector<Vec3>;
-
-Positions crumpled(Positions positions, double amplitude, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise(0, amplitude);
-  for (Vec3& position : positions) position += Vec3(noise(random), noise(random), noise(random));
-  return positions;
-}
 
 Surface moved(Surface surface, double noise, const Vec3& offset, double scale = 1) {
   surface.positions = crumpled(surface.positions, noise, surface.atlas.texel_count());

@@ -15,6 +15,7 @@
 #include "bsi/instruction_set.h"
 #include "bsi/proximity.h"
 #include "bsi/shapes.h"
+#include "tests/bsi/crumpled.h"
 #include "tests/bsi/restored_settings.h"
 
 namespace weft::bsi {
@@ -29,13 +30,6 @@ struct Body {
   Positions end;  // empty: at rest
   Pyramid pyramid;
 };
-
-Positions crumpled(Positions positions, double amplitude, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise(0, amplitude);
-  for (Vec3& position : positions) position += Vec3(noise(random), noise(random), noise(random));
-  return positions;
-}
 
 Body make_body(const std::string& name, Surface surface, double noise, const Vec3& offset,
                bool swept) {

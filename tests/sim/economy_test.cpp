@@ -135,16 +135,19 @@ rows = [0, 32]
   EXPECT_EQ(b.rebuilds, a.rebuilds);
 }
 
-// A sheet falls on another that all its pins hold, at rest or rising: contact knows it.
-TEST(Economy, BodiesHeldAsAWholeAreFelt) {
-  const std::string free = R"(
+// One second and a material, for bodies to follow.
+const std::string second_of_cloth = R"(
 [time]
 duration = 1
 [material.cloth]
 density = 0.2
 membrane_stiffness = 500
 stiffness_damping = 1e-3
-[[body]]
+)";
+
+// A sheet falls on another that all its pins hold, at rest or rising: contact knows it.
+TEST(Economy, BodiesHeldAsAWholeAreFelt) {
+  const std::string held = second_of_cloth + R"([[body]]
 name = "held"
 shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
 [[body.pin]]
@@ -157,7 +160,7 @@ position = [0, 0, 0.05]
 shape = { type = "rectangle", size = [0.6, 0.6], resolution = [9, 9] }
 )";
   for (const char* motion : {"", "motion = { velocity = [0, 0, 0.5] }\n"}) {
-    SimulatedCase sim(free + motion + falling);
+    SimulatedCase sim(held + motion + falling);
     ASSERT_EQ(sim.scene().held_bodies(), 1);
     const auto position = sim.positions_at(0.3);  // 0.44 m of free fall
     const double floor = *motion == '\0' ? 0 : 0.15;
@@ -172,14 +175,7 @@ shape = { type = "rectangle", size = [0.6, 0.6], resolution = [9, 9] }
 
 // A sheet falls past others to one that it meets: bodies get new neighbours on the way.
 TEST(Economy, BodiesThatComeNearAreFound) {
-  const std::string text = R"(
-[time]
-duration = 1
-[material.cloth]
-density = 0.2
-membrane_stiffness = 500
-stiffness_damping = 1e-3
-[[body]]
+  const std::string text = second_of_cloth + R"([[body]]
 name = "sheet"
 position = [0, 0, 2]
 shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }

@@ -1,0 +1,19 @@
+// Pieces of GLSL that several compute shaders share. Private to gpu/.
+#pragma once
+
+#include <string>
+
+namespace weft::gpu::shaders {
+
+// Returns GLSL for a number with all its bits.
+std::string exactly(float value);
+std::string exactly(double value);
+
+// The declarations of buffers, and functions that read them: the table of levels; vertices, which
+// need levels; boxes and spheres; bounds of steps.
+extern const char* const levels;
+extern const char* const vertices;
+extern const char* const boxes;
+extern const char* const tangents;
+
+}  // namespace weft::gpu::shaders
