@@ -15,9 +15,9 @@
 #include "bench/method_ladders.h"
 #include "bench/plot.h"
 #include "bench/reference_run.h"
+#include "sim/accuracy/error_estimate.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
-#include "sim/error_estimate.h"
 
 namespace weft::bench {
 

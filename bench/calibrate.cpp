@@ -8,12 +8,12 @@
 #include "bench/experiments.h"
 #include "bench/plot.h"
 #include "bench/reference_run.h"
-#include "sim/accuracy_pilot.h"
-#include "sim/case/accuracy_choice.h"
+#include "sim/accuracy/accuracy_choice.h"
+#include "sim/accuracy/accuracy_pilot.h"
+#include "sim/accuracy/error_estimate.h"
 #include "sim/case/case_checks.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
-#include "sim/error_estimate.h"
 
 namespace weft::bench {
 

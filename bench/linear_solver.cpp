@@ -9,7 +9,7 @@
 #include "bench/experiments.h"
 #include "bench/medians.h"
 #include "sim/case/case_reader.h"
-#include "sim/integrator/velocity_system.h"
+#include "sim/solver/velocity_system.h"
 
 namespace weft::bench {
 

@@ -222,7 +222,7 @@ void add_calibrate(CLI::App& sub, Arguments& arguments) {
   add_positive("--certainty", options.certainty, "Within which the references must agree, m");
   add_positive("--budget", options.budget, "CPU time of a run, s");
   sub.add_option("-o,--output", options.output,
-                 "File of the table: sim/case/calibration_table.inc, to build it in");
+                 "File of the table: sim/accuracy/calibration_table.inc, to build it in");
   sub.add_option("--plot", options.plot, "SVG file of the chart");
 }
 

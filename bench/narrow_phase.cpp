@@ -11,7 +11,7 @@
 #include "bench/triangle_test.h"
 #include "bench/weft_method.h"
 #include "bsi/continuous_collision.h"
-#include "bsi/feature_batches.h"
+#include "bsi/detail/feature_batches.h"
 #include "bsi/instruction_set.h"
 #include "bsi/proximity.h"
 

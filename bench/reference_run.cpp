@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "sim/error_estimate.h"
+#include "sim/accuracy/error_estimate.h"
 
 namespace weft::bench {
 

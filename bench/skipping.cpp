@@ -13,7 +13,7 @@
 #include "bench/medians.h"
 #include "bench/skipping_scenes.h"
 #include "sim/case/case_reader.h"
-#include "sim/simulation.h"
+#include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::bench {

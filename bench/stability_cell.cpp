@@ -9,8 +9,9 @@
 #include "bench/medians.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
-#include "sim/cpu_limit.h"
-#include "sim/simulation.h"
+#include "sim/run/initial_state.h"
+#include "sim/run/recorded_run.h"
+#include "sim/simulation/cpu_limit.h"
 
 namespace weft::bench {
 

@@ -3,7 +3,7 @@
 // Every state that is looked at is checked, 25 in a run (200 where obstacles or pins move)
 // and its last one:
 // - positions and velocities are finite;
-// - there is no more energy than was put in (sim/integrator/energy_watch.h). A run looks at this
+// - there is no more energy than was put in (sim/motion/energy_watch.h). A run looks at this
 //   after each of its steps and fails by itself; what passes it and is found here is wrong;
 // - with contact, no triangle passes through another (crossings.h, exact), and, where obstacles are
 //   at rest, the first surface of two has not come out on the other side of the second;
@@ -27,8 +27,8 @@
 
 #include "bench/stability_grid.h"
 #include "bench/stability_reference.h"
-#include "sim/integrator/energy_watch.h"
 #include "sim/integrator/integrator.h"
+#include "sim/motion/energy_watch.h"
 
 namespace weft::bench {
 

@@ -4,10 +4,10 @@
 #include <numeric>
 
 #include "bench/stability_cell.h"
+#include "sim/accuracy/error_estimate.h"
 #include "sim/case/case_text.h"
-#include "sim/error_estimate.h"
-#include "sim/integrator/tolerances.h"
-#include "sim/trajectory/crossings.h"
+#include "sim/motion/tolerances.h"
+#include "sim/view/crossings.h"
 
 namespace weft::bench {
 

@@ -4,7 +4,7 @@
 
 #include "bench/medians.h"
 #include "sim/case/case_text.h"
-#include "sim/cpu_limit.h"
+#include "sim/simulation/cpu_limit.h"
 
 namespace weft::bench {
 

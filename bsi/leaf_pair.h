@@ -5,7 +5,7 @@
 #include <compare>
 #include <cstdint>
 
-#include "bsi/box_layout.h"
+#include "bsi/detail/box_layout.h"
 
 namespace weft::bsi {
 

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "bsi/block_judge_kernels.h"
+#include "bsi/kernels/block_judge_kernels.h"
 #include "bsi/proximity.h"
 
 namespace weft::bsi {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "bsi/vertex_kernels.h"
+#include "bsi/kernels/vertex_kernels.h"
 
 namespace weft::bsi {
 

@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "bsi/block_levels.h"
-#include "bsi/box_build_kernels.h"
-#include "bsi/box_layout.h"
+#include "bsi/detail/block_levels.h"
+#include "bsi/detail/box_layout.h"
 #include "bsi/geometry_image.h"
+#include "bsi/kernels/box_build_kernels.h"
 #include "bsi/sphere.h"
 
 namespace weft::bsi {

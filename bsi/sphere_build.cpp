@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bsi/detail/sphere_bounds.h"
 #include "bsi/pyramid.h"
-#include "bsi/sphere_bounds.h"
 
 namespace weft::bsi {
 

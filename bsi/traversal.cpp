@@ -11,8 +11,8 @@
 #include <limits>
 #include <memory>
 
-#include "bsi/aligned_vector.h"
-#include "bsi/point_descent_kernels.h"
+#include "bsi/detail/aligned_vector.h"
+#include "bsi/kernels/point_descent_kernels.h"
 
 namespace weft::bsi {
 

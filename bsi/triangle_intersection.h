@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "bsi/exact_predicates.h"
+#include "bsi/detail/exact_predicates.h"
 
 namespace weft::bsi {
 

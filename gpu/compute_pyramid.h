@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "bsi/block_levels.h"
+#include "bsi/detail/block_levels.h"
 #include "bsi/geometry_image.h"
 #include "bsi/pyramid.h"
 

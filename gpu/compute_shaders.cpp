@@ -3,8 +3,8 @@
 #include <bit>
 #include <limits>
 
+#include "bsi/detail/sphere_bounds.h"
 #include "bsi/pyramid.h"
-#include "bsi/sphere_bounds.h"
 #include "gpu/shader_parts.h"
 
 namespace weft::gpu::shaders {

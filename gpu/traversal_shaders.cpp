@@ -1,5 +1,5 @@
 // The compute shaders of the traversals.
-#include "bsi/sphere_bounds.h"
+#include "bsi/detail/sphere_bounds.h"
 #include "gpu/compute_shaders.h"
 #include "gpu/shader_parts.h"
 
@@ -69,7 +69,7 @@ uint child(Children children, uint i) {
   return children.first + (i & children.mask_u) + (i >> children.mask_u) * children.stride;
 }
 
-// --- The tangent certificate: operation by operation as in bsi/box_descent_kernels.cpp -----------
+// --- The tangent certificate: operation by operation as in bsi/kernels/box_descent_kernels.cpp -----------
 
 double dot_of(dvec3 a, dvec3 b) {
   precise double sum = a.x * b.x + a.y * b.y + a.z * b.z;
@@ -124,7 +124,7 @@ bool cannot_touch(Query query, uvec4 pair) {
   return certified(bound, query.certificate_margin);
 }
 
-// As touch() of bsi/box_lanes.h.
+// As touch() of bsi/kernels/box_lanes.h.
 bool touch(vec4 a, vec4 b, float sphere_reach) {
   precise float reach = (a.w + (b.w + sphere_reach)) * touch_factor;
   precise float square = reach * reach;

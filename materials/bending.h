@@ -9,10 +9,11 @@
 // and kappa is minus the gradient of the normal. The plate energy is then a quadratic form,
 //   W = A D/2 [(1 - nu) tr(kappa^2) + nu tr(kappa)^2] = 1/2 t^T C t with t_i = theta_i - theta_i0.
 //
-// Where every edge is a diagonal of a parallelogram (a grid of one diagonal, an equilateral mesh)
-// kappa is exact for every quadratic deflection, and W for every direction of bending: the averaged
-// slope at the middle of an edge is there the true one. On other meshes it is not: on a square grid
-// of alternating diagonals, or with a cross in each cell, W is up to 1.5 times too large.
+// On meshes whose every edge is a diagonal of a parallelogram (a grid of one diagonal, an
+// equilateral mesh) kappa is exact for every quadratic deflection, and W for every direction of
+// bending: the averaged slope at the middle of an edge is there the true one. On other meshes it is
+// not: on a square grid of alternating diagonals, or with a cross in each cell, W is up to 1.5
+// times too large.
 //
 // On a border edge there is no angle; it takes the value that makes W least (no moment), which
 // condenses C.

@@ -3,16 +3,14 @@
 // all read that description.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bsi/leaf_pair.h"
+#include "sim/base/vectors.h"
 
 namespace weft::sim {
-
-using Vec3 = Eigen::Vector3d;
 
 // The place a value came from, for messages; line 0 means it was not in a file (a default or
 // --set).
@@ -178,9 +176,12 @@ struct Case {
   // The case as TOML with every default and override, for the trajectory; what an accuracy has
   // chosen stands in its place.
   std::string resolved_text;
-  // The choice of time.accuracy and its reason; empty without it.
+  // Facts of the text that choose_accuracy() (sim/accuracy/accuracy_choice.h) needs.
+  bool method_given = false;
+  SourceLocation method_location, accuracy_location;
+  // The choice of time.accuracy and its reason; empty without it, and until it is made.
   std::string accuracy_choice;
-  bool accuracy_chooses_method = false;
+  bool awaits_accuracy() const { return time.accuracy && accuracy_choice.empty(); }
 };
 
 }  // namespace weft::sim

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <limits>
 
-#include "sim/case/accuracy_choice.h"
 #include "sim/case/case_checks.h"
 #include "sim/case/case_locations.h"
 #include "sim/case/case_schema.h"
@@ -295,7 +294,9 @@ Case parse_case(const std::string& text, const std::string& path,
   Locations locations(path);
   read_table(root, describe(result), "", locations);
   choose_materials(result, locations);
-  choose_accuracy(result, locations);
+  result.method_given = locations.given("time.method");
+  result.method_location = locations.value("time.method");
+  result.accuracy_location = locations.value("time.accuracy");
   check_case(result, locations);
   result.resolved_text = case_text(result);
   return result;

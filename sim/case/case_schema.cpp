@@ -375,7 +375,7 @@ Table describe(ObstacleCase& target) {
 
 Table describe(Case& target) {
   auto& [title, time, world, contact, output, compute, material, body, obstacle, path, resolved,
-         choice, chooses_method] = target;
+         method_given, method_location, accuracy_location, choice] = target;
   return {{
       field("title", &title, "What the case shows."),
       field("time", table(&time), "How long, how often recorded, how exactly."),

@@ -5,7 +5,7 @@
 
 #include "sim/case/case.h"
 #include "sim/command/run_command.h"
-#include "sim/simulation.h"
+#include "sim/run/recorded_run.h"
 
 namespace weft::sim {
 

@@ -8,10 +8,10 @@
 #include <iostream>
 #include <optional>
 
+#include "sim/base/reading_process.h"
 #include "sim/case/case_text.h"
 #include "sim/command/command_json.h"
 #include "sim/command/run_command.h"
-#include "sim/trajectory/reading_process.h"
 
 namespace weft::sim {
 

@@ -14,9 +14,9 @@
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
-#include "sim/trajectory/render_trajectory.h"
 #include "sim/trajectory/trajectory.h"
-#include "sim/trajectory/trajectory_info.h"
+#include "sim/view/render_trajectory.h"
+#include "sim/view/trajectory_info.h"
 
 namespace {
 

@@ -8,14 +8,17 @@
 #include <filesystem>
 #include <iostream>
 
-#include "sim/accuracy_pilot.h"
+#include "sim/accuracy/accuracy_choice.h"
+#include "sim/accuracy/accuracy_pilot.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
-#include "sim/simulation.h"
+#include "sim/run/initial_state.h"
+#include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
+#include "sim/view/scene_description.h"
 
 namespace weft::sim {
 
@@ -95,7 +98,7 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
     return use(*scene);
   } catch (const CaseError& error) {
     return refuse(exit_code::bad_case, error.what());
-  } catch (const TrajectoryError& error) {
+  } catch (const FileError& error) {
     return refuse(exit_code::input_output, error.what());
   } catch (const std::bad_alloc&) {
     return refuse(exit_code::input_output, "weft: needs more memory than there is");
@@ -207,7 +210,7 @@ int run_case(const RunCommand& command) {
 
 int check_case(const RunCommand& command) {
   return with_scene(
-      command, [](Case&) {},
+      command, [](Case& source) { choose_accuracy(source); },
       [&](const Scene& scene) {
         check_initial_state(scene);
         std::cout << printable(describe_scene(scene), true);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/bill.h"
+#include "sim/base/bill.h"
 
 namespace weft::sim {
 

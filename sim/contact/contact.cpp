@@ -6,8 +6,8 @@
 
 #include "bsi/continuous_collision.h"
 #include "materials/contact.h"
+#include "sim/base/parallel.h"
 #include "sim/case/case_text.h"
-#include "sim/parallel.h"
 
 namespace weft::sim {
 

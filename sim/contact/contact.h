@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "bsi/feature_batches.h"
+#include "bsi/detail/feature_batches.h"
 #include "bsi/proximity.h"
 #include "bsi/surface_terms.h"
+#include "sim/base/statistics.h"
 #include "sim/contact/contact_pair.h"
 #include "sim/contact/contact_search.h"
-#include "sim/forces/block_matrix.h"
+#include "sim/matrix/block_matrix.h"
 #include "sim/scene/scene.h"
-#include "sim/statistics.h"
 
 namespace weft::sim {
 

@@ -7,9 +7,9 @@
 #include <optional>
 #include <span>
 
-#include "bsi/feature_batches.h"
+#include "bsi/detail/feature_batches.h"
 #include "bsi/proximity.h"
-#include "sim/forces/block_matrix.h"
+#include "sim/matrix/block_matrix.h"
 
 namespace weft::sim {
 

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "bsi/pyramid.h"
+#include "sim/base/statistics.h"
 #include "sim/contact/body_tree.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/scene/scene.h"
-#include "sim/statistics.h"
 
 namespace weft::sim {
 

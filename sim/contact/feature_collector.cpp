@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "bsi/feature_batches.h"
+#include "bsi/detail/feature_batches.h"
 
 namespace weft::sim {
 

@@ -1,11 +1,11 @@
 #include "materials/bending.h"
 
+#include "sim/base/parallel.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/quad_hinges.h"
 #include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
-#include "sim/forces/stencil_numbers.h"
-#include "sim/parallel.h"
+#include "sim/matrix/stencil_numbers.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {

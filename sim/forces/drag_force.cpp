@@ -3,7 +3,7 @@
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
-#include "sim/forces/stencil_numbers.h"
+#include "sim/matrix/stencil_numbers.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {

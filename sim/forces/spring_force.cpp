@@ -1,9 +1,9 @@
 #include <set>
 
+#include "sim/base/parallel.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/springs.h"
 #include "sim/forces/stencil_array.h"
-#include "sim/parallel.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "materials/types.h"
-#include "sim/forces/block_matrix.h"
 #include "sim/forces/force.h"
+#include "sim/matrix/block_matrix.h"
 
 // Marks a function that takes a batch of stencils: all that it calls becomes part of it, so that
 // numbers stay in registers. Sanitizers check every access in it, which keeps the compiler busy for
@@ -88,7 +88,7 @@ class StencilArray {
   // Calls body(first, last) for each chunk of stencils.
   template <class Body>
   void for_each_chunk(int threads, const Body& body) const {
-    // One loop serves any number of threads, as in sim/parallel.h.
+    // One loop serves any number of threads, as in sim/base/parallel.h.
     const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
     for (const std::vector<int>& chunks : passes) {
       const int chunk_count = static_cast<int>(chunks.size());

@@ -10,10 +10,10 @@
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/one_step_integrator.h"
-#include "sim/integrator/spectral_estimate.h"
-#include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
-#include "sim/integrator/work.h"
+#include "sim/motion/spectral_estimate.h"
+#include "sim/motion/tolerances.h"
+#include "sim/motion/work.h"
 
 namespace weft::sim {
 

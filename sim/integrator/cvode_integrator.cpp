@@ -12,11 +12,11 @@
 
 #include "sim/case/case_text.h"
 #include "sim/integrator/first_step.h"
-#include "sim/integrator/motion_limits.h"
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/settled_frame.h"
-#include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
+#include "sim/motion/motion_limits.h"
+#include "sim/motion/tolerances.h"
 
 namespace weft::sim {
 

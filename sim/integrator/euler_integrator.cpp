@@ -3,7 +3,7 @@
 
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/stage_integrator.h"
-#include "sim/integrator/tolerances.h"
+#include "sim/motion/tolerances.h"
 
 namespace weft::sim {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "sim/integrator/tolerances.h"
+#include "sim/motion/tolerances.h"
 
 namespace weft::sim {
 

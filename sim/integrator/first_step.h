@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "sim/integrator/dynamics.h"
+#include "sim/motion/dynamics.h"
 
 namespace weft::sim {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "sim/integrator/dynamics.h"
+#include "sim/motion/dynamics.h"
 
 namespace weft::sim {
 

@@ -2,7 +2,7 @@
 
 #include <nvector/nvector_serial.h>
 
-#include "sim/integrator/velocity_system.h"
+#include "sim/solver/velocity_system.h"
 
 namespace weft::sim {
 

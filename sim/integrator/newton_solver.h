@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-#include "sim/integrator/velocity_system.h"
+#include "sim/solver/velocity_system.h"
 
 namespace weft::sim {
 

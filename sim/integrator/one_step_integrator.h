@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sim/integrator/integrator.h"
-#include "sim/integrator/motion_limits.h"
+#include "sim/motion/motion_limits.h"
 
 namespace weft::sim {
 

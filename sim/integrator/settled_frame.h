@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/integrator/dynamics.h"
+#include "sim/motion/dynamics.h"
 
 namespace weft::sim {
 

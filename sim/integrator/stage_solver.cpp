@@ -8,11 +8,11 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/base/parallel.h"
 #include "sim/integrator/newton_solver.h"
-#include "sim/integrator/tolerances.h"
 #include "sim/integrator/vector_operations.h"
-#include "sim/integrator/velocity_system.h"
-#include "sim/parallel.h"
+#include "sim/motion/tolerances.h"
+#include "sim/solver/velocity_system.h"
 
 namespace weft::sim {
 

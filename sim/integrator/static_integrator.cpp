@@ -6,8 +6,8 @@
 
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/one_step_integrator.h"
-#include "sim/integrator/tolerances.h"
-#include "sim/integrator/velocity_system.h"
+#include "sim/motion/tolerances.h"
+#include "sim/solver/velocity_system.h"
 
 namespace weft::sim {
 

@@ -6,9 +6,9 @@
 #include "sim/case/case_text.h"
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/one_step_integrator.h"
-#include "sim/integrator/particle_masses.h"
-#include "sim/integrator/spectral_estimate.h"
 #include "sim/integrator/verlet_steps.h"
+#include "sim/motion/particle_masses.h"
+#include "sim/motion/spectral_estimate.h"
 
 namespace weft::sim {
 

@@ -8,11 +8,12 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "sim/base/file_error.h"
 #include "sim/case/case_error.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/scene/held_bodies.h"
 #include "sim/scene/pins.h"
-#include "sim/trajectory/trajectory.h"
+#include "sim/scene/texel_file.h"
 
 namespace weft::sim {
 
@@ -42,7 +43,7 @@ bsi::Surface make_shape(const ShapeCase& shape, const Case& source) {
     }
   } catch (const std::invalid_argument& error) {
     throw CaseError(shape.location, error.what());
-  } catch (const TrajectoryError& error) {
+  } catch (const FileError& error) {
     throw CaseError(shape.location, error.what());
   }
   throw CaseError(shape.location, "shape type without a builder");
@@ -239,6 +240,10 @@ std::string Scene::describe_particle(int particle) const {
 }
 
 std::unique_ptr<const Scene> build_scene(const Case& source) {
+  if (source.awaits_accuracy()) {
+    throw CaseError(source.accuracy_location, "time.accuracy has not been settled",
+                    "expected a case after choose_accuracy() or correct_accuracy()");
+  }
   auto scene = std::make_unique<Scene>();
   scene->source = source;
   for (const BodyCase& body : source.body) add_dynamic_body(*scene, body);

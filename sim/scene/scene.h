@@ -74,12 +74,10 @@ struct Scene {
   std::string describe_particle(int particle) const;
 };
 
-// Builds shapes, masses, pins and motions. Throws CaseError, with the place in the case, for what
+// Builds shapes, masses, pins and motions. Precondition: time.accuracy is settled
+// (sim/accuracy/accuracy_pilot.h). Throws CaseError, with the place in the case, for what
 // only shows then: a shape file that cannot be read, a pin that selects nothing, triangles without
 // area.
 std::unique_ptr<const Scene> build_scene(const Case& source);
-
-// Says what the scene needs, what it skips and why: the text of `weft check`.
-std::string describe_scene(const Scene& scene);
 
 }  // namespace weft::sim

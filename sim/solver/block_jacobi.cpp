@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "sim/parallel.h"
+#include "sim/base/parallel.h"
 
 namespace weft::sim {
 

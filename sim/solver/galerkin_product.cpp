@@ -4,7 +4,7 @@
 #include <numeric>
 #include <string_view>
 
-#include "sim/parallel.h"
+#include "sim/base/parallel.h"
 
 namespace weft::sim {
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/forces/block_matrix.h"
+#include "sim/matrix/block_matrix.h"
 #include "sim/solver/image_coarsening.h"
 
 namespace weft::sim {

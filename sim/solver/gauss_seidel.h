@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/forces/block_matrix.h"
+#include "sim/matrix/block_matrix.h"
 
 namespace weft::sim {
 

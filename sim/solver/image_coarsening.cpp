@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/parallel.h"
+#include "sim/base/parallel.h"
 
 namespace weft::sim {
 

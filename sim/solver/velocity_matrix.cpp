@@ -1,6 +1,6 @@
 #include "sim/solver/velocity_matrix.h"
 
-#include "sim/parallel.h"
+#include "sim/base/parallel.h"
 
 namespace weft::sim {
 

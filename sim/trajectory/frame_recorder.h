@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/bill.h"
-#include "sim/integrator/dynamics.h"
+#include "sim/base/bill.h"
 #include "sim/integrator/integrator.h"
+#include "sim/motion/dynamics.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -33,7 +33,7 @@ class FrameRecorder {
   int frames() const { return writer_.frames(); }
   // The energies of the last frame, J, have the names of their series.
   const std::vector<std::pair<std::string, double>>& energies() const { return energies_; }
-  // Throws TrajectoryError unless the file is still where it was made.
+  // Throws FileError unless the file is still where it was made.
   void check_in_place() const { writer_.check_in_place(); }
 
  private:

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/trajectory/hdf5_handle.h"
+#include "sim/base/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/trajectory/xdmf_file.h"
 
@@ -13,7 +13,7 @@ namespace weft::sim {
 // The shape of one frame: [rows, cols, 3] or [patches, rows, cols, 3].
 std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas);
 
-// The group /frame, which grows by a group a frame. Throws TrajectoryError.
+// The group /frame, which grows by a group a frame. Throws FileError.
 class FrameViews {
  public:
   // `bodies` is kept by reference, `file` is the open file. Makes the group /frame.

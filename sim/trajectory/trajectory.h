@@ -2,21 +2,19 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bsi/geometry_image.h"
-#include "sim/bill.h"
+#include "sim/base/bill.h"
+#include "sim/base/file_error.h"
+#include "sim/base/vectors.h"
 
 namespace weft::sim {
-
-using bsi::Vec3;
 
 // A body as the trajectory knows it. All patches of a body have the same size. Names are unique,
 // not empty, and contain no '/'.
@@ -26,12 +24,6 @@ struct TrajectoryBody {
   bool moves = true;  // false: positions are written once, not per frame
   bool is_obstacle = false;
   double thickness = 0;  // m
-};
-
-// Thrown for what the file system or HDF5 refuses (exit code 4); the text starts with the path.
-class TrajectoryError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
 };
 
 // The end of a run: how it came and what the run cost.
@@ -80,7 +72,7 @@ class TrajectoryWriter {
     double commit_interval = 0;
   };
   // Creates `path` (under a temporary name, renamed once complete and flushed) and its sidecar;
-  // throws TrajectoryError when one of them exists without `force`, when the writer of what is
+  // throws FileError when one of them exists without `force`, when the writer of what is
   // there lives, with `force` too, or when one cannot be written. The file is locked while the
   // writer lives (file_lock.h). `initial_positions` are by particle, one list a body; only bodies
   // that do not move need one.
@@ -88,7 +80,7 @@ class TrajectoryWriter {
                    std::vector<Series> series, Options options,
                    const std::vector<std::span<const Vec3>>& initial_positions);
   ~TrajectoryWriter();
-  // Throws TrajectoryError for a path that the constructor would refuse because something is there:
+  // Throws FileError for a path that the constructor would refuse because something is there:
   // for whoever has much to do before a writer is made.
   static void refuse_existing(const std::string& path, bool force);
   TrajectoryWriter(const TrajectoryWriter&) = delete;
@@ -97,7 +89,7 @@ class TrajectoryWriter {
   // Appends a frame, and commits if `commit_interval` has passed. Lists are by body (velocities
   // empty unless asked for; entries of bodies that do not move are not read) and by series;
   // `step_rows` holds the steps since the last frame, each as one value a step series. Throws
-  // TrajectoryError, after which the frames committed before stand and no other can be written.
+  // FileError, after which the frames committed before stand and no other can be written.
   // O(texels), no fsync.
   void write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
                    const std::vector<std::span<const Vec3>>& velocities,
@@ -113,7 +105,7 @@ class TrajectoryWriter {
   bool is_due(double pause) const;
   // Counts frames that are committed and frames that wait.
   int frames() const;
-  // Throws TrajectoryError unless the path still names the file of this writer, which someone may
+  // Throws FileError unless the path still names the file of this writer, which someone may
   // have moved, removed or replaced.
   void check_in_place() const;
 
@@ -124,7 +116,7 @@ class TrajectoryWriter {
 
 // Opens a trajectory, also one whose run was killed or goes on: frames() counts the frames that
 // were complete when it was opened. Frames and bodies out of range are programmer's errors; what
-// the file lacks or has wrong is a TrajectoryError. One thread at a time (so is HDF5).
+// the file lacks or has wrong is a FileError. One thread at a time (so is HDF5).
 class TrajectoryReader {
  public:
   explicit TrajectoryReader(const std::string& path);
@@ -153,16 +145,5 @@ class TrajectoryReader {
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
-
-// A file shape: [rows, cols, 3] or [patches, rows, cols, 3] from an HDF5 file. Throws
-// TrajectoryError, also for a file that HDF5 crashes on (a process of its own reads it), and,
-// before memory is taken, for one that stores less than its shape claims or whose numbers take more
-// than `most_bytes`.
-struct TexelFile {
-  int patches = 0, rows = 0, cols = 0;
-  std::vector<Vec3> texels;
-};
-TexelFile read_texels(const std::string& path, const std::string& dataset,
-                      double most_bytes = std::numeric_limits<double>::infinity());
 
 }  // namespace weft::sim

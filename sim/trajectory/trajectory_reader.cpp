@@ -6,7 +6,7 @@
 #include <string_view>
 #include <thread>
 
-#include "sim/trajectory/hdf5_handle.h"
+#include "sim/base/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -35,7 +35,7 @@ auto read_whole(const std::string& path, const Read& read) {
   for (auto pause = first_pause;; pause *= 2) {
     try {
       return read();
-    } catch (const TrajectoryError& error) {
+    } catch (const FileError& error) {
       const bool is_torn = std::string_view(error.what()).find("checksum") != std::string::npos;
       const bool is_late = std::chrono::steady_clock::now() > deadline;
       if (!is_torn || is_late || !has_changed_lately(path)) throw;

@@ -10,11 +10,11 @@
 #include <filesystem>
 #include <optional>
 
+#include "sim/base/hdf5_handle.h"
 #include "sim/trajectory/commit_driver.h"
 #include "sim/trajectory/file_lock.h"
 #include "sim/trajectory/frame_batch.h"
 #include "sim/trajectory/frame_views.h"
-#include "sim/trajectory/hdf5_handle.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/trajectory/xdmf_file.h"
 
@@ -95,9 +95,9 @@ Handle end_properties() {
 }
 
 [[noreturn]] void refuse_running(const std::string& path) {
-  throw TrajectoryError(path +
-                        ": is being written by a run that has not ended; wait for it, or write to "
-                        "another folder (-o)");
+  throw FileError(path +
+                  ": is being written by a run that has not ended; wait for it, or write to "
+                  "another folder (-o)");
 }
 
 }  // namespace
@@ -165,13 +165,13 @@ struct TrajectoryWriter::Implementation {
 
 void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
   const std::string sidecar = sidecar_of(path);
-  if (sidecar == path) throw TrajectoryError(path + ": a trajectory cannot be named .xdmf");
+  if (sidecar == path) throw FileError(path + ": a trajectory cannot be named .xdmf");
   for (const std::string& name : {path, sidecar}) {
     std::error_code error;
     const auto status = std::filesystem::symlink_status(name, error);
-    if (std::filesystem::is_directory(status)) throw TrajectoryError(name + ": is a directory");
+    if (std::filesystem::is_directory(status)) throw FileError(name + ": is a directory");
     if (!force && std::filesystem::exists(status)) {
-      throw TrajectoryError(name + ": exists already, and is only overwritten by force (--force)");
+      throw FileError(name + ": exists already, and is only overwritten by force (--force)");
     }
   }
   if (is_locked(path)) refuse_running(path);
@@ -333,7 +333,7 @@ void TrajectoryWriter::Implementation::publish() {
 bool TrajectoryWriter::Implementation::replace_old_file() {
   const std::string& path = access.path();
   const auto fail = [&](int error) {
-    throw TrajectoryError(path + ": cannot create: " + std::strerror(error));
+    throw FileError(path + ": cannot create: " + std::strerror(error));
   };
   if (renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) == 0) {
     return true;

@@ -39,7 +39,7 @@ std::string escape(const std::string& text) {
 }
 
 [[noreturn]] void fail(const std::string& path) {
-  throw TrajectoryError(path + ": cannot write: " + std::strerror(errno));
+  throw FileError(path + ": cannot write: " + std::strerror(errno));
 }
 
 }  // namespace

@@ -29,11 +29,11 @@ class XdmfFile {
   ~XdmfFile();
 
   // `trajectory` is the name of the HDF5 file, in the same folder. Replaces what is at `path`.
-  // Throws TrajectoryError.
+  // Throws FileError.
   void create(const std::string& path, const std::string& trajectory);
   // Returns the text of a frame at `time` (s), to be appended.
   std::string describe(double time, const std::vector<XdmfSurface>& surfaces);
-  // Writes the texts of one frame or more. Throws TrajectoryError.
+  // Writes the texts of one frame or more. Throws FileError.
   void append(const std::string& frames);
 
  private:

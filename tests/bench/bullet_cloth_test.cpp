@@ -5,8 +5,8 @@
 
 #include "bench/cloth_peers.h"
 #include "bench/reference_run.h"
+#include "sim/accuracy/error_estimate.h"
 #include "sim/case/case_reader.h"
-#include "sim/error_estimate.h"
 
 namespace weft::bench {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "bench/cloth_peers.h"
 #include "sim/case/case_reader.h"
-#include "sim/integrator/dynamics.h"
+#include "sim/motion/dynamics.h"
 
 namespace weft::bench {
 namespace {

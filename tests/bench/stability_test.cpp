@@ -10,7 +10,7 @@
 #include "bench/stability_cell.h"
 #include "bench/stability_verdict.h"
 #include "sim/case/case_reader.h"
-#include "sim/simulation.h"
+#include "sim/run/recorded_run.h"
 
 namespace weft::bench {
 namespace {

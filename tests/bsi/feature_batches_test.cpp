@@ -1,4 +1,4 @@
-#include "bsi/feature_batches.h"
+#include "bsi/detail/feature_batches.h"
 
 #include <gtest/gtest.h>
 

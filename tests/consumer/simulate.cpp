@@ -1,6 +1,6 @@
 // The library example of README.md.
 #include "sim/case/case_reader.h"
-#include "sim/simulation.h"
+#include "sim/run/recorded_run.h"
 
 int main(int, char** arguments) {
   const auto scene = weft::sim::build_scene(weft::sim::read_case(arguments[1]));

@@ -9,10 +9,11 @@
 #include <map>
 #include <sstream>
 
-#include "sim/cpu_limit.h"
-#include "sim/integrator/energy_watch.h"
-#include "sim/process_time.h"
-#include "sim/simulation.h"
+#include "sim/base/process_time.h"
+#include "sim/motion/energy_watch.h"
+#include "sim/run/initial_state.h"
+#include "sim/run/recorded_run.h"
+#include "sim/simulation/cpu_limit.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::moving {

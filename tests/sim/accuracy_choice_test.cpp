@@ -1,11 +1,11 @@
 // Tests the choice of a method and its tolerances for an accuracy, and the error that comes out.
-#include "sim/case/accuracy_choice.h"
+#include "sim/accuracy/accuracy_choice.h"
 
 #include <cmath>
 
-#include "sim/accuracy_pilot.h"
+#include "sim/accuracy/accuracy_pilot.h"
 #include "sim/case/case_error.h"
-#include "sim/integrator/energy_watch.h"
+#include "sim/motion/energy_watch.h"
 #include "simulated_case.h"
 
 namespace weft::sim {
@@ -61,7 +61,9 @@ edges = ["first_row", "last_row", "first_col", "last_col"]
 )";
 
 Case chosen(const std::string& text, const Overrides& overrides) {
-  return parse_case(text, "test.toml", overrides);
+  Case source = parse_case(text, "test.toml", overrides);
+  choose_accuracy(source);
+  return source;
 }
 
 std::string refusal(const std::string& text, const Overrides& overrides) {

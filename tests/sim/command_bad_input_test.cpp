@@ -11,6 +11,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/command/run_command.h"
+#include "sim/scene/texel_file.h"
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
@@ -207,7 +208,7 @@ shape = { type = "file", path = "trajectory.h5", dataset = "body/sheet/triangles
   try {
     read_texels(path("image.h5").string(), "positions", 50000);
     ADD_FAILURE();
-  } catch (const TrajectoryError& error) {
+  } catch (const FileError& error) {
     EXPECT_EQ(error.what(), path("image.h5").string() +
                                 ": dataset positions takes 0.09375 MiB of memory, more than the "
                                 "limit of 0.04768 MiB");

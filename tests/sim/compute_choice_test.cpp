@@ -4,6 +4,7 @@
 
 #include "gpu/gl_context.h"
 #include "sim/contact/contact_search.h"
+#include "sim/view/scene_description.h"
 #include "simulated_case.h"
 
 namespace weft::sim {

@@ -7,8 +7,9 @@
 #include <random>
 
 #include "sim/case/case_error.h"
-#include "sim/simulation.h"
-#include "sim/trajectory/crossings.h"
+#include "sim/run/initial_state.h"
+#include "sim/run/recorded_run.h"
+#include "sim/view/crossings.h"
 #include "simulated_case.h"
 
 namespace weft::sim {

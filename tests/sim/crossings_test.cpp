@@ -1,4 +1,4 @@
-#include "sim/trajectory/crossings.h"
+#include "sim/view/crossings.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <random>
 #include <set>
 
-#include "bsi/exact_predicates.h"
+#include "bsi/detail/exact_predicates.h"
 #include "bsi/triangle_intersection.h"
 
 namespace weft::sim {

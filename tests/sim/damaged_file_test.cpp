@@ -4,8 +4,8 @@
 #include <memory>
 #include <random>
 
+#include "sim/base/reading_process.h"
 #include "sim/command/run_command.h"
-#include "sim/trajectory/reading_process.h"
 #include "tests/sim/weft_process.h"
 
 namespace weft::sim {

@@ -1,5 +1,5 @@
 // Motion that gains energy is found, and motion that does not is left alone.
-#include "sim/integrator/energy_watch.h"
+#include "sim/motion/energy_watch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // Errors measured by a second run, against those from a converged reference.
-#include "sim/error_estimate.h"
+#include "sim/accuracy/error_estimate.h"
 
 #include <cmath>
 
-#include "sim/simulation.h"
+#include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
 #include "simulated_case.h"
 #include "tests/temporary_folder.h"
@@ -176,7 +176,7 @@ rows = [0, -1]
   EXPECT_EQ(*std::max_element(errors.begin(), errors.end()), estimate.bodies.at(0).largest);
   EXPECT_GT(estimate.bodies.at(0).largest, 0);
   // A body that pins hold as a whole has no error to estimate.
-  EXPECT_THROW(with.series_values("error_estimate_still"), TrajectoryError);
+  EXPECT_THROW(with.series_values("error_estimate_still"), FileError);
   EXPECT_EQ(with.series().back().units, "m");
   const std::vector<Vec3> positions = with.positions(0, with.frames() - 1);
 

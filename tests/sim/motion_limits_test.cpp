@@ -1,5 +1,5 @@
 // How far steps go beside moving obstacles: limits against closed forms.
-#include "sim/integrator/motion_limits.h"
+#include "sim/motion/motion_limits.h"
 
 #include <gtest/gtest.h>
 

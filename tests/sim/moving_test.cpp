@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "sim/integrator/motion_limits.h"
+#include "sim/motion/motion_limits.h"
 #include "simulated_case.h"
 
 namespace weft::sim {

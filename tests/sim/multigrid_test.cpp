@@ -7,7 +7,7 @@
 #include <string>
 
 #include "sim/case/case_reader.h"
-#include "sim/integrator/velocity_system.h"
+#include "sim/solver/velocity_system.h"
 #include "tests/dense_algebra.h"
 
 namespace weft::sim {

@@ -1,5 +1,5 @@
 // Sums over particles in batches against sums one by one.
-#include "sim/integrator/particle_masses.h"
+#include "sim/motion/particle_masses.h"
 
 #include <gtest/gtest.h>
 

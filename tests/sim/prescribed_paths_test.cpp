@@ -1,5 +1,5 @@
 // Pins that are moved through obstacles or other pins: found, and the run ends before they cross.
-#include "sim/integrator/prescribed_paths.h"
+#include "sim/motion/prescribed_paths.h"
 
 #include <gtest/gtest.h>
 

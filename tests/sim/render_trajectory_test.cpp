@@ -1,4 +1,4 @@
-#include "sim/trajectory/render_trajectory.h"
+#include "sim/view/render_trajectory.h"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -361,7 +361,7 @@ TEST_F(RenderTrajectory, KeepsThePicturesWhenFfmpegFails) {
 
 TEST_F(RenderTrajectory, RefusesWhatCannotBeDrawn) {
   EXPECT_THROW(render_trajectory(folder_.path("missing.h5"), pictures(), small_pictures()),
-               TrajectoryError);
+               FileError);
   EXPECT_THROW(render_trajectory(write_trajectory(0), pictures(), small_pictures()),
                std::runtime_error);
 }

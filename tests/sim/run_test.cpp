@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "sim/simulation.h"
+#include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/simulated_case.h"
 #include "tests/temporary_folder.h"

@@ -11,6 +11,7 @@
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
+#include "sim/view/scene_description.h"
 #include "tests/temporary_folder.h"
 
 namespace weft::sim {

@@ -10,7 +10,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/integrator/integrator.h"
 #include "sim/scene/scene.h"
-#include "sim/trajectory/crossings.h"
+#include "sim/view/crossings.h"
 
 namespace weft::sim {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "sim/case/case_reader.h"
-#include "sim/integrator/dynamics.h"
+#include "sim/motion/dynamics.h"
 #include "tests/dense_algebra.h"
 
 namespace weft::sim {

@@ -1,4 +1,4 @@
-#include "sim/trajectory/trajectory_info.h"
+#include "sim/view/trajectory_info.h"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ class TrajectoryInfo : public TrajectoryFolder {
     try {
       count_crossings(path("run.h5"));
       return "";
-    } catch (const TrajectoryError& error) {
+    } catch (const FileError& error) {
       return error.what();
     }
   }
@@ -128,7 +128,7 @@ TEST_F(TrajectoryInfo, SaysHowTheRunEnded) {
                             .error_estimate = {},
                             .total = {5, 6}}});
     EXPECT_EQ(status(), "failed");
-    EXPECT_THROW(writer.write_frame(1, views(initial), {}, {}), TrajectoryError);
+    EXPECT_THROW(writer.write_frame(1, views(initial), {}, {}), FileError);
   }
   const TrajectorySummary summary = summarise_trajectory(path("run.h5"));
   EXPECT_EQ(summary.frames, 1);

@@ -1,4 +1,5 @@
 #include "sim/trajectory/trajectory.h"
+#include "sim/scene/texel_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -55,7 +56,7 @@ class Trajectory : public TrajectoryFolder {
   static std::string message_of(const std::function<void()>& action) {
     try {
       action();
-    } catch (const TrajectoryError& error) {
+    } catch (const FileError& error) {
       return error.what();
     }
     return "no error";
@@ -309,7 +310,7 @@ TEST_F(Trajectory, KeepsWhatIsThereWhenTheDiskIsFull) {
         while (written < 1000) next();
       });
       second = message_of(next);
-    } catch (const TrajectoryError& error) {
+    } catch (const FileError& error) {
       restore();
       FAIL() << "limit " << limit << ": " << error.what();
     }

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/integrator/spectral_estimate.h"
 #include "sim/integrator/verlet_steps.h"
+#include "sim/motion/spectral_estimate.h"
 #include "simulated_case.h"
 #include "tests/dense_algebra.h"
 

@@ -1,0 +1,130 @@
+#include "bsi/detail/feature_batches.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "bsi/continuous_collision.h"
+#include "bsi/kernels/feature_kernels.h"
+#include "bsi/proximity.h"
+
+namespace weft::bsi {
+
+namespace {
+
+constexpr std::size_t chunk_size = 512;
+
+FeatureBatch batch_of(std::span<const Vec3> positions, std::span<const double> path_lengths,
+                      std::span<const FourParticles> pairs) {
+  static_assert(sizeof(FourParticles) == sizeof(int[4]));
+  return {positions.data()->data(), path_lengths.empty() ? nullptr : path_lengths.data(),
+          reinterpret_cast<const int(*)[4]>(pairs.data()), static_cast<int>(pairs.size())};
+}
+
+FourPoints points_of(std::span<const Vec3> x, const FourParticles& particles) {
+  return {x[particles[0]], x[particles[1]], x[particles[2]], x[particles[3]]};
+}
+
+// Calls body(first, part) for every chunk of the pairs.
+template <class Body>
+void for_chunks(std::span<const FourParticles> pairs, const Body& body) {
+  for (std::size_t first = 0; first < pairs.size(); first += chunk_size)
+    body(first, pairs.subspan(first, std::min(chunk_size, pairs.size() - first)));
+}
+
+// Squared distances and paths of a chunk.
+struct Measured {
+  std::array<double, chunk_size> squared_distance;
+  std::array<double, chunk_size> path;
+
+  void measure(FeatureKind kind, std::span<const Vec3> positions,
+               std::span<const double> path_lengths, std::span<const FourParticles> pairs) {
+    std::array<bool, chunk_size> certain;
+    feature_kernels().measure[static_cast<int>(kind)](batch_of(positions, path_lengths, pairs),
+                                                      squared_distance.data(), certain.data(),
+                                                      path.data());
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      if (certain[k]) continue;
+      const auto [x0, x1, x2, x3] = points_of(positions, pairs[k]);
+      squared_distance[k] =
+          (kind == FeatureKind::vertex_triangle ? closest_vertex_triangle(x0, x1, x2, x3)
+                                                : closest_edge_edge(x0, x1, x2, x3))
+              .squared_distance;
+    }
+  }
+};
+
+}  // namespace
+
+void squared_distances(FeatureKind kind, std::span<const Vec3> positions,
+                       std::span<const FourParticles> pairs, std::span<double> squared_distance) {
+  assert(squared_distance.size() == pairs.size());
+  Measured measured;
+  for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
+    measured.measure(kind, positions, {}, part);
+    std::copy_n(measured.squared_distance.begin(), part.size(), squared_distance.begin() + first);
+  });
+}
+
+void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
+                   std::span<const double> path_lengths, std::span<const FourParticles> pairs,
+                   double reach, std::vector<PairInReach>& in_reach) {
+  assert(reach >= 0);
+  const float reach_above = std::nextafter(static_cast<float>(reach), INFINITY);
+  std::array<bool, chunk_size> apart;
+  std::vector<FourParticles> left;
+  std::vector<int> place;
+  Measured measured;
+  for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
+    feature_kernels().find_apart[static_cast<int>(kind)](batch_of(positions, path_lengths, part),
+                                                         reach_above, apart.data());
+    left.clear();
+    place.clear();
+    for (std::size_t k = 0; k < part.size(); ++k) {
+      if (apart[k]) continue;
+      left.push_back(part[k]);
+      place.push_back(static_cast<int>(first + k));
+    }
+    if (left.empty()) return;
+    measured.measure(kind, positions, path_lengths, left);
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      const double path = measured.path[k], limit = reach + path;
+      if (!(measured.squared_distance[k] <= limit * limit)) continue;
+      const double distance = std::sqrt(measured.squared_distance[k]);
+      in_reach.push_back({place[k], std::max(0.0, distance - path)});
+    }
+  });
+}
+
+void find_unproved_paths(FeatureKind kind, std::span<const Vec3> start, std::span<const Vec3> end,
+                         std::span<const FourParticles> pairs, double separation,
+                         double end_separation, std::vector<int>& unproved) {
+  assert(separation >= 0 && end_separation >= separation);
+  const float above = std::nextafter(static_cast<float>(separation), INFINITY);
+  const float end_above = std::nextafter(static_cast<float>(end_separation), INFINITY);
+  std::array<bool, chunk_size> safe;
+  for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
+    feature_kernels().find_safe[static_cast<int>(kind)](
+        batch_of(start, {}, part), end.data()->data(), above, end_above, safe.data());
+    for (std::size_t k = 0; k < part.size(); ++k) {
+      if (!safe[k]) unproved.push_back(static_cast<int>(first + k));
+    }
+  });
+}
+
+void safe_fractions(FeatureKind kind, std::span<const Vec3> start, std::span<const Vec3> end,
+                    std::span<const FourParticles> pairs, double minimum_separation,
+                    std::span<double> fraction) {
+  assert(fraction.size() == pairs.size());
+  std::fill(fraction.begin(), fraction.end(), 1.0);
+  std::vector<int> unproved;
+  find_unproved_paths(kind, start, end, pairs, minimum_separation, minimum_separation, unproved);
+  for (int k : unproved) {
+    const FourPoints from = points_of(start, pairs[k]), to = points_of(end, pairs[k]);
+    fraction[k] = kind == FeatureKind::vertex_triangle
+                      ? safe_fraction_vertex_triangle(from, to, minimum_separation)
+                      : safe_fraction_edge_edge(from, to, minimum_separation);
+  }
+}
+
+}  // namespace weft::bsi

@@ -1,0 +1,56 @@
+// The loops that build a box pyramid, one table for each instruction set. An internal header of
+// bsi/.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "bsi/detail/box_layout.h"
+
+namespace weft::bsi {
+
+// A row of blocks while the pyramid is built: 18 planes of one float per block, `stride` apart.
+// Planes 0-5 bound the vertices, planes 6-17 the steps between them (TangentBounds::bound). Lower
+// bounds have their sign changed, so that every union is a maximum. A plane may be read and written
+// up to a multiple of plane_padding blocks, and be read one float further.
+inline constexpr int plane_count = 18;
+inline constexpr int plane_padding = 16;
+struct BoundRow {
+  float* plane;
+  std::size_t stride;
+};
+
+// The planes that a kernel is to work on.
+struct PlaneRange {
+  int begin, end;
+};
+inline constexpr PlaneRange box_planes{0, 6};
+inline constexpr PlaneRange step_planes{6, 18};
+
+// Consecutive rows of vertices.
+struct VertexRows {
+  const float* row[5][3];  // by row, by component
+  std::int32_t count;      // at least 2
+};
+
+struct BoxBuildKernels {
+  // Bounds each column of vertices over two or three rows, for the planes of boxes. With `join` the
+  // bounds include what `out` holds.
+  void (*bound_columns)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
+  // Bounds, over two to five rows, the steps along u after each column and the steps along v in it.
+  void (*bound_steps)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
+  // Makes leaf blocks from bounded columns; block u spans the quads [boundary[u], boundary[u + 1]).
+  void (*bound_leaves)(BoundRow columns, PlaneRange planes, const std::int32_t* boundary,
+                       int blocks, BoundRow out);
+  // Makes parents from one or two rows of children (upper == lower where v is not split).
+  void (*merge)(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int blocks,
+                BoundRow out);
+  // Stores the child boxes of a row of parents. `lower.plane` is null where v is not split.
+  void (*store_groups)(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoxGroup* out);
+  void (*store_tangents)(BoundRow row, int blocks, TangentBounds* out);
+};
+
+// Returns the table for instruction_set().
+const BoxBuildKernels& box_build_kernels();
+
+}  // namespace weft::bsi

@@ -1,0 +1,57 @@
+// Functions that the kernels of distances share. For kernel files alone, as lanes.h.
+#pragma once
+
+#include "bsi/kernels/lanes.h"
+
+namespace weft::bsi::WEFT_KERNELS {
+
+template <class V>
+WEFT_INLINE V smallest(V a, V b, V c) {
+  return smaller(smaller(a, b), c);
+}
+template <class V>
+WEFT_INLINE V largest(V a, V b, V c) {
+  return larger(larger(a, b), c);
+}
+
+// The shortest vector found so far from a point of the second feature to one of the first.
+template <class V>
+struct Nearest {
+  V squared;
+  Lanes3<V> vector;
+
+  WEFT_INLINE void offer(V other_squared, const Lanes3<V>& other) {
+    const auto nearer = other_squared < squared;
+    squared = nearer ? other_squared : squared;
+    vector.x = nearer ? other.x : vector.x;
+    vector.y = nearer ? other.y : vector.y;
+    vector.z = nearer ? other.z : vector.z;
+  }
+};
+
+// Bounds of the rounding (docs/theory.md, "The narrow phase"). `length` bounds that of a separation
+// vector and `shadow` that of the gap between shadows, both in sizes of the pair. `relative` bounds
+// that of products and squares, as a factor.
+template <class Float>
+struct Bounds {
+  static constexpr Float u = RoundingOf<Float>::unit;
+  static constexpr Float length = 24 * u, shadow = 12 * u, relative = 1 + 16 * u;
+};
+
+// Returns the size of a pair from its square. It is infinite, which leaves everything open, where
+// products of coordinates might overflow.
+template <class Float>
+WEFT_INLINE Lanes<Float> safe_size(Lanes<Float> squared) {
+  return square_root(16 * squared + RoundingOf<Float>::smallest_square) * Float{0.25};
+}
+
+// Returns whether the distance is certain to be above `reach`, given the gap between the shadows
+// along a vector of this squared length.
+template <class Float>
+WEFT_INLINE auto is_apart(Lanes<Float> gap, Lanes<Float> squared, Lanes<Float> reach,
+                          Lanes<Float> size) {
+  const auto length = square_root(squared + RoundingOf<Float>::smallest_square);
+  return gap > length * (reach + Bounds<Float>::shadow * size) * Bounds<Float>::relative;
+}
+
+}  // namespace weft::bsi::WEFT_KERNELS

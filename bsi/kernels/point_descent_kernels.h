@@ -1,0 +1,48 @@
+// The loop that brings points down a box pyramid, one table for each instruction set. An internal
+// header of bsi/.
+#pragma once
+
+#include "bsi/kernels/box_descent_kernels.h"
+
+namespace weft::bsi {
+
+// The most points of a batch: the more there are, the fewer vectors are half empty.
+inline constexpr int points_a_batch = 65536;
+// Room for the points that come near a block: all of them, and those of four children on each of at
+// most 18 levels, each list with room for a vector more.
+inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_a_batch + 16);
+// Bytes of a workspace: components and numbers of those points, and by how much each point is
+// widened. It must be aligned to 64 bytes. Most of it is never touched.
+inline constexpr std::size_t point_workspace =
+    16 * point_list_length + 4 * std::size_t{points_a_batch + 16};
+
+// A PairSink receives leaf pairs. `flush` is called when there may be no room for the pairs of one
+// more leaf block, and empties the sink.
+inline constexpr int pairs_a_flush = 8;
+struct PairSink {
+  LeafPair* pairs;
+  int count;
+  int capacity;
+  void (*flush)(PairSink& sink);
+  void* owner;
+};
+
+struct PointDescentKernels {
+  // Rounds up to points_a_batch points (x, y, z each) to float32 and finds half_margin(reach,
+  // magnitude, ...) of each. Returns the largest. `reach` must be below 4 *
+  // Pyramid::coordinate_limit.
+  float (*load_points)(const double* positions, int count, double reach, float magnitude,
+                       void* workspace);
+  // Finds the leaves below the root of `patch` whose boxes overlap the box of a point, both widened
+  // by what belongs to the point. Appends them as pairs (first_number + point, leaf), leaf block by
+  // leaf block, for the `count` points loaded last. query.half_margin must be 0; `largest_half` is
+  // what load_points returned. `workspace` holds point_workspace bytes.
+  void (*descend_points)(const DescentQuery& query, int patch, int count, float largest_half,
+                         int first_number, void* workspace, PairSink& sink,
+                         DescentCounters& counters);
+};
+
+// Returns the table for instruction_set().
+const PointDescentKernels& point_descent_kernels();
+
+}  // namespace weft::bsi

@@ -1,0 +1,293 @@
+#include "sim/accuracy/accuracy_pilot.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+#include "sim/accuracy/accuracy_choice.h"
+#include "sim/accuracy/error_estimate.h"
+#include "sim/case/case_checks.h"
+#include "sim/case/case_writer.h"
+#include "sim/integrator/verlet_steps.h"
+#include "sim/motion/energy_watch.h"
+#include "sim/motion/spectral_estimate.h"
+#include "sim/motion/work.h"
+#include "sim/simulation/cpu_limit.h"
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double looser = 16;
+// m. Beyond it the curves of error against tolerance are rough.
+constexpr double loosest_pilot = 2e-5;
+constexpr int samples = 20;  // times at which the two runs are compared
+// Pairs of runs, each a 16th as loose as the one before, until one succeeds.
+constexpr int most_pairs = 3;
+// Part of a tolerance that fails which is tried next.
+constexpr double retreat = 0.25;
+
+TimeCase with_tolerance(const TimeCase& time, double tolerance) {
+  TimeCase result = time;
+  result.position_tolerance = tolerance;
+  result.relative_tolerance = std::min(0.1, 10 * tolerance);
+  return result;
+}
+
+const char* name_of(TimeMethod method) {
+  return std::ranges::find(calibrated_methods(), method, &CalibratedMethod::method)->name;
+}
+
+TimeCase with_verlet(const TimeCase& time, double share) {
+  const double tolerance = verlet_tolerance(share);
+  TimeCase result = with_tolerance(time, tolerance / 10);
+  result.method = TimeMethod::verlet;
+  result.relative_tolerance = tolerance;
+  return result;
+}
+
+template <class... Numbers>
+std::string formatted(const char* format, Numbers... numbers) {
+  char text[400];
+  std::snprintf(text, sizeof text, format, numbers...);
+  return text;
+}
+
+std::unique_ptr<const Scene> scene_with(const Case& target, const TimeCase& time) {
+  Case source = target;
+  source.time = time;
+  return build_scene(source);
+}
+
+// How far two runs come apart.
+struct Distance {
+  double largest = 0;                 // m
+  std::optional<double> parted_time;  // s: from then on it does not grow with the tolerance
+};
+
+class Pilot {
+ public:
+  Pilot(Case& target, const PilotOptions& options)
+      : target_(target),
+        options_(options),
+        limit_(target.compute.cpu_limit.value_or(std::numeric_limits<double>::infinity())) {}
+
+  PilotReport execute() {
+    const Case before = target_;
+    correct();
+    if (stopped()) target_ = before;
+    report_.cost = stopwatch_.elapsed();
+    return report_;
+  }
+
+ private:
+  void correct();
+  bool choose_verlet(const TimeCase& loose);
+  bool is_dearer_than_verlet(const Scene& scene);
+  std::optional<Distance> distance(const TimeCase& loose, const TimeCase& tight);
+  void correct_by(const Distance& apart, double loose);
+  double make_sure(double wanted, double succeeded);
+  bool fails(const TimeCase& time);
+
+  double duration() const { return target_.time.duration; }
+  double cpu_time() const { return stopwatch_.elapsed().cpu; }
+  bool stopped() const { return report_.ended_run(); }
+  // Returns whether the pilot ends after this step: stopped from outside or by the CPU limit.
+  bool is_stopped_at(const Scene& scene, const Integrator& integrator) {
+    if (options_.stop_signal != nullptr && *options_.stop_signal != 0) report_.interrupted = true;
+    if (!report_.interrupted && limit_.is_passed())
+      report_.limit_reason =
+          "in the pilot run of time.accuracy: " + limit_.reason(scene, integrator);
+    return stopped();
+  }
+  // Reports the progress of a run, for the bar. Returns whether the run goes on.
+  bool goes_on(const Scene& scene, const Integrator& integrator) {
+    if (options_.progress) options_.progress(std::min(integrator.time(), duration()));
+    return !is_stopped_at(scene, integrator);
+  }
+  void say(const std::string& text) const {
+    if (options_.notice) options_.notice(text);
+  }
+
+  Case& target_;
+  const PilotOptions& options_;
+  CpuLimit limit_;
+  Stopwatch stopwatch_;
+  PilotReport report_;
+  std::optional<std::string> failure_;  // of the last run that failed
+};
+
+// A run without a trajectory, whose energy is watched.
+class WatchedRun {
+ public:
+  explicit WatchedRun(const Scene& scene)
+      : dynamics_(scene, statistics_),
+        integrator_(make_integrator(scene, dynamics_)),
+        watch_(dynamics_, integrator_->state()) {}
+  std::optional<std::string> step() {
+    if (auto reason = integrator_->step()) return reason;
+    const double time = integrator_->time();
+    return watch_.check(time, integrator_->state(),
+                        dynamics_.energies_at_last_rate(time, integrator_->state()));
+  }
+  const Integrator& integrator() const { return *integrator_; }
+  std::size_t state_size() const { return dynamics_.state_size(); }
+
+ private:
+  Statistics statistics_;
+  Dynamics dynamics_;
+  std::unique_ptr<Integrator> integrator_;
+  EnergyWatch watch_;
+};
+
+// Measures how far two runs come apart; nothing where one of them fails or is stopped.
+std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& tight) {
+  const auto scene = scene_with(target_, loose);
+  WatchedRun run(*scene);
+  ErrorMonitor monitor(*scene, tight,
+                       [&](const Integrator& second) { return !goes_on(*scene, second); });
+  std::vector<double> y(run.state_size());
+  for (int i = 1; i <= samples; ++i) {
+    const double time = duration() * i / samples;
+    while (run.integrator().time() < time) {
+      failure_ = run.step();
+      if (failure_ || is_stopped_at(*scene, run.integrator())) return std::nullopt;
+    }
+    failure_ = run.integrator().state_at(time, y);
+    if (failure_) return std::nullopt;
+    monitor.compare(time, y);
+    if (stopped()) return std::nullopt;
+  }
+  const ErrorEstimate estimate = monitor.estimate();
+  if (!estimate.failure.empty()) {
+    failure_ = estimate.failure;
+    return std::nullopt;
+  }
+  const double largest =
+      std::ranges::max_element(estimate.bodies, {}, &BodyError::largest)->largest;
+  return Distance{largest, estimate.parted_time};
+}
+
+// Returns whether the run with these options fails by itself, rather than being stopped.
+bool Pilot::fails(const TimeCase& time) {
+  const auto scene = scene_with(target_, time);
+  WatchedRun run(*scene);
+  while (run.integrator().time() < duration()) {
+    if (run.step()) return true;
+    if (!goes_on(*scene, run.integrator())) return false;
+  }
+  return false;
+}
+
+// Returns whether the run of this scene takes more work than all steps of verlet.
+bool Pilot::is_dearer_than_verlet(const Scene& scene) {
+  Statistics statistics;
+  Dynamics dynamics(scene, statistics);
+  const std::vector<double> start = dynamics.initial_state();
+  const double rate = estimate_spectrum(dynamics, 0, start).stiffest();
+  const double limit = evaluation_work(scene) * verlet_evaluations(rate, duration());
+  statistics = {};
+  const auto integrator = make_integrator(scene, dynamics);
+  while (integrator->time() < duration()) {
+    if (integrator->step() || !goes_on(scene, *integrator)) return false;
+    const double work = work_of(scene, statistics.counters, integrator->counts().linear_iterations);
+    if (work > limit) return true;
+  }
+  return false;
+}
+
+// Chooses verlet if it is accurate enough and takes less work than the run of `loose`. Returns
+// whether it did. Verlet's error goes as the square of its steps: steps half as long leave a
+// quarter.
+bool Pilot::choose_verlet(const TimeCase& loose) {
+  if (target_.method_given || target_.contact.enabled) return false;
+  say(formatted("pilot of time.accuracy: does verlet take less work than %s?",
+                name_of(target_.time.method)));
+  if (!is_dearer_than_verlet(*scene_with(target_, loose))) return false;
+  say("pilot of time.accuracy: runs of verlet with its longest steps and half of them");
+  const TimeCase verlet = with_verlet(target_.time, longest_verlet_share);
+  const auto apart = distance(verlet, with_verlet(target_.time, longest_verlet_share / 2));
+  if (!apart || apart->largest == 0 || apart->largest * 4 / 3 > *target_.time.accuracy)
+    return false;
+  target_.accuracy_choice = formatted(
+      "verlet with steps of %.2g of the longest stable one for an accuracy of %.3g m "
+      "over %.3g s, less work than %s; a pilot run of %.2g s of CPU finds an error of "
+      "%.2g m",
+      longest_verlet_share, *target_.time.accuracy, duration(), name_of(target_.time.method),
+      cpu_time(), apart->largest * 4 / 3);
+  target_.time = verlet;
+  return true;
+}
+
+void Pilot::correct() {
+  const double first = target_.time.position_tolerance;
+  double loose = std::min({looser * first, loosest_pilot, position_tolerance_limit(target_)});
+  if (!choose_verlet(with_tolerance(target_.time, loose)) && !stopped()) {
+    std::optional<Distance> apart;
+    for (int pair = 0; pair < most_pairs && !apart && !stopped(); ++pair) {
+      if (pair > 0) loose /= looser;
+      say(formatted("pilot of time.accuracy: runs with position_tolerance %.3g and %.3g m", loose,
+                    loose / looser));
+      apart = distance(with_tolerance(target_.time, loose),
+                       with_tolerance(target_.time, loose / looser));
+    }
+    if (!apart) {
+      target_.accuracy_choice += "; no pilot run succeeded: " + failure_.value_or("stopped");
+    } else if (apart->largest == 0) {
+      target_.accuracy_choice += "; a pilot run finds no error";
+    } else {
+      correct_by(*apart, loose);
+    }
+  }
+  target_.resolved_text = case_text(target_);
+}
+
+// The runs of `apart` are those with the tolerance `loose` and a 16th of it.
+void Pilot::correct_by(const Distance& apart, double loose) {
+  const double tight = loose / looser;
+  const double expected =
+      duration() * (error_rate_at(target_, loose) - error_rate_at(target_, tight));
+  const double factor = apart.largest / expected;
+  const double wanted = tolerance_at(target_, *target_.time.accuracy / (factor * duration()));
+  if (apart.parted_time && wanted < tight) {
+    const double kept = make_sure(target_.time.position_tolerance, loose);
+    target_.accuracy_choice += formatted(
+        "; chaotic: this accuracy cannot be had: from t = %.3g s on, two pilot runs (%.2g s of "
+        "CPU) are further apart than a tenth of the motion or size, %.2g m at the most; "
+        "position_tolerance %.3g m, by the calibration alone, for the time before",
+        *apart.parted_time, cpu_time(), apart.largest, kept);
+    return;
+  }
+  const double kept = make_sure(wanted, loose);
+  target_.accuracy_choice += formatted(
+      "; a pilot run of %.2g s of CPU finds %.2g times the usual errors: "
+      "position_tolerance %.3g m",
+      cpu_time(), factor, kept);
+  if (kept < wanted)
+    target_.accuracy_choice += formatted(", since a run with %.3g m fails", wanted);
+}
+
+// Gives the case this tolerance or, where its run fails, a smaller one, down to one whose run has
+// succeeded. Returns it.
+double Pilot::make_sure(double wanted, double succeeded) {
+  double tolerance = wanted;
+  for (; tolerance > succeeded && !stopped();
+       tolerance = std::max(succeeded, retreat * tolerance)) {
+    say(formatted("pilot of time.accuracy: a run with position_tolerance %.3g m", tolerance));
+    if (!fails(with_tolerance(target_.time, tolerance))) break;
+  }
+  target_.time = with_tolerance(target_.time, tolerance);
+  return tolerance;
+}
+
+}  // namespace
+
+PilotReport correct_accuracy(Case& target, const PilotOptions& options) {
+  choose_accuracy(target);
+  if (!has_chosen_tolerance(target)) return {};
+  return Pilot(target, options).execute();
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,137 @@
+#include "sim/accuracy/error_estimate.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double tolerance_factor = 64;
+
+// Beyond this part of how far a body has moved, or of its size, a difference has left the range in
+// which it grows in proportion to the errors that made it.
+constexpr double small_part = 0.1;
+
+std::unique_ptr<const Scene> scene_with(const Scene& scene, const TimeCase& time) {
+  Case source = scene.source;
+  source.time = time;
+  return build_scene(source);
+}
+
+std::span<const Vec3> of_body(const SceneBody& body, std::span<const Vec3> all) {
+  return all.subspan(body.first_particle, body.particle_count());
+}
+
+double rms_radius(std::span<const Vec3> points) {
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& point : points) mean += point / static_cast<double>(points.size());
+  return rms_distance(points, std::vector<Vec3>(points.size(), mean));
+}
+
+}  // namespace
+
+double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+TimeCase tightened(const TimeCase& time) {
+  assert(time.method != TimeMethod::static_loads);
+  TimeCase result = time;
+  const bool first_order = time.method == TimeMethod::euler && time.step;
+  if (!time.step && time.method == TimeMethod::euler) result.method = TimeMethod::cvode;
+  const double step_factor = std::pow(tolerance_factor, first_order ? 1.0 / 2 : 1.0 / 3);
+  result.position_tolerance /= tolerance_factor;
+  result.relative_tolerance /= tolerance_factor;
+  if (result.velocity_tolerance) *result.velocity_tolerance /= tolerance_factor;
+  result.minimum_step /= step_factor;
+  if (result.step) *result.step /= step_factor;
+  if (result.maximum_step) *result.maximum_step /= step_factor;
+  return result;
+}
+
+ErrorMonitor::ErrorMonitor(const Scene& scene, const std::atomic<int>* stop)
+    : ErrorMonitor(scene, tightened(scene.source.time),
+                   [stop](const Integrator&) { return stop != nullptr && *stop != 0; }) {}
+
+ErrorMonitor::ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop)
+    : scene_(scene_with(scene, second)),
+      should_stop_(std::move(should_stop)),
+      dynamics_(*scene_, statistics_),
+      integrator_(make_integrator(*scene_, dynamics_)),
+      watch_(dynamics_, integrator_->state()),
+      state_(dynamics_.initial_state()),
+      distances_(static_cast<std::size_t>(scene_->dynamic_bodies)),
+      motion_(distances_.size()) {
+  for (int b = 0; b < scene_->dynamic_bodies; ++b) {
+    radius_.push_back(rms_radius(of_body(scene_->bodies[b], scene_->initial_position)));
+  }
+}
+
+std::span<const double> ErrorMonitor::compare(double time, std::span<const double> y) {
+  if (advance(time)) {
+    dynamics_.expand(time, state_, position_, scratch_velocity_);
+    dynamics_.expand(time, y, other_position_, scratch_velocity_);
+    measure(time);
+  } else {
+    std::fill(distances_.begin(), distances_.end(), std::numeric_limits<double>::quiet_NaN());
+  }
+  return distances_;
+}
+
+bool ErrorMonitor::advance(double time) {
+  while (failure_.empty() && integrator_->time() < time) {
+    if (should_stop_ && should_stop_(*integrator_)) return false;
+    if (const auto reason = integrator_->step()) {
+      failure_ = *reason;
+      break;
+    }
+    const double reached = integrator_->time();
+    const auto reason =
+        watch_.check(reached, integrator_->state(),
+                     dynamics_.energies_at_last_rate(reached, integrator_->state()));
+    if (reason) failure_ = *reason;
+  }
+  if (!failure_.empty()) return false;
+  if (time > 0) failure_ = integrator_->state_at(time, state_).value_or("");
+  return failure_.empty();
+}
+
+void ErrorMonitor::measure(double time) {
+  times_.push_back(time);
+  for (std::size_t b = 0; b < distances_.size(); ++b) {
+    const SceneBody& body = scene_->bodies[b];
+    const auto now = of_body(body, position_);
+    distances_[b] = rms_distance(now, of_body(body, other_position_));
+    all_distances_.push_back(distances_[b]);
+    motion_[b] = std::max(motion_[b], rms_distance(now, of_body(body, scene_->initial_position)));
+  }
+}
+
+ErrorEstimate ErrorMonitor::estimate() const {
+  ErrorEstimate result;
+  result.failure = failure_;
+  for (int b = 0; b < scene_->dynamic_bodies; ++b)
+    result.bodies.push_back({scene_->bodies[b].name});
+  const double* distance = all_distances_.data();
+  for (const double time : times_) {
+    result.last_time = time;
+    for (std::size_t b = 0; b < result.bodies.size(); ++b, ++distance) {
+      BodyError& error = result.bodies[b];
+      error.last = *distance;
+      if (*distance > error.largest) {
+        error.largest = *distance;
+        error.largest_time = time;
+      }
+      const bool small = *distance <= small_part * std::min(motion_[b], radius_[b]);
+      if (!small && !result.parted_time) result.parted_time = time;
+    }
+  }
+  return result;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,225 @@
+#include "sim/base/hdf5_handle.h"
+
+#include <cstdint>
+#include <filesystem>
+
+#include "sim/base/file_error.h"
+
+namespace weft::sim::hdf5 {
+namespace {
+
+// HDF5 1.10 keeps a little memory for every piece with a wrong checksum and, when it closes itself
+// at exit, complains of that on stderr ("infinite loop closing library"). It is not asked to: every
+// handle of ours closes itself, and what a writer has committed is in the file.
+[[maybe_unused]] const herr_t no_closing_at_exit = H5dont_atexit();
+// Bytes that one byte of a compressed chunk may stand for: zlib's 1032 and some more.
+constexpr double most_compression = 2000;
+
+herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
+  if (position == 0 && error->desc != nullptr) *static_cast<std::string*>(text) = error->desc;
+  return 0;
+}
+
+herr_t append_name(hid_t, const char* name, const H5L_info_t*, void* names) {
+  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+  return 0;
+}
+
+Handle string_type() {
+  Handle type(H5Tcopy(H5T_C_S1));
+  H5Tset_size(type.get(), H5T_VARIABLE);
+  H5Tset_cset(type.get(), H5T_CSET_UTF8);
+  return type;
+}
+
+}  // namespace
+
+QuietErrors::QuietErrors() {
+  H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+QuietErrors::~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+
+std::string error_text() {
+  std::string text;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &text);
+  return text.empty() ? "HDF5 gave no reason" : text;
+}
+
+Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum) {
+  return Handle(H5Screate_simple(static_cast<int>(dimensions.size()), dimensions.data(),
+                                 maximum.empty() ? nullptr : maximum.data()));
+}
+
+// Rows, columns and patches are indices of a texel, so their product must be an int; the file may
+// say anything.
+constexpr hsize_t largest_texel_count = 1 << 30;
+
+bool is_image(const std::vector<hsize_t>& shape) {
+  if (shape.size() < 3 || shape.size() > 4 || shape.back() != 3) return false;
+  hsize_t count = 1;
+  for (std::size_t i = 0; i + 1 < shape.size(); ++i) {
+    if (shape[i] == 0 || shape[i] > largest_texel_count) return false;
+    count *= shape[i];
+    if (count > largest_texel_count) return false;
+  }
+  return true;
+}
+
+// Number of values of an image; three per texel.
+hsize_t count_of(const std::vector<hsize_t>& shape) {
+  hsize_t count = 1;
+  for (const hsize_t size : shape) count *= size;
+  return count;
+}
+
+bool holds_numbers(hid_t dataset) {
+  const Handle type(H5Dget_type(dataset));
+  const H5T_class_t kind = H5Tget_class(type.get());
+  return kind == H5T_FLOAT || kind == H5T_INTEGER;
+}
+
+void Access::fail(const std::string& action) const {
+  throw FileError(path_ + ": cannot " + action + ": " + error_text());
+}
+
+void Access::reject(const std::string& reason) const { throw FileError(path_ + ": " + reason); }
+
+void Access::write_attribute(hid_t object, const std::string& name,
+                             const std::string& value) const {
+  const std::string action = "write attribute " + name;
+  const Handle type = string_type();
+  const Handle space(H5Screate(H5S_SCALAR));
+  const Handle attribute = handle(
+      H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), action);
+  const char* text = value.c_str();
+  check(H5Awrite(attribute.get(), type.get(), &text), action);
+}
+
+void Access::write_attribute(hid_t object, const std::string& name, double value) const {
+  const std::string action = "write attribute " + name;
+  const Handle space(H5Screate(H5S_SCALAR));
+  const Handle attribute = handle(
+      H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      action);
+  check(H5Awrite(attribute.get(), H5T_NATIVE_DOUBLE, &value), action);
+}
+
+void Access::write_attribute(hid_t object, const std::string& name,
+                             const std::vector<int>& values) const {
+  const std::string action = "write attribute " + name;
+  const Handle space = values.size() == 1 ? Handle(H5Screate(H5S_SCALAR))
+                                          : make_space({static_cast<hsize_t>(values.size())});
+  const Handle attribute =
+      handle(H5Acreate2(object, name.c_str(), H5T_STD_I32LE, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+             action);
+  check(H5Awrite(attribute.get(), H5T_NATIVE_INT, values.data()), action);
+}
+
+std::string Access::read_string(hid_t object, const std::string& name) const {
+  const std::string action = "read attribute " + name;
+  const Handle attribute = handle(H5Aopen(object, name.c_str(), H5P_DEFAULT), action);
+  const Handle stored(H5Aget_type(attribute.get()));
+  const Handle space(H5Aget_space(attribute.get()));
+  if (H5Tis_variable_str(stored.get()) <= 0 || H5Sget_simple_extent_npoints(space.get()) != 1) {
+    reject("attribute " + name + " is not a string");
+  }
+  char* text = nullptr;
+  check(H5Aread(attribute.get(), string_type().get(), &text), action);
+  std::string value = text == nullptr ? "" : text;
+  H5free_memory(text);
+  return value;
+}
+
+double Access::read_double(hid_t object, const std::string& name) const {
+  const std::string action = "read attribute " + name;
+  const Handle attribute = handle(H5Aopen(object, name.c_str(), H5P_DEFAULT), action);
+  const Handle space(H5Aget_space(attribute.get()));
+  if (H5Sget_simple_extent_npoints(space.get()) != 1) reject("attribute " + name + " is a list");
+  double value = 0;
+  check(H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, &value), action);
+  return value;
+}
+
+std::vector<int> Access::read_integers(hid_t object, const std::string& name) const {
+  const std::string action = "read attribute " + name;
+  const Handle attribute = handle(H5Aopen(object, name.c_str(), H5P_DEFAULT), action);
+  const Handle space(H5Aget_space(attribute.get()));
+  const hssize_t count = check(H5Sget_simple_extent_npoints(space.get()), action);
+  std::error_code unknown;
+  if (static_cast<double>(count) * sizeof(int) >
+      static_cast<double>(std::filesystem::file_size(path_, unknown))) {
+    reject("attribute " + name + " claims more than the file holds");
+  }
+  std::vector<int> values(static_cast<std::size_t>(count));
+  if (count > 0) check(H5Aread(attribute.get(), H5T_NATIVE_INT, values.data()), action);
+  return values;
+}
+
+Handle Access::open_for_reading() const {
+  std::error_code error;
+  const auto status = std::filesystem::status(path_, error);
+  if (!std::filesystem::exists(status)) reject("no such file");
+  if (std::filesystem::is_directory(status)) reject("is a directory");
+  // HDF5 would wait for a writer of a pipe, or read a device.
+  if (!std::filesystem::is_regular_file(status)) reject("is not a regular file");
+  const Handle file_access(H5Pcreate(H5P_FILE_ACCESS));
+#if H5_VERSION_GE(1, 10, 7)
+  H5Pset_file_locking(file_access.get(), false, true);
+#endif
+  // HDF5 asks for the file's size first and reads what it should be at least after that: a file
+  // that grows in between looks truncated. One that has grown is worth another try.
+  for (;;) {
+    const auto size = std::filesystem::file_size(path_, error);
+    const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, file_access.get());
+    if (file >= 0) return Handle(file);
+    if (std::filesystem::file_size(path_, error) == size) {
+      fail("open as an HDF5 file");
+    }
+  }
+}
+
+Handle Access::open_dataset(hid_t parent, const std::string& name) const {
+  return handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), "open dataset " + name);
+}
+
+Handle Access::open_group(hid_t parent, const std::string& name) const {
+  return handle(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), "open group " + name);
+}
+
+std::vector<hsize_t> Access::dimensions(hid_t dataset) const {
+  const Handle space = handle(H5Dget_space(dataset), "read a shape");
+  const int rank = check(H5Sget_simple_extent_ndims(space.get()), "read a shape");
+  std::vector<hsize_t> result(static_cast<std::size_t>(rank));
+  check(H5Sget_simple_extent_dims(space.get(), result.data(), nullptr), "read a shape");
+  return result;
+}
+
+void Access::require_stored(hid_t dataset, const std::string& name, double entries) const {
+  const std::string action = "look into dataset " + name;
+  const Handle properties = handle(H5Dget_create_plist(dataset), action);
+  const H5D_layout_t layout = check(H5Pget_layout(properties.get()), action);
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties.get()) > 0) return;
+  const Handle type = handle(H5Dget_type(dataset), action);
+  const double needed = entries * static_cast<double>(H5Tget_size(type.get()));
+  const auto stored = static_cast<double>(H5Dget_storage_size(dataset));
+  const bool compressed = layout == H5D_CHUNKED && H5Pget_nfilters(properties.get()) > 0;
+  std::error_code unknown;
+  if (stored > static_cast<double>(std::filesystem::file_size(path_, unknown))) {
+    reject("dataset " + name + " claims to store more than the file holds");
+  }
+  if (stored * (compressed ? most_compression : 1) >= needed) return;
+  reject("dataset " + name + " claims " + std::to_string(static_cast<std::uint64_t>(needed)) +
+         " bytes and stores " + std::to_string(static_cast<std::uint64_t>(stored)));
+}
+
+std::vector<std::string> Access::members(hid_t group) const {
+  std::vector<std::string> names;
+  hsize_t position = 0;
+  check(H5Literate(group, H5_INDEX_CRT_ORDER, H5_ITER_INC, &position, append_name, &names),
+        "list a group");
+  return names;
+}
+
+}  // namespace weft::sim::hdf5

@@ -1,0 +1,107 @@
+// C++ additions to the HDF5 C API: handles that close themselves, return codes that cannot be
+// overlooked, and errors in words. Private to sim/: no public header includes it.
+#pragma once
+
+#include <hdf5.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace weft::sim::hdf5 {
+
+// An open HDF5 object of any kind; closed on destruction (a failing close is not reported: what
+// matters has been flushed by then).
+class Handle {
+ public:
+  Handle() = default;
+  explicit Handle(hid_t id) : id_(id) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_);
+    return *this;
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { close(); }
+
+  void close() {
+    if (id_ >= 0) H5Idec_ref(id_);
+    id_ = H5I_INVALID_HID;
+  }
+  hid_t get() const { return id_; }
+
+ private:
+  hid_t id_ = H5I_INVALID_HID;
+};
+
+// Stops HDF5 from printing its error stack on stderr while it lives: the text goes into the
+// exception.
+class QuietErrors {
+ public:
+  QuietErrors();
+  ~QuietErrors();
+  QuietErrors(const QuietErrors&) = delete;
+  QuietErrors& operator=(const QuietErrors&) = delete;
+
+ private:
+  H5E_auto2_t print_ = nullptr;
+  void* data_ = nullptr;
+};
+
+// Calls on one file. Every function throws FileError: "PATH: cannot ACTION: what HDF5 said".
+class Access {
+ public:
+  explicit Access(std::string path) : path_(std::move(path)) {}
+  const std::string& path() const { return path_; }
+
+  // Returns `result` unless it is negative, HDF5's mark of failure.
+  template <typename Result>
+  Result check(Result result, const std::string& action) const {
+    if (result < 0) fail(action);
+    return result;
+  }
+  Handle handle(hid_t id, const std::string& action) const { return Handle(check(id, action)); }
+  [[noreturn]] void fail(const std::string& action) const;
+  // Throws for contents that HDF5 can read and we cannot: "PATH: REASON".
+  [[noreturn]] void reject(const std::string& reason) const;
+
+  // Attributes of an open object. Strings are of variable length, UTF-8.
+  void write_attribute(hid_t object, const std::string& name, const std::string& value) const;
+  void write_attribute(hid_t object, const std::string& name, double value) const;
+  void write_attribute(hid_t object, const std::string& name, const std::vector<int>& values) const;
+  std::string read_string(hid_t object, const std::string& name) const;
+  double read_double(hid_t object, const std::string& name) const;
+  std::vector<int> read_integers(hid_t object, const std::string& name) const;
+
+  // The file, read-only and without locks, which a writer does not set either and some network file
+  // systems refuse. Rejects what is not a regular file.
+  Handle open_for_reading() const;
+  Handle open_dataset(hid_t parent, const std::string& name) const;
+  Handle open_group(hid_t parent, const std::string& name) const;
+  std::vector<hsize_t> dimensions(hid_t dataset) const;
+  // Rejects a dataset that stores less than its first `entries` numbers take, or more than the file
+  // holds: a shape is a claim of a few bytes, and memory must not be taken on its word. Compressed
+  // data may stand for two thousand times their size; virtual data lie elsewhere and are believed.
+  void require_stored(hid_t dataset, const std::string& name, double entries) const;
+  // Names of the members of a group, in the order they were created.
+  std::vector<std::string> members(hid_t group) const;
+
+ private:
+  std::string path_;
+};
+
+// A simple data space; `maximum` empty: as large as it is.
+Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
+
+// True if a shape is that of an image of positions, [rows, cols, 3] or [patches, rows, cols, 3],
+// with no more texels than can be numbered.
+bool is_image(const std::vector<hsize_t>& shape);
+// The product of the sizes.
+hsize_t count_of(const std::vector<hsize_t>& shape);
+bool holds_numbers(hid_t dataset);
+
+// The innermost message of HDF5's error stack, which names the cause.
+std::string error_text();
+
+}  // namespace weft::sim::hdf5

@@ -1,0 +1,175 @@
+// Sparse matrices of 3x3 blocks over particles, with a fixed pattern.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sim/base/vectors.h"
+
+namespace weft::sim {
+
+// Which pairs of particles interact. Rows are sorted; the diagonal is always present. Slots number
+// the blocks row by row; those on the diagonal and above it, the upper ones, have a numbering of
+// their own.
+class BlockPattern {
+ public:
+  // `neighbours[i]` lists the particles coupled to i, in any order, repetitions allowed; whoever
+  // is on the list of another has that one on its own.
+  explicit BlockPattern(const std::vector<std::vector<int>>& neighbours);
+
+  int rows() const { return static_cast<int>(row_start_.size()) - 1; }
+  int block_count() const { return row_start_.back(); }
+  int row_begin(int row) const { return row_start_[row]; }
+  int row_end(int row) const { return row_start_[row + 1]; }
+  int column(int slot) const { return column_[slot]; }
+  int diagonal_slot(int row) const { return diagonal_slot_[row]; }
+  // Slot of block (row, column). Precondition: it is in the pattern.
+  int slot(int row, int column) const;
+  // Slot of block (row, column), or -1 if it is not in the pattern.
+  int find_slot(int row, int column) const;
+
+  int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
+  int upper_diagonal(int row) const { return upper_start_[row]; }
+  // One past the last upper block of the row.
+  int upper_end(int row) const {
+    return upper_start_[row] + (row_start_[row + 1] - diagonal_slot_[row]);
+  }
+  // The upper block that `slot` of `row` holds or, below the diagonal, mirrors.
+  int upper(int row, int slot) const {
+    return slot >= diagonal_slot_[row] ? upper_start_[row] + (slot - diagonal_slot_[row])
+                                       : mirror(row, slot);
+  }
+  // The upper block that a slot of `row` below the diagonal mirrors.
+  int mirror(int row, int slot) const { return mirror_[slot - upper_start_[row]]; }
+
+ private:
+  void find_mirrors();
+
+  std::vector<int> row_start_, column_, diagonal_slot_;
+  std::vector<int> upper_start_;  // by row: its diagonal, among upper blocks
+  std::vector<int> mirror_;       // by block below the diagonal: its mirror image above
+};
+
+// A symmetric matrix on a pattern shared with others: its upper blocks, in double or float. Sums
+// are in double.
+template <class Number>
+class SymmetricBlockMatrix {
+ public:
+  using Block = Eigen::Matrix<Number, 3, 3>;
+
+  SymmetricBlockMatrix() = default;
+  explicit SymmetricBlockMatrix(std::shared_ptr<const BlockPattern> pattern)
+      : pattern_(std::move(pattern)),
+        values_(9 * static_cast<std::size_t>(pattern_->upper_count()) + padding) {}
+
+  bool is_empty() const { return pattern_ == nullptr; }
+  const BlockPattern& pattern() const { return *pattern_; }
+  const std::shared_ptr<const BlockPattern>& shared_pattern() const { return pattern_; }
+  void set_zero() { std::fill(values_.begin(), values_.end(), Number(0)); }
+  void scale(Number factor) {
+    for (Number& value : values_) value *= factor;
+  }
+  Eigen::Map<Block> upper_block(int upper) { return Eigen::Map<Block>(at(upper)); }
+  Eigen::Map<const Block> upper_block(int upper) const {
+    return Eigen::Map<const Block>(at(upper));
+  }
+  Eigen::Map<const Block> diagonal_block(int row) const {
+    return upper_block(pattern_->upper_diagonal(row));
+  }
+  // Block at a slot of a row, on either side of the diagonal.
+  Block block(int row, int slot) const {
+    const auto stored = upper_block(pattern_->upper(row, slot));
+    return slot < pattern_->diagonal_slot(row) ? Block(stored.transpose()) : Block(stored);
+  }
+
+  // Sums of the blocks at slots [first, last) of a row, all of them below the diagonal, or all on
+  // it and above, times what `in` has for their columns; the latter from the last slot to the first
+  // where `backward`.
+  //
+  // Below the diagonal columns are rows: products first, and one sum over the three at the end.
+  // (Each sum has a zero of its own: one copied from another is put together in memory from halves
+  // by g++ 12, and every row waits for it, a quarter of a product.)
+  Vec3 lower_product(int row, int first, int last, const Vec3* in) const {
+    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
+    for (int slot = first; slot < last; ++slot) {
+      const int upper = pattern_->mirror(row, slot);
+      // Below the diagonal the column is never the last particle, so that four numbers can be read
+      // here.
+      const Four x = Eigen::Map<const Four>(in[pattern_->column(slot)].data());
+      sum0 += four(upper, 0) * x;
+      sum1 += four(upper, 1) * x;
+      sum2 += four(upper, 2) * x;
+    }
+    return {sum0[0] + sum0[1] + sum0[2], sum1[0] + sum1[1] + sum1[2], sum2[0] + sum2[1] + sum2[2]};
+  }
+  template <bool backward = false>
+  Vec3 upper_product(int row, int first, int last, const Vec3* in) const {
+    Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
+    const int to_upper = pattern_->upper_diagonal(row) - pattern_->diagonal_slot(row);
+    for (int i = first; i < last; ++i) {
+      const int slot = backward ? first + last - 1 - i : i;
+      const Vec3& x = in[pattern_->column(slot)];
+      sum0 += four(slot + to_upper, 0) * x[0];
+      sum1 += four(slot + to_upper, 1) * x[1];
+      sum2 += four(slot + to_upper, 2) * x[2];
+    }
+    sum0 += sum1 + sum2;
+    return sum0.template head<3>();
+  }
+  Vec3 row_product(int row, const Vec3* in) const {
+    const int diagonal = pattern_->diagonal_slot(row);
+    return lower_product(row, pattern_->row_begin(row), diagonal, in) +
+           upper_product(row, diagonal, pattern_->row_end(row), in);
+  }
+  // Makes rows [first, last), which are some, those of a * one + b * other, both of this pattern.
+  void set_rows(int first, int last, Number a, const SymmetricBlockMatrix& one, Number b,
+                const SymmetricBlockMatrix& other) {
+    const int begin = pattern_->upper_diagonal(first), end = pattern_->upper_end(last - 1);
+    const Number *const from_one = one.at(begin), *const from_other = other.at(begin);
+    Number* const to = at(begin);
+    const std::ptrdiff_t count = at(end) - to;
+    for (std::ptrdiff_t i = 0; i < count; ++i) to[i] = a * from_one[i] + b * from_other[i];
+  }
+
+  // out = this * in. Sizes: rows() each. O(blocks).
+  void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
+
+  // Asks ahead of time for the upper blocks of rows [first, last), where rows are not read one
+  // after the other from first to last and the processor does not foresee it. Rows beyond the ends
+  // are allowed.
+  void prefetch_rows(int first, int last) const {
+    first = std::max(first, 0);
+    last = std::min(last, pattern_->rows());
+    if (first >= last) return;
+    const Number* const end = at(pattern_->upper_end(last - 1));
+    constexpr int numbers_a_line = 64 / sizeof(Number);
+    for (const Number* line = at(pattern_->upper_diagonal(first)); line < end;
+         line += numbers_a_line)
+      __builtin_prefetch(line);
+  }
+
+ private:
+  // Columns of blocks are taken four numbers at a time, of which the last is ignored.
+  using Four = Eigen::Array4d;
+  static constexpr std::size_t padding = 1;  // so that the last column can be read as four
+
+  Four four(int upper, int column) const {
+    return Eigen::Map<const Eigen::Array<Number, 4, 1>>(at(upper) + 3 * column)
+        .template cast<double>();
+  }
+
+  Number* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }
+  const Number* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }
+
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::vector<Number> values_;  // 9 an upper block, column-major
+};
+
+using BlockMatrix = SymmetricBlockMatrix<double>;
+using SingleBlockMatrix = SymmetricBlockMatrix<float>;  // what a preconditioner sweeps through
+
+}  // namespace weft::sim

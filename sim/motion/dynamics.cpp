@@ -1,0 +1,336 @@
+#include "sim/motion/dynamics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "sim/motion/particle_masses.h"
+
+namespace weft::sim {
+
+StateView StateView::of(std::span<const double> y) {
+  static_assert(sizeof(Vec3) == 3 * sizeof(double));
+  const std::size_t count = y.size() / 6;
+  const auto* vectors = reinterpret_cast<const Vec3*>(y.data());
+  return {{vectors, count}, {vectors + count, count}};
+}
+
+double Energies::total() const {
+  double sum = kinetic + gravitational + contact;
+  for (const auto& [name, value] : elastic) sum += value;
+  return sum;
+}
+
+Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
+    : scene_(scene),
+      statistics_(statistics),
+      threads_(scene.threads),
+      forces_(make_forces(scene)),
+      pins_move_(std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
+                             [&](const PrescribedMotion& held) {
+                               return held.moves && !held.particles.empty() &&
+                                      held.particles[0] < scene.dynamic_particles;
+                             })) {
+  for (const auto& force : forces_) {
+    if (force->name() == "drag") drag_ = force.get();
+  }
+  for (int i = 0; i < scene.dynamic_particles; ++i) {
+    if (scene.pinned[i] != 0) held_.push_back(i);
+  }
+  if (scene.source.contact.enabled) contact_.emplace(scene, statistics, choose_search(scene));
+  std::vector<std::vector<int>> neighbours(scene.dynamic_particles);
+  for (const auto& force : forces_) force->add_couplings(neighbours);
+  const auto pattern = std::make_shared<const BlockPattern>(neighbours);
+  for (const auto& force : forces_) force->attach(*pattern);
+  stiffness_ = BlockMatrix(pattern);
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const MaterialCase& material = *scene.bodies[b].material;
+    if (material.mass_damping > 0) {
+      mass_damping_.resize(scene.dynamic_particles, 0.0);
+      std::fill_n(mass_damping_.begin() + scene.bodies[b].first_particle,
+                  scene.bodies[b].particle_count(), material.mass_damping);
+    }
+    has_damping_ |= material.mass_damping > 0 || material.stiffness_damping > 0 ||
+                    material.bending_damping > 0 || material.normal_drag > 0 ||
+                    material.tangential_drag > 0;
+  }
+}
+
+std::vector<double> Dynamics::initial_state() const {
+  std::vector<double> y;
+  y.reserve(state_size());
+  const auto append = [&](const Vec3& v) { y.insert(y.end(), v.begin(), v.end()); };
+  for (int i = 0; i < scene_.dynamic_particles; ++i) append(scene_.initial_position[i]);
+  for (int i = 0; i < scene_.dynamic_particles; ++i)
+    append(scene_.is_free(i) ? scene_.initial_velocity(i) : Vec3(Vec3::Zero()));
+  place_pins(0, y);
+  return y;
+}
+
+Kinematics Dynamics::kinematics(double time, std::span<const double> y) {
+  // Particles held at rest stay where they are in the state too, with no velocity.
+  if (!contact_ && !pins_move_ && !load_) {
+    const StateView state = StateView::of(y);
+    return {state.position, state.velocity};
+  }
+  expand(time, y, position_, velocity_);
+  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
+  const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
+  return {std::span(position_).first(count), std::span(velocity_).first(count)};
+}
+
+void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>& position,
+                      std::vector<Vec3>& velocity) const {
+  assert(y.size() == state_size());
+  if (position.empty()) {
+    position = scene_.initial_position;
+    velocity.assign(position.size(), Vec3::Zero());
+  }
+  assert(static_cast<int>(position.size()) == scene_.particle_count &&
+         position.size() == velocity.size());
+  const StateView state = StateView::of(y);
+  std::copy(state.position.begin(), state.position.end(), position.begin());
+  std::copy(state.velocity.begin(), state.velocity.end(), velocity.begin());
+  std::vector<Vec3> moved, rate;
+  for (const PrescribedMotion& held : scene_.prescribed) {
+    if (held.moves) {
+      moved.resize(held.start.size());
+      rate.resize(held.start.size());
+      held.motion.apply(time, held.start, moved, rate, is_before_jump(time));
+    }
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      position[held.particles[i]] = held.moves ? moved[i] : held.start[i];
+      velocity[held.particles[i]] = held.moves ? rate[i] : Vec3(Vec3::Zero());
+    }
+  }
+}
+
+std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> y,
+                                           std::span<double> rate) {
+  const std::span<const double> velocity = y.subspan(y.size() / 2);
+  std::copy(velocity.begin(), velocity.end(), rate.begin());
+  auto* x_rate = reinterpret_cast<Vec3*>(rate.data());
+  for (const int i : held_) x_rate[i].setZero();
+  auto fault = acceleration(time, y, {x_rate + scene_.dynamic_particles, velocity.size() / 3});
+  if (pins_move_ && !load_ && !fault) advance_pins(time, 1, rate);
+  return fault;
+}
+
+// Calls visit(motion) for those that hold dynamic particles.
+template <class Visit>
+void Dynamics::visit_moving_pins(const Visit& visit) const {
+  if (!pins_move_) return;
+  for (const PrescribedMotion& held : scene_.prescribed) {
+    if (held.moves && !held.particles.empty() && held.particles[0] < scene_.dynamic_particles)
+      visit(held);
+  }
+}
+
+void Dynamics::place_pins(double time, std::span<double> y) const {
+  auto* const x = reinterpret_cast<Vec3*>(y.data());
+  Vec3* const v = x + scene_.dynamic_particles;
+  visit_moving_pins([&](const PrescribedMotion& held) {
+    std::vector<Vec3> position(held.start.size()), velocity(held.start.size());
+    held.motion.apply(time, held.start, position, velocity);
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      x[held.particles[i]] = position[i];
+      v[held.particles[i]] = velocity[i];
+    }
+  });
+}
+
+void Dynamics::advance_pins(double time, double factor, std::span<double> y) const {
+  auto* const x = reinterpret_cast<Vec3*>(y.data());
+  Vec3* const v = x + scene_.dynamic_particles;
+  visit_moving_pins([&](const PrescribedMotion& held) {
+    std::vector<Vec3> velocity(held.start.size()), acceleration(held.start.size());
+    held.motion.rates(time, held.start, velocity, acceleration, is_before_jump(time));
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      x[held.particles[i]] += factor * velocity[i];
+      v[held.particles[i]] += factor * acceleration[i];
+    }
+  });
+}
+
+// Only particles that follow prescribed motions stray.
+PathStray Dynamics::path_stray(double from, double to) {
+  bool is_straight = true;
+  for (const PrescribedMotion& held : scene_.prescribed) {
+    if (!held.moves || held.particles.empty()) continue;
+    const double stray = held.motion.bounds(from, to, held.radius).stray;
+    if (stray > 0 && is_straight) {
+      is_straight = false;
+      body_stray_.assign(scene_.bodies.size(), 0.0);
+      particle_stray_.assign(scene_.particle_count, 0.0);
+    }
+    if (!(stray > 0)) continue;
+    double& largest = body_stray_[scene_.body_index_of_particle(held.particles[0])];
+    largest = std::max(largest, stray);
+    for (const int particle : held.particles) particle_stray_[particle] = stray;
+  }
+  if (is_straight) return {};
+  return {body_stray_, particle_stray_};
+}
+
+std::optional<ContactFault> Dynamics::check_path(double start_time, std::span<const Vec3> start,
+                                                 double end_time, std::span<const Vec3> end) {
+  assert(contact_);
+  return contact_->check_path(start, end, path_stray(start_time, end_time));
+}
+
+std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const double> y,
+                                                   std::span<Vec3> acceleration) {
+  ++statistics_.counters.force_evaluations;
+  const Kinematics state = kinematics(time, y);
+  add_forces(state, acceleration);
+  if (contact_) {
+    if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
+    contact_->add_forces(acceleration);
+  }
+  if (divide_by_mass(state, acceleration)) return std::nullopt;
+  const auto bad = std::find_if(acceleration.begin(), acceleration.end(),
+                                [](const Vec3& a) { return !a.allFinite(); });
+  const auto place = std::min<std::ptrdiff_t>(bad - acceleration.begin(), particle_count() - 1);
+  return ContactFault{ContactFault::Kind::not_finite, {static_cast<int>(place), -1, -1, -1}};
+}
+
+void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
+  PhaseTimer timer(statistics_.phases.forces);
+  std::fill(force.begin(), force.end(), Vec3::Zero());
+  for (const bool membrane : {true, false}) {
+    for (const auto& each : forces_) {
+      if (each->is_membrane() == membrane) each->add_forces(state, force, threads_);
+    }
+    if (!membrane || hardness_ == 1) continue;
+    for (Vec3& f : force) f *= hardness_;
+  }
+}
+
+bool Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) const {
+  const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
+  double sum = accelerate(scene_.mass, gravity, force);
+  for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
+    const Vec3 slowing = mass_damping_[i] * state.velocity[i];
+    force[i] -= slowing;
+    sum -= slowing.sum();
+  }
+  for (const int i : held_) force[i].setZero();
+  return std::isfinite(sum);
+}
+
+void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness) {
+  damping_product_ = {};
+  if (has_damping_ && damping_.is_empty()) damping_ = BlockMatrix(stiffness_.shared_pattern());
+  damping_.set_zero();
+  assemble(time, y, definiteness, {.stiffness = stiffness_, .damping = &damping_});
+  if (load_) damping_.set_zero();
+}
+
+void Dynamics::assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
+                               double gamma, std::span<const Vec3> residual) {
+  assert(!load_ && hardness_ == 1);
+  damping_ = {};
+  if (has_damping_) damping_product_.assign(residual.size(), Vec3::Zero());
+  assemble(time, y, definiteness,
+           {.stiffness = stiffness_,
+            .inverse_gamma = 1 / gamma,
+            .along = residual,
+            .product = damping_product_});
+}
+
+void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness,
+                        const Derivatives& into) {
+  ++statistics_.counters.matrix_assemblies;
+  PhaseTimer timer(statistics_.phases.linear_solve);
+  const Kinematics state = kinematics(time, y);
+  stiffness_.set_zero();
+  for (const bool membrane : {true, false}) {
+    for (const auto& force : forces_) {
+      if (force->is_membrane() != membrane) continue;
+      force->add_derivatives(state, into, definiteness, threads_);
+    }
+    if (membrane && hardness_ != 1) stiffness_.scale(hardness_);
+  }
+  BlockMatrix& matrix = into.is_joined() ? stiffness_ : damping_;
+  for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
+    if (mass_damping_[i] == 0) continue;
+    const double damping = mass_damping_[i] * scene_.mass[i];
+    matrix.upper_block(matrix.pattern().upper_diagonal(static_cast<int>(i))).diagonal().array() +=
+        into.is_joined() ? into.inverse_gamma * damping : damping;
+    if (into.is_joined()) damping_product_[i] += damping * into.along[i];
+  }
+}
+
+std::vector<std::string> Dynamics::force_names() const {
+  std::vector<std::string> names;
+  for (const auto& force : forces_) names.emplace_back(force->name());
+  return names;
+}
+
+Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y) {
+  const PhaseTimer timer(statistics_.phases.energies);
+  const Kinematics state = kinematics(time, y);
+  Energies energies;
+  energies.kinetic = 0.5 * mass_product(scene_.mass, state.velocity, state.velocity);
+  energies.gravitational =
+      -scene_.source.world.gravity.dot(mass_moment(scene_.mass, state.position));
+  for (const auto& force : forces_) {
+    energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
+  }
+  if (contact_) energies.contact = contact_->energy();
+  return energies;
+}
+
+Energies Dynamics::energies(double time, std::span<const double> y) {
+  if (contact_) {
+    expand(time, y, position_, velocity_);
+    // A fault leaves no pairs in reach; the states recorded here have been accepted and have none.
+    static_cast<void>(contact_->evaluate(position_, velocity_, threads_));
+  }
+  return energies_at_last_rate(time, y);
+}
+
+double Dynamics::drag_power(double time, std::span<const double> y) {
+  if (drag_ == nullptr) return 0;
+  const Kinematics state = kinematics(time, y);
+  std::vector<Vec3> force(state.position.size(), Vec3::Zero());
+  drag_->add_forces(state, force, threads_);
+  for (const int i : held_) force[i].setZero();
+  double power = 0;
+  for (std::size_t i = 0; i < force.size(); ++i) power += force[i].dot(state.velocity[i]);
+  return power;
+}
+
+void Dynamics::find_forces_on_all(double time, std::span<const double> y,
+                                  std::vector<Vec3>& force) {
+  expand(time, y, position_, velocity_);
+  force.assign(position_.size(), Vec3::Zero());
+  const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
+  const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
+  for (const auto& each : forces_) {
+    if (each.get() != drag_) each->add_forces(state, std::span(force).first(count), threads_);
+  }
+  if (!contact_) return;
+  // A fault leaves no pairs in reach; accepted states have none.
+  static_cast<void>(contact_->evaluate(position_, velocity_, threads_));
+  contact_->add_forces(force);
+}
+
+double Dynamics::largest_stretch(std::span<const Vec3> position) const {
+  double largest = -1;
+  for (int b = 0; b < scene_.dynamic_bodies; ++b) {
+    const SceneBody& body = scene_.bodies[b];
+    const Vec3* x = position.data() + body.first_particle;
+    for (const std::array<int, 3>& triangle : body.mesh.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const int p = triangle[i], q = triangle[(i + 1) % 3];
+        const double ratio =
+            (x[p] - x[q]).squaredNorm() / (body.rest[p] - body.rest[q]).squaredNorm();
+        largest = std::max(largest, ratio);
+      }
+    }
+  }
+  return std::sqrt(std::max(0.0, largest)) - 1;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,164 @@
+// The equations of motion: y = (x, v), x' = v, M v' = forces.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/base/statistics.h"
+#include "sim/contact/contact.h"
+#include "sim/forces/force.h"
+#include "sim/matrix/block_matrix.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// A state as the integrator holds it: positions (m), then velocities (m/s) of the dynamic
+// particles. Forces take the positions of pinned particles from the time, never from here. Moving
+// pinned particles advance here with their prescribed rates, so that a method's error control sees
+// them. Pinned particles at rest do not change.
+struct StateView {
+  std::span<const Vec3> position;
+  std::span<const Vec3> velocity;
+  // Views an array of 6 * particles doubles as a state.
+  static StateView of(std::span<const double> y);
+};
+
+struct Energies {
+  double kinetic = 0;                                   // J
+  double gravitational = 0;                             // J, zero at the origin
+  double contact = 0;                                   // J
+  std::vector<std::pair<std::string, double>> elastic;  // by force, J
+  double total() const;
+};
+
+// Evaluates forces and their derivatives at states that the caller holds. It keeps only the results
+// of the last evaluation: the matrices K and D, the pairs in contact, and the surfaces between
+// which these were found.
+class Dynamics {
+ public:
+  Dynamics(const Scene& scene, Statistics& statistics);
+
+  const Scene& scene() const { return scene_; }
+  int particle_count() const { return scene_.dynamic_particles; }
+  int threads() const { return threads_; }
+  Statistics& statistics() { return statistics_; }
+  std::size_t state_size() const { return 6 * static_cast<std::size_t>(scene_.dynamic_particles); }
+  std::vector<double> initial_state() const;
+
+  // Computes y' at (t, y). Returns the fault if there is no rate: two surfaces without a gap, or a
+  // value that is not finite.
+  [[nodiscard]] std::optional<ContactFault> rate(double time, std::span<const double> y,
+                                                 std::span<double> rate);
+
+  // Computes the second half of y', m/s^2 by particle.
+  [[nodiscard]] std::optional<ContactFault> acceleration(double time, std::span<const double> y,
+                                                         std::span<Vec3> acceleration);
+
+  // Stores K = -dF/dx and D = -dF/dv of all forces but contact, whose own matrices are always those
+  // of the last rate(). Mass damping is part of D.
+  void assemble(double time, std::span<const double> y,
+                Definiteness definiteness = Definiteness::exact);
+  // Assembles for one gamma and right side, in half of the memory. The stiffness becomes K + D /
+  // gamma, and there is no damping matrix. `residual` (m, by particle) is minus the b_x of the
+  // system to be solved. With damping_product() = D residual, gamma K b_x = gamma stiffness b_x +
+  // damping_product.
+  void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
+                       double gamma, std::span<const Vec3> residual);
+  // D times the residual of the last assembly (N s, by particle). Empty if that was not a joined
+  // one, or if there is no D.
+  std::span<const Vec3> damping_product() const { return damping_product_; }
+  // Sets the load of an equilibrium: from now on, particles are at rest and gravity is this
+  // fraction of the scene's.
+  void set_load(double load) { load_ = load; }
+  // Sets the fraction of their stiffness that membranes and springs have from now on. Searches for
+  // equilibria start with softened bodies.
+  void set_hardness(double hardness) { hardness_ = hardness; }
+  const BlockMatrix& stiffness() const { return stiffness_; }
+  // Precondition: has_damping(), that is, D exists and is not joined to the stiffness.
+  const BlockMatrix& damping() const { return damping_; }
+  bool has_damping() const { return has_damping_ && damping_product_.empty(); }
+  const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
+  Contact* contact() { return contact_ ? &*contact_ : nullptr; }
+
+  // Does a pin of a dynamic body move?
+  bool pins_move() const { return pins_move_; }
+  // Announces a step that starts at `time`. Where a prescribed velocity jumps, later times have the
+  // velocity before the jump, at which the step ends. Without this call, all times have the
+  // velocity after it.
+  void begin_step(double time) { step_start_ = time; }
+  double step_start() const { return step_start_; }
+  // Puts moving pins where they are after any jump.
+  void place_pins(double time, std::span<double> y) const;
+  // y += factor rate(time), of moving pins alone.
+  void advance_pins(double time, double factor, std::span<double> y) const;
+  // Checks that every pair of surfaces is certain to keep apart from `start` at one time to `end`
+  // at a later one (positions of all particles, m). Free particles move on straight paths,
+  // prescribed ones on their own. Returns what stands in the way, if anything does. Precondition:
+  // contact is on.
+  [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
+                                                       std::span<const Vec3> start, double end_time,
+                                                       std::span<const Vec3> end);
+
+  // Positions and velocities of all particles, prescribed ones put where they belong. Both lists
+  // must be empty or come from an earlier call: obstacles at rest are written once, however many
+  // they are.
+  void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
+              std::vector<Vec3>& velocity) const;
+  std::vector<std::string> force_names() const;
+  // Computes the energies at (t, y). Evaluates contact anew where it is on.
+  Energies energies(double time, std::span<const double> y);
+  // Computes the energies at (t, y), but takes contact's from the last rate(), whose state is
+  // within a step's tolerance of y.
+  Energies energies_at_last_rate(double time, std::span<const double> y);
+  // Power (W) of drag on the free particles: positive where wind drives them. Without prescribed
+  // motion it costs one evaluation of drag alone.
+  double drag_power(double time, std::span<const double> y);
+  bool has_drag() const { return drag_ != nullptr; }
+  // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
+  // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor drag. Not
+  // counted in the statistics' force evaluations.
+  void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force);
+  // Largest l / L - 1 over the edges of all bodies.
+  double largest_stretch(std::span<const Vec3> position) const;
+
+ private:
+  // Returns the state of the dynamic particles, with held ones where they belong. Valid as long as
+  // y and until the next call.
+  Kinematics kinematics(double time, std::span<const double> y);
+  void add_forces(const Kinematics& state, std::span<Vec3> force);
+  // Turns forces (N) into accelerations (m/s^2), zero where particles are held. Returns whether all
+  // of them are finite.
+  bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
+  void assemble(double time, std::span<const double> y, Definiteness definiteness,
+                const Derivatives& into);
+  bool is_before_jump(double time) const { return time > step_start_; }
+  template <class Visit>
+  void visit_moving_pins(const Visit& visit) const;
+  PathStray path_stray(double from, double to);
+
+  const Scene& scene_;
+  Statistics& statistics_;
+  int threads_ = 1;
+  std::vector<std::unique_ptr<Force>> forces_;
+  Force* drag_ = nullptr;  // of these; null without
+  bool pins_move_ = false;
+  std::vector<int> held_;  // dynamic particles that are pinned
+  std::optional<Contact> contact_;
+  BlockMatrix stiffness_;
+  bool has_damping_ = false;
+  BlockMatrix damping_;  // made when first wanted; never together with the product
+  std::vector<Vec3> damping_product_;
+  std::optional<double> load_;
+  double hardness_ = 1;
+  std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
+  std::vector<Vec3> position_, velocity_;  // of all, where the state does not do
+  double step_start_ = std::numeric_limits<double>::infinity();  // s
+  std::vector<double> body_stray_, particle_stray_;              // m
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,53 @@
+// The work that is done on a scene from outside: by wind, and by pins and obstacles that move.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/motion/dynamics.h"
+
+namespace weft::sim {
+
+// Counts the work that the free particles are given beside that of gravity. With F the forces on
+// particles whose motion is prescribed (without gravity, mass damping and drag), x their positions,
+// P the power of drag on the free particles and h the length of a step from 0 to 1,
+//   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
+//   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
+// If forces and power rise or fall throughout a step, the true work is off by no more than the
+// doubt. What internal damping, contact damping and friction turn into heat is not subtracted: on
+// all particles together they only take energy, so that the work is not less than what becomes
+// motion and strain. Drag is counted on the free particles themselves, losses included.
+class ExternalWork {
+ public:
+  // `y`: the state at t = 0. The dynamics must outlive it.
+  ExternalWork(Dynamics& dynamics, std::span<const double> y);
+
+  // True if wind or prescribed motion can do work at all. Otherwise the functions below cost
+  // nothing.
+  bool is_possible() const { return !moved_.empty() || counts_drag_; }
+  // Takes the step that ends at (time, y). With prescribed motion it costs an evaluation of the
+  // forces, with wind one of drag. Contact is then that of y.
+  void add_step(double time, std::span<const double> y);
+
+  double work() const { return work_; }    // J
+  double doubt() const { return doubt_; }  // J
+  // Energies (J) of the dynamic particles with prescribed motion, at the end of the last step.
+  // Their pins give and take these directly.
+  double held_kinetic_energy() const { return held_kinetic_energy_; }
+  double held_gravitational_energy() const { return held_gravitational_energy_; }
+
+ private:
+  void measure(double time, std::span<const double> y);
+
+  Dynamics& dynamics_;
+  std::vector<int> moved_;  // particles with prescribed motion
+  bool counts_drag_ = false;
+  double time_ = 0;
+  double power_ = 0, last_power_ = 0;                          // W, of drag
+  std::vector<Vec3> force_, last_force_, place_, last_place_;  // of `moved_`
+  std::vector<Vec3> all_forces_, position_, velocity_;         // of all particles
+  double work_ = 0, doubt_ = 0;
+  double held_kinetic_energy_ = 0, held_gravitational_energy_ = 0;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,190 @@
+#include "sim/motion/motion_limits.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "sim/case/case_text.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Parts of a body whose distances are looked at one by one.
+constexpr std::size_t most_blocks = 256;
+
+// A step that is too long is shortened to this share.
+constexpr double shortening = 0.8;
+
+}  // namespace
+
+MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
+    : scene_(scene),
+      dynamics_(dynamics),
+      range_(scene.source.contact.enabled ? scene.source.contact.range : 0),
+      blocks_(scene.bodies.size()),
+      is_bounded_(scene.bodies.size(), 0) {
+  for (const PrescribedMotion& held : scene.prescribed) {
+    if (!held.moves || held.particles.empty()) continue;
+    const int body = scene.body_index_of_particle(held.particles.front());
+    const bool is_obstacle = !scene.bodies[body].dynamic;
+    if (is_obstacle && range_ == 0) continue;
+    motions_.push_back({&held, body, is_obstacle});
+    double time = -1;
+    while (const auto event = held.motion.next_event(time)) {
+      events_.push_back(*event);
+      time = event->time;
+    }
+  }
+  std::sort(events_.begin(), events_.end(),
+            [](const MotionEvent& a, const MotionEvent& b) { return a.time < b.time; });
+  if (range_ > 0 && apply()) paths_.emplace(scene);
+}
+
+// An event within the shortest step of the last one is as good as passed: bounds hold across it.
+double MotionLimits::next_event(double time) const {
+  const double after = time + scene_.source.time.minimum_step;
+  const auto next = std::upper_bound(events_.begin(), events_.end(), after,
+                                     [](double t, const MotionEvent& e) { return t < e.time; });
+  return next == events_.end() ? std::numeric_limits<double>::infinity() : next->time;
+}
+
+bool MotionLimits::has_event_at(double time) const {
+  return std::any_of(events_.begin(), events_.end(), [&](const MotionEvent& event) {
+    return std::abs(event.time - time) <= scene_.source.time.minimum_step;
+  });
+}
+
+bool MotionLimits::jumps_at(double time) const {
+  return std::any_of(events_.begin(), events_.end(), [&](const MotionEvent& event) {
+    return event.jumps && std::abs(event.time - time) <= scene_.source.time.minimum_step;
+  });
+}
+
+std::optional<double> MotionLimits::latest_end(double time, double wanted,
+                                               std::span<const double> y) {
+  const double latest = std::min(wanted, next_event(time));
+  find_approaches(time, latest, y);
+  const double shortest = scene_.source.time.minimum_step;
+  double length = latest - time;
+  while (!is_short_enough(time, time + length)) {
+    if (length <= shortest) return std::nullopt;
+    length = std::max(shortest, shortening * length);
+  }
+  return length == latest - time ? latest : time + length;
+}
+
+std::string MotionLimits::failure(double time) const {
+  if (crossing_) {
+    return "prescribed motions leave no room at t = " + rounded_text(time) +
+           " s: " + crossing_->describe(scene_);
+  }
+  const SceneBody& body = scene_.bodies[culprit_->body];
+  return std::string("the prescribed motion of ") + (body.is_obstacle ? "obstacle" : "body") +
+         " \"" + body.name + "\" is too fast to be followed by steps of " +
+         number_text(scene_.source.time.minimum_step) +
+         " s (time.minimum_step) at t = " + rounded_text(time) + " s";
+}
+
+void MotionLimits::find_approaches(double time, double end, std::span<const double> y) {
+  approaches_.clear();
+  std::fill(is_bounded_.begin(), is_bounded_.end(), 0);
+  bool has_positions = false;
+  for (const Moving& moving : motions_) {
+    if (!moving.is_obstacle) continue;
+    const MotionBounds bounds = moving.held->motion.bounds(time, end, moving.held->radius);
+    if (bounds.travel <= stray_part * range_) continue;
+    if (!has_positions) dynamics_.expand(time, y, position_, velocity_);
+    has_positions = true;
+    for (int body = 0; body < scene_.dynamic_bodies; ++body)
+      add_approaches(moving, body, time, end - time, bounds.travel);
+  }
+}
+
+void MotionLimits::bound_blocks(int body) {
+  if (is_bounded_[body] != 0) return;
+  is_bounded_[body] = 1;
+  std::vector<Block>& blocks = blocks_[body];
+  if (blocks.empty()) {
+    const SceneBody& from = scene_.bodies[body];
+    const std::size_t count = from.mesh.triangles.size();
+    const std::size_t each = (count + most_blocks - 1) / most_blocks;
+    for (std::size_t first = 0; first < count; first += each) {
+      Block& block = blocks.emplace_back();
+      for (std::size_t t = first; t < std::min(first + each, count); ++t)
+        for (const int p : from.mesh.triangles[t])
+          block.particles.push_back(p + from.first_particle);
+      std::sort(block.particles.begin(), block.particles.end());
+      block.particles.erase(std::unique(block.particles.begin(), block.particles.end()),
+                            block.particles.end());
+    }
+  }
+  for (Block& block : blocks) {
+    block.box.setEmpty();
+    double square = 0;
+    for (const int p : block.particles) {
+      block.box.extend(position_[p]);
+      square = std::max(square, velocity_[p].squaredNorm());
+    }
+    block.speed = std::sqrt(square);
+  }
+}
+
+// Adds the parts of a body that the obstacle may reach in a step of this length.
+void MotionLimits::add_approaches(const Moving& obstacle, int body, double time, double length,
+                                  double travel) {
+  bound_blocks(body);
+  bound_blocks(obstacle.body);
+  Eigen::AlignedBox3d all;
+  for (const Block& other : blocks_[obstacle.body]) all.extend(other.box);
+  const double reach =
+      range_ + 0.5 * (scene_.bodies[body].thickness + scene_.bodies[obstacle.body].thickness);
+  for (const Block& block : blocks_[body]) {
+    const double way = block.speed * length + travel;
+    if (way <= approach_part * (block.box.exteriorDistance(all) - reach)) continue;
+    double square = std::numeric_limits<double>::infinity();
+    for (const Block& other : blocks_[obstacle.body])
+      square = std::min(square, block.box.squaredExteriorDistance(other.box));
+    Approach approach{
+        .obstacle = &obstacle, .clearance = std::sqrt(square) - reach, .speed = block.speed};
+    if (way <= approach_part * approach.clearance) continue;
+    for (const int p : block.particles) {
+      const RigidMotion& motion = obstacle.held->motion;
+      const Vec3 relative = velocity_[p] - motion.velocity_at(time, position_[p]);
+      approach.relative_speed = std::max(approach.relative_speed, relative.norm());
+      approach.radius = std::max(approach.radius, motion.distance_from_centre(time, position_[p]));
+    }
+    approaches_.push_back(approach);
+  }
+}
+
+bool MotionLimits::keeps_to_chord(const Moving& moving, const MotionBounds& bounds) const {
+  if (bounds.angle > largest_turn && bounds.angle * moving.held->radius > 0) return false;
+  return range_ == 0 || bounds.stray <= stray_part * range_;
+}
+
+bool MotionLimits::is_short_enough(double time, double end) {
+  crossing_.reset();
+  const double length = end - time;
+  for (const Moving& moving : motions_) {
+    if (moving.is_obstacle) continue;
+    culprit_ = &moving;
+    if (!keeps_to_chord(moving, moving.held->motion.bounds(time, end, moving.held->radius)))
+      return false;
+  }
+  for (const Approach& approach : approaches_) {
+    culprit_ = approach.obstacle;
+    const PrescribedMotion& held = *approach.obstacle->held;
+    const MotionBounds bounds = held.motion.bounds(time, end, held.radius);
+    if (bounds.travel <= stray_part * range_) continue;
+    const double acceleration = held.motion.bounds(time, end, approach.radius).acceleration;
+    const double way =
+        std::min(approach.speed * length + bounds.travel,
+                 approach.relative_speed * length + acceleration * length * length / 2);
+    if (way <= approach_part * approach.clearance) continue;
+    if (way > near_part * range_ || !keeps_to_chord(*approach.obstacle, bounds)) return false;
+  }
+  if (paths_) crossing_ = paths_->find_crossing(time, end);
+  return !crossing_;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,90 @@
+// How long a step may be where pins or obstacles move: their motion must be seen by it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/motion/dynamics.h"
+#include "sim/motion/prescribed_paths.h"
+
+namespace weft::sim {
+
+// A step ends at the latest
+// - at the next keyframe, start or stop;
+// - where a pin has turned by `largest_turn` or, with contact, strays from its chord by a tenth of
+//   contact.range;
+// - where a moving obstacle has used up four fifths of the distance to a part of a body that is
+//   beyond contact's reach. Once that is less than an eighth of contact.range, where the obstacle
+//   and that part have moved an eighth of contact.range against each other, or it has turned or
+//   strayed as far as a pin may. (The shortest barriers act over a quarter of the range);
+// - before pins might pass through an obstacle or through other pins (prescribed_paths.h).
+// An obstacle counts by the distance to it and by the speeds at the start of the step: one that
+// cannot come into reach shortens nothing. Obstacles without contact do not count at all. Proofs
+// are in docs/theory.md, section 2.
+class MotionLimits {
+ public:
+  static constexpr double largest_turn = 0.15;  // rad
+  static constexpr double stray_part = 0.1;     // of contact.range
+  static constexpr double near_part = 0.125;    // of contact.range: half of the shortest barrier's
+  static constexpr double approach_part = 0.8;  // of the distance left
+
+  // Both must outlive it.
+  MotionLimits(const Scene& scene, const Dynamics& dynamics);
+
+  // False where nothing moves, and no step is ever shortened.
+  bool apply() const { return !motions_.empty(); }
+  // The latest end of a step from `time` and the state `y` that is to end at `wanted`. Nothing
+  // where time.minimum_step is too long: failure() then names the motion. Costs a pass over the
+  // particles where an obstacle moves, and nothing where only pins do.
+  std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
+  std::string failure(double time) const;
+  // Does a motion start, stop or pass a keyframe within time.minimum_step of `time`, and does its
+  // velocity jump there?
+  bool has_event_at(double time) const;
+  bool jumps_at(double time) const;
+
+ private:
+  struct Moving {
+    const PrescribedMotion* held;
+    int body;
+    bool is_obstacle;  // of the case, or a body held as a whole
+  };
+  // A part of a body: the box around some of its triangles.
+  struct Block {
+    Eigen::AlignedBox3d box;
+    std::vector<int> particles;  // global
+    double speed = 0;            // the largest, m/s
+  };
+  // A part of a dynamic body that an obstacle may reach.
+  struct Approach {
+    const Moving* obstacle;
+    double clearance = 0;       // m, to the reach of contact
+    double speed = 0;           // of the part, m/s
+    double relative_speed = 0;  // against the obstacle, m/s
+    double radius = 0;          // of the part's points about the centre of the motion, m
+  };
+  double next_event(double time) const;
+  void find_approaches(double time, double end, std::span<const double> y);
+  void add_approaches(const Moving& obstacle, int body, double time, double length, double travel);
+  void bound_blocks(int body);
+  bool is_short_enough(double time, double end);
+  bool keeps_to_chord(const Moving& moving, const MotionBounds& bounds) const;
+
+  const Scene& scene_;
+  const Dynamics& dynamics_;
+  double range_ = 0;  // m; 0 without contact
+  std::vector<Moving> motions_;
+  std::vector<MotionEvent> events_;         // by time
+  std::vector<std::vector<Block>> blocks_;  // by body; their particles once, their boxes anew
+  std::vector<char> is_bounded_;            // by body, in this step
+  std::vector<Approach> approaches_;
+  std::vector<Vec3> position_, velocity_;
+  const Moving* culprit_ = nullptr;
+  std::optional<PrescribedPaths> paths_;  // with contact, where something moves
+  std::optional<ContactFault> crossing_;  // of the last interval that was looked at
+};
+
+}  // namespace weft::sim

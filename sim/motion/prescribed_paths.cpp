@@ -1,0 +1,201 @@
+#include "sim/motion/prescribed_paths.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "bsi/continuous_collision.h"
+#include "sim/contact/contact_search.h"
+
+namespace weft::sim {
+
+namespace {
+
+using Box = Eigen::AlignedBox3d;
+
+template <std::size_t Count>
+std::array<int, 4> joined(const std::array<int, Count>& a, const std::array<int, 4 - Count>& b) {
+  std::array<int, 4> nodes{};
+  std::copy(a.begin(), a.end(), nodes.begin());
+  std::copy(b.begin(), b.end(), nodes.begin() + Count);
+  return nodes;
+}
+
+bool share_a_vertex(const std::array<int, 4>& nodes, int split) {
+  return std::any_of(nodes.begin(), nodes.begin() + split, [&](int node) {
+    return std::find(nodes.begin() + split, nodes.end(), node) != nodes.end();
+  });
+}
+
+}  // namespace
+
+PrescribedPaths::PrescribedPaths(const Scene& scene)
+    : scene_(scene),
+      motion_of_(scene.particle_count, -1),
+      features_(scene.bodies.size()),
+      stray_(scene.prescribed.size() + 1, 0.0),
+      start_(scene.initial_position),
+      end_(scene.initial_position) {
+  std::fill(motion_of_.begin() + scene.dynamic_particles, motion_of_.end(), 0);
+  for (std::size_t m = 0; m < scene.prescribed.size(); ++m) {
+    const PrescribedMotion& held = scene.prescribed[m];
+    for (const int particle : held.particles)
+      motion_of_[particle] = held.moves ? static_cast<int>(m) + 1 : 0;
+  }
+  const auto is_held = [&](int particle) { return motion_of_[particle] >= 0; };
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const SceneBody& body = scene.bodies[b];
+    const int first = body.first_particle;
+    Features& features = features_[b];
+    for (int i = first; i < first + body.particle_count(); ++i) {
+      if (!is_held(i)) continue;
+      features.vertices.push_back(i);
+      features.motions.push_back(motion_of_[i]);
+    }
+    for (const bsi::Edge& edge : body.mesh.edges) {
+      const std::array<int, 2> e{edge.vertex[0] + first, edge.vertex[1] + first};
+      if (std::all_of(e.begin(), e.end(), is_held)) features.edges.push_back(e);
+    }
+    for (const auto& [x, y, z] : body.mesh.triangles) {
+      const std::array<int, 3> t{x + first, y + first, z + first};
+      if (std::all_of(t.begin(), t.end(), is_held)) features.triangles.push_back(t);
+    }
+    std::sort(features.motions.begin(), features.motions.end());
+    features.motions.erase(std::unique(features.motions.begin(), features.motions.end()),
+                           features.motions.end());
+  }
+  std::vector<Box> boxes;
+  for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) {
+    const std::vector<int>& motions = features_[b].motions;
+    if (!motions.empty() && motions.back() > 0) moving_.push_back(b);
+    boxes.push_back(swept_box(features_[b].vertices));
+  }
+  tree_.build(std::move(boxes));
+}
+
+bool PrescribedPaths::moves(int body, double from, double to) const {
+  return std::ranges::any_of(features_[body].motions, [&](int m) {
+    if (m == 0) return false;
+    const PrescribedMotion& held = scene_.prescribed[m - 1];
+    return held.motion.bounds(from, to, held.radius).travel > 0;
+  });
+}
+
+// Two bodies without features in common motion, of which one at least is no obstacle of the case.
+bool PrescribedPaths::may_cross(const BodyPair& pair) const {
+  const std::vector<int>&a = features_[pair.a].motions, &b = features_[pair.b].motions;
+  if (scene_.bodies[pair.a].is_obstacle || a.empty() || b.empty()) return false;
+  if (pair.a == pair.b && !scene_.bodies[pair.a].self_contact) return false;
+  return a != b || a.size() > 1;
+}
+
+void PrescribedPaths::place(int body, double from, double to) {
+  for (const int m : features_[body].motions) {
+    if (m == 0) continue;
+    const PrescribedMotion& held = scene_.prescribed[m - 1];
+    stray_[m] = held.motion.bounds(from, to, held.radius).stray;
+    moved_.resize(held.start.size());
+    rates_.resize(held.start.size());
+    for (const auto& [time, position] : {std::pair(from, &start_), std::pair(to, &end_)}) {
+      held.motion.apply(time, held.start, moved_, rates_);
+      for (std::size_t i = 0; i < moved_.size(); ++i) (*position)[held.particles[i]] = moved_[i];
+    }
+  }
+}
+
+// The pairs of a body that moves and of those whose boxes its own meets, in order.
+std::vector<BodyPair> PrescribedPaths::pairs_that_move(double from, double to) {
+  std::vector<Box> boxes;
+  for (const int body : moving_) {
+    place(body, from, to);
+    boxes.push_back(swept_box(features_[body].vertices));
+  }
+  tree_.move(moving_, boxes);
+  std::vector<BodyPair> pairs;
+  for (const int body : moving_) {
+    if (!moves(body, from, to)) continue;
+    const auto add = [&](int other) {
+      const BodyPair pair{std::min(body, other), std::max(body, other)};
+      if (may_cross(pair)) pairs.push_back(pair);
+    };
+    add(body);
+    tree_.visit_neighbours(body, add);
+  }
+  std::ranges::sort(pairs);
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+std::optional<ContactFault> PrescribedPaths::find_crossing(double from, double to) {
+  for (const BodyPair& pair : pairs_that_move(from, to)) {
+    if (auto fault = check(pair)) return fault;
+  }
+  return std::nullopt;
+}
+
+template <class Particles>
+double PrescribedPaths::largest_stray(const Particles& particles) const {
+  double largest = 0;
+  for (const int p : particles) largest = std::max(largest, stray_[motion_of_[p]]);
+  return largest;
+}
+
+// Around the true paths of these and all that is between them.
+template <class Particles>
+Eigen::AlignedBox3d PrescribedPaths::swept_box(const Particles& particles) const {
+  Box box;
+  for (const int p : particles) box.extend(start_[p]).extend(end_[p]);
+  const double stray = largest_stray(particles);
+  box.min().array() -= stray;
+  box.max().array() += stray;
+  return box;
+}
+
+std::optional<ContactFault> PrescribedPaths::check(const BodyPair& pair) const {
+  const Features &a = features_[pair.a], &b = features_[pair.b];
+  if (!swept_box(a.vertices).intersects(swept_box(b.vertices))) return std::nullopt;
+  const auto as_arrays = [](const std::vector<int>& vertices) {
+    std::vector<std::array<int, 1>> arrays;
+    arrays.reserve(vertices.size());
+    for (const int vertex : vertices) arrays.push_back({vertex});
+    return arrays;
+  };
+  if (auto fault = check_kind(false, as_arrays(a.vertices), b.triangles)) return fault;
+  if (pair.a != pair.b) {
+    if (auto fault = check_kind(false, as_arrays(b.vertices), a.triangles)) return fault;
+  }
+  return check_kind(true, a.edges, b.edges);
+}
+
+// One motion carries all of them: they keep their distance.
+bool PrescribedPaths::is_rigid(const std::array<int, 4>& nodes) const {
+  return std::all_of(nodes.begin(), nodes.end(),
+                     [&](int node) { return motion_of_[node] == motion_of_[nodes[0]]; });
+}
+
+template <class First, class Second>
+std::optional<ContactFault> PrescribedPaths::check_kind(bool edges, const std::vector<First>& first,
+                                                        const std::vector<Second>& second) const {
+  Box all;
+  for (const First& one : first) all.extend(swept_box(one));
+  for (const Second& other : second) {
+    const Box other_box = swept_box(other);
+    if (!all.intersects(other_box)) continue;
+    for (const First& one : first) {
+      if (!swept_box(one).intersects(other_box)) continue;
+      const std::array<int, 4> nodes = joined(one, other);
+      if (is_rigid(nodes) || share_a_vertex(nodes, edges ? 2 : 1)) continue;
+      bsi::FourPoints from, to;
+      for (int k = 0; k < 4; ++k) {
+        from[k] = start_[nodes[k]];
+        to[k] = end_[nodes[k]];
+      }
+      const double separation = largest_stray(one) + largest_stray(other);
+      const double safe = edges ? bsi::safe_fraction_edge_edge(from, to, separation)
+                                : bsi::safe_fraction_vertex_triangle(from, to, separation);
+      if (safe < 1) return ContactFault{ContactFault::Kind::crossing, nodes, 0};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,49 @@
+// Estimates of the fastest vibration and the fastest decay of a state.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/motion/dynamics.h"
+
+namespace weft::sim {
+
+struct SpectralEstimate {
+  double frequency = 0;  // rad/s: the root of the spectral radius of M^-1 K
+  double decay = 0;      // 1/s: the spectral radius of M^-1 D
+  int place = -1;        // the particle that takes most part in the faster of the two; -1: none
+  // The rate which an explicit method's steps must be short against.
+  double stiffest() const { return frequency > decay ? frequency : decay; }
+};
+
+// Estimates the spectrum by power iterations on the matrices of the dynamics at (t, y), which it
+// assembles, without contact. Prescribed particles are held. Estimates are from below, within a few
+// percent: the radius is approached along a series that grows. Cost: an assembly, and 30 products
+// per matrix.
+SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y);
+
+// Follows the fastest vibration of a motion. Now and then it takes one iteration of the power
+// method from the last vector, by a difference of accelerations. For scenes without contact.
+class FrequencyTracker {
+ public:
+  // Starts at the state y, with a third as many iterations as estimate_spectrum().
+  FrequencyTracker(Dynamics& dynamics, double t, std::span<const double> y);
+
+  // Takes one iteration at the state y, whose accelerations these are. Cost: an evaluation of the
+  // forces.
+  void follow(double t, std::span<const double> y, std::span<const Vec3> acceleration);
+  // Follows from now on the vibration that dominates these accelerations.
+  void turn_to(std::span<const Vec3> acceleration);
+  double frequency() const { return frequency_; }  // rad/s, from below
+  int place() const;                               // the particle that vibrates most
+
+ private:
+  Dynamics& dynamics_;
+  double amplitude_ = 0;         // m, of the differences
+  std::vector<Vec3> vibration_;  // the largest entry is 1
+  std::vector<double> moved_;    // a state
+  std::vector<Vec3> change_;     // m/s^2
+  double frequency_ = 0;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,86 @@
+#include "sim/run/initial_state.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "sim/case/case_error.h"
+#include "sim/contact/contact.h"
+#include "sim/view/crossings.h"
+
+namespace weft::sim {
+
+namespace {
+
+constexpr std::size_t listed_places = 10;
+
+std::string describe_triangle(const Scene& scene, int body, int triangle) {
+  const SceneBody& owner = scene.bodies[body];
+  return scene.describe_particle(owner.mesh.triangles[triangle][0] + owner.first_particle);
+}
+
+void refuse_crossings(const Scene& scene) {
+  std::vector<CrossingSurface> surfaces;
+  for (const SceneBody& body : scene.bodies) {
+    surfaces.push_back(
+        {std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()),
+         body.mesh.triangles, body.self_contact});
+  }
+  std::vector<Crossing> crossings = find_crossings(surfaces);
+  // Obstacles may overlap each other: nothing is simulated between them.
+  std::erase_if(crossings, [&](const Crossing& c) {
+    return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
+  });
+  if (crossings.empty()) return;
+  // Quads of which several triangles cross are listed once.
+  std::vector<std::string> places;
+  for (const Crossing& c : crossings) {
+    std::string place = describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +
+                        describe_triangle(scene, c.surface_b, c.triangle_b);
+    if (std::ranges::find(places, place) == places.end()) places.push_back(std::move(place));
+    if (places.size() > listed_places) break;
+  }
+  std::string message = "the initial state has " + std::to_string(crossings.size()) +
+                        " intersecting pairs of triangles, at";
+  for (std::size_t i = 0; i < std::min(places.size(), listed_places); ++i)
+    message += "\n  " + places[i];
+  if (places.size() > listed_places) message += "\n  and elsewhere";
+  const bool are_of_one_body =
+      std::ranges::all_of(crossings, [](const Crossing& c) { return c.surface_a == c.surface_b; });
+  throw CaseError({scene.source.path, 0, 0}, message,
+                  are_of_one_body ? "expected a shape that does not pass through itself, or "
+                                    "self_contact = false"
+                                  : "move the bodies apart");
+}
+
+void refuse_missing_gaps(const Scene& scene) {
+  Statistics unused;
+  Contact contact(scene, unused);
+  double smallest_gap = 0;
+  const auto fault = contact.check_state(scene.initial_position, &smallest_gap);
+  if (fault) {
+    throw CaseError({scene.source.path, 0, 0},
+                    "the initial state cannot be simulated: " + fault->describe(scene),
+                    scene.bodies.size() == 1
+                        ? "make thickness smaller, or the edges of the mesh longer"
+                        : "move the bodies apart, or make thickness smaller");
+  }
+  if (const auto pair = contact.self_pair_in_reach(scene.initial_position)) {
+    throw CaseError(
+        {scene.source.path, 0, 0},
+        "contact.range is too large for this mesh: in the undeformed shape " +
+            pair->describe(scene),
+        "expected thickness + contact.range below the distance of features that share no vertex "
+        "(about 0.7 of the shortest edge)");
+  }
+}
+
+}  // namespace
+
+void check_initial_state(const Scene& scene) {
+  if (!scene.source.contact.enabled) return;
+  refuse_crossings(scene);
+  refuse_missing_gaps(scene);
+}
+
+}  // namespace weft::sim

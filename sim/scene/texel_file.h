@@ -1,0 +1,24 @@
+// Shapes from HDF5 files.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "sim/base/vectors.h"
+
+namespace weft::sim {
+
+// Vertices of a shape, m: by patch, row and column.
+struct TexelFile {
+  int patches = 0, rows = 0, cols = 0;
+  std::vector<Vec3> texels;
+};
+
+// Reads a dataset [rows, cols, 3] or [patches, rows, cols, 3]. Throws FileError, also for a file
+// that HDF5 crashes on (a process of its own reads it), and, before memory is taken, for one that
+// stores less than its shape claims or whose numbers take more than `most_bytes`.
+TexelFile read_texels(const std::string& path, const std::string& dataset,
+                      double most_bytes = std::numeric_limits<double>::infinity());
+
+}  // namespace weft::sim

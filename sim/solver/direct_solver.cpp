@@ -1,0 +1,141 @@
+#include "sim/solver/direct_solver.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace weft::sim {
+
+struct DirectSolver::Implementation {
+  explicit Implementation(Dynamics& dynamics_) : dynamics(dynamics_) {}
+  void add_block(int block_row, int block_column, const Mat3& block);
+  void assemble(double gamma);
+  void compress(int size);
+  Eigen::VectorXd right_side(double gamma, const StateView& b) const;
+
+  Dynamics& dynamics;
+  // An entry of the lower half of A; entries at one place add up.
+  struct Entry {
+    int column = 0, row = 0;
+    double value = 0;
+  };
+  std::vector<Entry> entries;
+  std::vector<int> column_start, row, analysed_start, analysed_row;
+  std::vector<double> value;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
+};
+
+// The lower half is enough.
+void DirectSolver::Implementation::add_block(int block_row, int block_column, const Mat3& block) {
+  const std::vector<char>& pinned = dynamics.scene().pinned;
+  if (pinned[block_row] != 0 || pinned[block_column] != 0) return;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      if (3 * block_row + i >= 3 * block_column + j) {
+        entries.push_back({3 * block_column + j, 3 * block_row + i, block(i, j)});
+      }
+    }
+  }
+}
+
+void DirectSolver::Implementation::assemble(double gamma) {
+  entries.clear();
+  const BlockMatrix &stiffness = dynamics.stiffness(), &damping = dynamics.damping();
+  const BlockPattern& pattern = stiffness.pattern();
+  for (int i = 0; i < pattern.rows(); ++i) {
+    for (int slot = pattern.row_begin(i); slot < pattern.row_end(i); ++slot) {
+      if (pattern.column(slot) > i) break;
+      add_block(i, pattern.column(slot), gamma * gamma * stiffness.block(i, slot));
+      if (dynamics.has_damping())
+        add_block(i, pattern.column(slot), gamma * damping.block(i, slot));
+    }
+    const double mass = dynamics.scene().mass[i];
+    for (int axis = 0; axis < 3; ++axis) entries.push_back({3 * i + axis, 3 * i + axis, mass});
+  }
+  if (dynamics.contact() != nullptr) {
+    dynamics.contact()->visit_blocks(
+        gamma, [&](int i, int j, const Mat3& block) { add_block(i, j, block); });
+  }
+  compress(3 * pattern.rows());
+}
+
+// Entries by column; the order of those of one place stays, so that their sum has the same bits.
+void DirectSolver::Implementation::compress(int size) {
+  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::pair(a.column, a.row) < std::pair(b.column, b.row);
+  });
+  column_start.assign(size + 1, 0);
+  row.clear();
+  value.clear();
+  const Entry* last = nullptr;
+  for (const Entry& entry : entries) {
+    if (last != nullptr && last->column == entry.column && last->row == entry.row) {
+      value.back() += entry.value;
+    } else {
+      row.push_back(entry.row);
+      value.push_back(entry.value);
+      ++column_start[entry.column + 1];
+    }
+    last = &entry;
+  }
+  std::partial_sum(column_start.begin(), column_start.end(), column_start.begin());
+}
+
+// M b_v - gamma K b_x, as in VelocitySystem.
+Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const StateView& b) const {
+  const int count = dynamics.particle_count();
+  std::vector<Vec3> product(count), position(b.position.begin(), b.position.end());
+  for (int i = 0; i < count; ++i) {
+    if (dynamics.scene().pinned[i] != 0) position[i].setZero();
+  }
+  dynamics.stiffness().multiply(position, product, dynamics.threads());
+  for (Vec3& p : product) p *= -gamma;
+  const std::span<const Vec3> damping = dynamics.damping_product();
+  for (std::size_t i = 0; i < damping.size(); ++i) product[i] -= damping[i];
+  if (dynamics.contact() != nullptr)
+    dynamics.contact()->subtract_stiffness(gamma, position, product);
+  Eigen::VectorXd result(3 * count);
+  for (int i = 0; i < count; ++i) {
+    const bool held = dynamics.scene().pinned[i] != 0;
+    result.segment<3>(3 * i) =
+        held ? Vec3(Vec3::Zero()) : Vec3(product[i] + dynamics.scene().mass[i] * b.velocity[i]);
+  }
+  return result;
+}
+
+DirectSolver::DirectSolver(Dynamics& dynamics)
+    : implementation_(std::make_unique<Implementation>(dynamics)) {}
+DirectSolver::~DirectSolver() = default;
+
+bool DirectSolver::solve(double gamma, std::span<const double> b, std::span<double> correction) {
+  Implementation& self = *implementation_;
+  self.assemble(gamma);
+  const auto size = static_cast<Eigen::Index>(self.column_start.size()) - 1;
+  const Eigen::Map<const Eigen::SparseMatrix<double>> matrix(
+      size, size, static_cast<Eigen::Index>(self.value.size()), self.column_start.data(),
+      self.row.data(), self.value.data());
+  if (self.column_start != self.analysed_start || self.row != self.analysed_row) {
+    self.factors.analyzePattern(matrix);
+    self.analysed_start = self.column_start;
+    self.analysed_row = self.row;
+  }
+  self.factors.factorize(matrix);
+  if (self.factors.info() != Eigen::Success) return false;
+  if (!(self.factors.vectorD().minCoeff() > 0)) return false;
+  const StateView right = StateView::of(b);
+  const Eigen::VectorXd dv = self.factors.solve(self.right_side(gamma, right));
+  if (!dv.allFinite()) return false;
+  const int count = self.dynamics.particle_count();
+  auto* x = reinterpret_cast<Vec3*>(correction.data());
+  for (int i = 0; i < count; ++i) {
+    const bool held = self.dynamics.scene().pinned[i] != 0, moves = self.dynamics.pins_move();
+    x[count + i] = held && moves ? right.velocity[i] : Vec3(dv.segment<3>(3 * i));
+    x[i] = right.position[i] + gamma * x[count + i];
+    if (held) x[i] = moves ? right.position[i] : Vec3(Vec3::Zero());
+  }
+  return true;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,171 @@
+#include "sim/view/movie_file.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to us
+
+namespace weft::sim {
+namespace {
+
+constexpr const char* signature = "made by weft render";
+
+// ffmpeg wants pictures to be numbered without gaps: links to them are, in a folder that lasts as
+// long as this. Links alone are ever removed from it: a file that someone put there stays.
+class NumberedLinks {
+ public:
+  NumberedLinks(const std::string& directory, const std::vector<std::string>& pictures)
+      : folder_(std::filesystem::path(directory) / name) {
+    remove_links();  // of a rendering that was killed
+    std::filesystem::create_directory(folder_);
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      std::filesystem::create_symlink(std::filesystem::path("..") / pictures[i],
+                                      folder_ / (std::to_string(i) + ".png"));
+    }
+  }
+  ~NumberedLinks() { remove_links(); }
+  NumberedLinks(const NumberedLinks&) = delete;
+  NumberedLinks& operator=(const NumberedLinks&) = delete;
+
+  static constexpr const char* name = ".movie_frames";
+
+ private:
+  // The folder goes with them where it is empty then.
+  void remove_links() const {
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(std::filesystem::symlink_status(folder_, ignored))) return;
+    std::vector<std::filesystem::path> links;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_, ignored)) {
+      if (entry.is_symlink(ignored)) links.push_back(entry.path());
+    }
+    for (const std::filesystem::path& link : links) std::filesystem::remove(link, ignored);
+    std::filesystem::remove(folder_, ignored);
+  }
+
+  std::filesystem::path folder_;
+};
+
+std::vector<std::string> ffmpeg_arguments(double frames_per_second) {
+  return {"ffmpeg",
+          "-nostdin",
+          "-y",
+          "-loglevel",
+          "error",
+          "-framerate",
+          std::to_string(frames_per_second),
+          "-start_number",
+          "0",
+          "-i",
+          std::string(NumberedLinks::name) + "/%d.png",
+          "-vf",
+          "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+          "-c:v",
+          "libx264",
+          "-crf",
+          "18",
+          "-pix_fmt",
+          "yuv420p",
+          "-movflags",
+          "+faststart",
+          "-metadata",
+          std::string("comment=") + signature,
+          "movie.mp4"};
+}
+
+// Starts ffmpeg in `directory`, where the names of its files need no quoting, with its messages
+// going to `message_pipe`. Returns an error of posix_spawnp, or 0.
+int start_ffmpeg(const std::string& directory, const std::vector<std::string>& arguments,
+                 int message_pipe, pid_t& process) {
+  std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
+  for (const std::string& argument : arguments) {
+    pointers.push_back(const_cast<char*>(argument.c_str()));  // posix_spawn does not write to them
+  }
+  pointers.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, message_pipe, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, message_pipe, STDERR_FILENO);
+  const int error =
+      posix_spawnp(&process, pointers[0], &actions, nullptr, pointers.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  return error;
+}
+
+// Everything until the other end closes.
+std::string read_all(int file) {
+  std::string text;
+  std::array<char, 4096> part{};
+  for (;;) {
+    const ssize_t count = read(file, part.data(), part.size());
+    if (count > 0) {
+      text.append(part.data(), static_cast<std::size_t>(count));
+    } else if (count == 0 || errno != EINTR) {
+      break;
+    }
+  }
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
+                        double frames_per_second) try {
+  const NumberedLinks links(directory, pictures);
+  std::array<int, 2> message_pipe{};
+  if (pipe2(message_pipe.data(), O_CLOEXEC) != 0) {
+    return {false, std::string("cannot run ffmpeg: ") + std::strerror(errno)};
+  }
+  pid_t process = 0;
+  const int error =
+      start_ffmpeg(directory, ffmpeg_arguments(frames_per_second), message_pipe[1], process);
+  close(message_pipe[1]);
+  const std::string messages = error == 0 ? read_all(message_pipe[0]) : "";
+  close(message_pipe[0]);
+  if (error == ENOENT) return {false, "ffmpeg not found: no movie"};
+  if (error != 0) return {false, std::string("cannot run ffmpeg: ") + std::strerror(error)};
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0) {
+    if (errno != EINTR) return {false, std::string("lost ffmpeg: ") + std::strerror(errno)};
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {true, ""};
+  const std::string end = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
+                                            : "signal " + std::to_string(WTERMSIG(status));
+  std::error_code ignored;
+  std::filesystem::remove(std::filesystem::path(directory) / "movie.mp4", ignored);
+  return {false, "ffmpeg failed (" + end + ")" + (messages.empty() ? "" : ": " + messages)};
+} catch (const std::filesystem::filesystem_error& error) {
+  return {false, std::string("no movie: ") + error.what()};
+}
+
+bool is_own_movie(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  constexpr std::streamoff reach = 1 << 20;
+  const auto size = static_cast<std::streamoff>(std::filesystem::file_size(path, error));
+  for (const std::streamoff start :
+       {std::streamoff{0}, std::max<std::streamoff>(0, size - reach)}) {
+    std::string part(static_cast<std::size_t>(std::min(size, reach)), '\0');
+    file.seekg(start);
+    if (file.read(part.data(), std::ssize(part)) && part.find(signature) != std::string::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,236 @@
+#include "sim/view/render_trajectory.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "gpu/renderer.h"
+#include "sim/trajectory/trajectory.h"
+#include "sim/view/movie_file.h"
+#include "sim/view/rendered_body.h"
+
+namespace weft::sim {
+namespace {
+
+// The points farthest out in many directions: enough to place a camera by, however many frames go
+// in. What they leave out is within 2 % of the size, less than the camera's margin.
+class Extent {
+ public:
+  Extent() : directions_(count, 3), points_(count, Vec3::Zero()) {
+    const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < count; ++i) {
+      const double height = 1 - 2 * (i + 0.5) / count;
+      const double radius = std::sqrt(1 - height * height);
+      directions_.row(i) << radius * std::cos(golden_angle * i),
+          radius * std::sin(golden_angle * i), height;
+    }
+  }
+
+  void add(const Vec3& point) {
+    const Eigen::Matrix<double, count, 1> distances = directions_ * point;
+    for (int i = 0; i < count; ++i) {
+      if (distances[i] > distances_[i]) {
+        distances_[i] = distances[i];
+        points_[i] = point;
+      }
+    }
+    lowest_ = lowest_.cwiseMin(point);
+    highest_ = highest_.cwiseMax(point);
+  }
+
+  bool empty() const { return lowest_.x() > highest_.x(); }
+  const std::vector<Vec3>& points() const { return points_; }
+  const Vec3& lowest() const { return lowest_; }
+  const Vec3& highest() const { return highest_; }
+
+ private:
+  static constexpr int count = 128;
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  Eigen::Matrix<double, count, 3> directions_;
+  Eigen::Matrix<double, count, 1> distances_ = Eigen::Matrix<double, count, 1>::Constant(-infinity);
+  std::vector<Vec3> points_;
+  Vec3 lowest_ = Vec3::Constant(infinity);
+  Vec3 highest_ = Vec3::Constant(-infinity);
+};
+
+// An obstacle up to `whole_obstacle` times as large as the simulated bodies is seen whole. A larger
+// one is seen as far as `seen_beyond` of their size beyond them.
+constexpr double whole_obstacle = 2, seen_beyond = 1.0 / 6;
+
+double size_of(const std::vector<Vec3>& points) {
+  Vec3 lowest = points.front(), highest = points.front();
+  for (const Vec3& point : points) {
+    lowest = lowest.cwiseMin(point);
+    highest = highest.cwiseMax(point);
+  }
+  return (highest - lowest).norm();
+}
+
+// The camera must see, over all frames, everything that is simulated, the obstacles whole, and of
+// obstacles that are too large the part nearby; with nothing else in the file, the obstacles.
+Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
+                     std::vector<RenderedBody>& bodies) {
+  Extent simulated;
+  for (const int frame : frames) {
+    for (RenderedBody& body : bodies) {
+      if (body.is_obstacle || (!body.moves && frame != frames.front())) continue;
+      read_positions(reader, frame, body);
+      for (const Vec3& position : body.positions) simulated.add(position);
+    }
+  }
+  const double size = simulated.empty() ? std::numeric_limits<double>::infinity()
+                                        : (simulated.highest() - simulated.lowest()).norm();
+  const Vec3 beyond = Vec3::Constant(seen_beyond * size);
+  const Vec3 lowest = simulated.lowest() - beyond, highest = simulated.highest() + beyond;
+  Extent extent = simulated;
+  for (const int frame : frames) {
+    for (RenderedBody& body : bodies) {
+      if (!body.is_obstacle || (!body.moves && frame != frames.front())) continue;
+      read_positions(reader, frame, body);
+      const bool is_whole = size_of(body.positions) <= whole_obstacle * size;
+      for (const Vec3& position : body.positions)
+        extent.add(is_whole ? position : Vec3(position.cwiseMax(lowest).cwiseMin(highest)));
+    }
+  }
+  return extent;
+}
+
+std::string picture_name(int frame) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "frame_%05d.png", frame);
+  return name.data();
+}
+
+std::string picture_path(const std::string& directory, int frame) {
+  return (std::filesystem::path(directory) / picture_name(frame)).string();
+}
+
+// Every so many frames, and the last one.
+std::vector<int> frames_to_draw(int count, int every) {
+  std::vector<int> frames;
+  for (int frame = 0; frame < count - 1; frame += every) frames.push_back(frame);
+  if (count > 0) frames.push_back(count - 1);
+  return frames;
+}
+
+// The number in "frame_00012.png", or nothing for other names.
+std::optional<int> frame_of_name(const std::string& name) {
+  int frame = 0, length = 0;
+  if (std::sscanf(name.c_str(), "frame_%9d.png%n", &frame, &length) != 1) return {};
+  if (length != static_cast<int>(name.size()) || frame < 0) return {};
+  return frame;
+}
+
+// Removes the pictures of earlier renderings that this one has not replaced, but for those that no
+// rendering made.
+void remove_older_pictures(const std::string& directory, const std::vector<int>& frames) {
+  std::vector<std::filesystem::path> older;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    const std::optional<int> frame = frame_of_name(entry.path().filename().string());
+    if (frame && !std::binary_search(frames.begin(), frames.end(), *frame) &&
+        gpu::is_own_png(entry.path().string()))
+      older.push_back(entry.path());
+  }
+  for (const std::filesystem::path& path : older) std::filesystem::remove(path);
+}
+
+bool is_in_the_way(const std::string& path, bool is_own) {
+  return !is_own && std::filesystem::exists(std::filesystem::symlink_status(path));
+}
+
+// Before anything is drawn.
+void refuse_foreign_files(const std::string& directory, const std::string& movie,
+                          const std::vector<int>& frames) {
+  const auto refuse = [](const std::string& path) {
+    throw std::runtime_error(path +
+                             ": was not made by weft render, and is only overwritten by force "
+                             "(--force)");
+  };
+  for (const int frame : frames) {
+    const std::string path = picture_path(directory, frame);
+    if (is_in_the_way(path, gpu::is_own_png(path))) refuse(path);
+  }
+  if (is_in_the_way(movie, is_own_movie(movie))) refuse(movie);
+}
+
+double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames,
+                  const RenderOptions& options) {
+  if (options.frames_per_second) return *options.frames_per_second;
+  const double duration = reader.time(frames.back()) - reader.time(frames.front());
+  if (!(duration > 0)) return 25;
+  return std::clamp(static_cast<double>(frames.size() - 1) / duration, 1.0, 120.0);
+}
+
+}  // namespace
+
+RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
+                               const RenderOptions& options) {
+  assert(options.every >= 1 && options.frames_per_second.value_or(1) > 0 &&
+         options.detail_pixels.value_or(1) > 0);
+  const TrajectoryReader reader(trajectory);
+  const std::vector<int> frames = frames_to_draw(reader.frames(), options.every);
+  if (frames.empty() || reader.bodies().empty()) {
+    throw std::runtime_error("'" + trajectory + "' has no complete frame to draw");
+  }
+  const std::filesystem::path movie_path = std::filesystem::path(directory) / "movie.mp4";
+  if (!options.force) {
+    refuse_foreign_files(directory, movie_path.string(), frames);
+  }
+  if (options.progress) options.progress(0, static_cast<int>(frames.size()));
+  std::vector<RenderedBody> bodies = rendered_bodies(trajectory, reader);
+  // Before the scan for the camera, so that what cannot be done fails at once.
+  gpu::Renderer renderer(options.width, options.height);
+  std::filesystem::create_directories(directory);
+  const Extent extent = extent_to_see(reader, frames, bodies);
+  const gpu::Camera camera =
+      gpu::camera_for_points(extent.points(), static_cast<double>(options.width) / options.height);
+  const bsi::DetailTolerance tolerance = gpu::pixel_tolerance(camera, options.width, options.height,
+                                                              options.detail_pixels.value_or(0));
+
+  RenderReport report;
+  for (const int frame : frames) {
+    std::vector<gpu::DrawnSurface> surfaces;
+    for (RenderedBody& body : bodies) {
+      read_positions(reader, frame, body);
+      report.all_triangles += static_cast<std::int64_t>(body.mesh.triangles.size());
+    }
+    if (options.spheres_of_level) {
+      make_spheres(reader, frame, *options.spheres_of_level, bodies);
+    }
+    for (RenderedBody& body : bodies) {
+      if (options.detail_pixels) {
+        reduce_detail(reader, frame, tolerance, body);
+      } else if (options.surface_of_level) {
+        reduce_to_level(reader, frame, *options.surface_of_level, body);
+      }
+      add_surfaces(reader, body, surfaces);
+    }
+    for (const gpu::DrawnSurface& surface : surfaces) {
+      report.triangles += static_cast<std::int64_t>(surface.triangles.size());
+    }
+    gpu::write_png(picture_path(directory, frame), renderer.draw(surfaces, camera));
+    ++report.pictures;
+    if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
+  }
+  remove_older_pictures(directory, frames);
+  // An older movie would show other pictures than these. If no new one is made, a foreign movie may
+  // stay.
+  if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
+
+  report.frames_per_second = movie_rate(reader, frames, options);
+  if (!options.movie) return report;
+  std::vector<std::string> pictures;
+  for (const int frame : frames) pictures.push_back(picture_name(frame));
+  const MovieResult movie = write_movie(directory, pictures, report.frames_per_second);
+  if (movie.written) report.movie = movie_path.string();
+  report.why_no_movie = movie.reason;
+  return report;
+}
+
+}  // namespace weft::sim

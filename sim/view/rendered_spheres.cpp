@@ -1,0 +1,124 @@
+#include "sim/view/rendered_spheres.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "bsi/shapes.h"
+#include "bsi/traversal.h"
+
+namespace weft::sim {
+namespace {
+
+using Marks = std::vector<char>;  // by block of the level, patch by patch, row by row
+
+int level_of(const bsi::Pyramid& pyramid, int patch, int level) {
+  return std::min(level, pyramid.levels(patch) - 1);
+}
+
+// visit(block, number), the blocks of the level in order.
+template <class Visit>
+void for_each_block(const bsi::Pyramid& pyramid, int level, const Visit& visit) {
+  std::size_t number = 0;
+  for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
+    const int at = level_of(pyramid, patch, level);
+    for (int v = 0; v < pyramid.blocks_v(patch, at); ++v) {
+      for (int u = 0; u < pyramid.blocks_u(patch, at); ++u) {
+        visit(bsi::PatchBlock{patch, at, u, v}, number++);
+      }
+    }
+  }
+}
+
+std::vector<std::size_t> first_numbers(const bsi::Pyramid& pyramid, int level) {
+  std::vector<std::size_t> first{0};
+  for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
+    const int at = level_of(pyramid, patch, level);
+    first.push_back(first.back() + static_cast<std::size_t>(pyramid.blocks_u(patch, at)) *
+                                       pyramid.blocks_v(patch, at));
+  }
+  return first;
+}
+
+void mark(const bsi::Pyramid& pyramid, const bsi::PatchBlock& block,
+          const std::vector<std::size_t>& first, Marks& marks) {
+  const auto row = static_cast<std::size_t>(pyramid.blocks_u(block.patch, block.level));
+  marks[first[block.patch] + block.v * row + block.u] = 1;
+}
+
+double largest_radius(const bsi::Pyramid& pyramid, int level) {
+  float largest = 0;
+  for_each_block(pyramid, level, [&](const bsi::PatchBlock& block, std::size_t) {
+    largest = std::max(largest, pyramid.sphere(block).radius);
+  });
+  return largest;
+}
+
+// Marks the blocks of both whose spheres meet.
+void mark_touching(const bsi::Pyramid& a, const bsi::Pyramid& b, int level, Marks& marks_a,
+                   Marks& marks_b) {
+  const std::vector<std::size_t> first_a = first_numbers(a, level);
+  const std::vector<std::size_t> first_b = first_numbers(b, level);
+  std::vector<bsi::BlockPair> pairs;
+  bsi::TraversalCounters counters;
+  // The centres of spheres that meet lie in boxes no farther apart.
+  const double margin = largest_radius(a, level) + largest_radius(b, level);
+  bsi::dual_traversal_of_blocks(a, b, level, {.margin = margin}, pairs, counters);
+  for (const bsi::BlockPair& pair : pairs) {
+    if (bsi::bounding_sphere_gap(a.sphere(pair.a), b.sphere(pair.b)) > 0) continue;
+    mark(a, pair.a, first_a, marks_a);
+    mark(b, pair.b, first_b, marks_b);
+  }
+}
+
+// A sphere of radius 1: finer where there are few.
+class Ball {
+ public:
+  explicit Ball(std::size_t count)
+      : surface_(bsi::make_sphere(1, count > 4000  ? 3
+                                     : count > 200 ? 5
+                                                   : 12)),
+        triangles_(bsi::build_mesh(surface_.atlas).triangles) {}
+
+  void append(const bsi::Sphere& sphere, SphereSurface& to) const {
+    const auto first = static_cast<int>(to.positions.size());
+    const Vec3 centre(sphere.x, sphere.y, sphere.z);
+    for (const Vec3& direction : surface_.positions) {
+      to.positions.push_back(centre + static_cast<double>(sphere.radius) * direction);
+      to.normals.push_back(direction);
+    }
+    for (const auto& [a, b, c] : triangles_)
+      to.triangles.push_back({first + a, first + b, first + c});
+  }
+
+ private:
+  bsi::Surface surface_;
+  std::vector<std::array<int, 3>> triangles_;
+};
+
+}  // namespace
+
+void surround_bodies(int level, std::vector<RenderedBody>& bodies) {
+  std::vector<Marks> touching;
+  std::size_t count = 0;
+  for (const RenderedBody& body : bodies) {
+    touching.emplace_back(first_numbers(*body.pyramid, level).back(), 0);
+    count += touching.back().size();
+  }
+  for (std::size_t a = 0; a < bodies.size(); ++a) {
+    for (std::size_t b = a + 1; b < bodies.size(); ++b) {
+      mark_touching(*bodies[a].pyramid, *bodies[b].pyramid, level, touching[a], touching[b]);
+    }
+  }
+  const Ball ball(count);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    RenderedBody& body = bodies[i];
+    body.spheres = {};
+    body.touching_spheres = {};
+    for_each_block(*body.pyramid, level, [&](const bsi::PatchBlock& block, std::size_t number) {
+      ball.append(body.pyramid->sphere(block),
+                  touching[i][number] != 0 ? body.touching_spheres : body.spheres);
+    });
+  }
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,246 @@
+#include "sim/view/scene_description.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <sstream>
+#include <vector>
+
+#include "sim/case/case_checks.h"
+#include "sim/case/case_text.h"
+#include "sim/case/memory_estimate.h"
+#include "sim/contact/compute_choice.h"
+#include "sim/contact/contact_search.h"
+#include "sim/forces/force.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::string size_of(const bsi::Atlas& atlas) {
+  const bsi::Patch& patch = atlas.patches().front();
+  std::string text = std::to_string(patch.rows) + " x " + std::to_string(patch.cols) + " vertices";
+  if (atlas.patches().size() > 1)
+    text = std::to_string(atlas.patches().size()) + " patches of " + text;
+  if (patch.wrap_u) text += ", columns closed";
+  if (patch.wrap_v) text += ", rows closed";
+  return text;
+}
+
+// The first bodies, up to this number, have a line of their own; the others share one.
+constexpr std::size_t most_lines = 8;
+
+std::string counted(std::size_t count, const std::string& one, const std::string& many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+// One line a body, or one for all of them where they are many: "  BEFORE NAME AFTER".
+void describe_each(const std::vector<const SceneBody*>& bodies, const std::string& before,
+                   const std::string& after, std::ostream& out) {
+  if (bodies.size() > most_lines) {
+    out << "  " << before << ' ' << bodies.size() << " surfaces, " << bodies.front()->name << " to "
+        << bodies.back()->name << after << '\n';
+    return;
+  }
+  for (const SceneBody* body : bodies) out << "  " << before << ' ' << body->name << after << '\n';
+}
+
+// The bodies of which `condition` is true, in the order of the case.
+template <class Condition>
+std::vector<const SceneBody*> bodies_that(const Scene& scene, const Condition& condition) {
+  std::vector<const SceneBody*> bodies;
+  for (const int b : scene.case_order) {
+    if (condition(scene.bodies[b])) bodies.push_back(&scene.bodies[b]);
+  }
+  return bodies;
+}
+
+// "every" of a property that all dynamic bodies lack; otherwise, those that lack it by name.
+template <class Condition>
+void describe_lack(const Scene& scene, const Condition& lacks, const std::string& what,
+                   const std::string& every, const std::string& its, std::ostream& out) {
+  const auto bodies = bodies_that(
+      scene, [&](const SceneBody& body) { return body.dynamic && lacks(*body.material); });
+  if (static_cast<int>(bodies.size()) == scene.dynamic_bodies) {
+    out << "  skipped " << what << ": " << every << '\n';
+  } else {
+    describe_each(bodies, "skipped " + what + " of", ": " + its, out);
+  }
+}
+
+void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out) {
+  out << (body.is_obstacle ? "obstacle  " : "body      ") << body.name << ": "
+      << size_of(body.atlas) << ", " << body.mesh.triangles.size() << " triangles, thickness "
+      << 1e3 * body.thickness << " mm\n";
+  if (body.is_obstacle) return;
+  out << "            material " << body.material->name;
+  if (!body.dynamic) {
+    out << ", all " << body.particle_count() << " vertices pinned\n";
+    return;
+  }
+  double mass = 0;
+  int pinned = 0;
+  for (int i = 0; i < body.particle_count(); ++i) {
+    mass += scene.mass[body.first_particle + i];
+    pinned += scene.pinned[body.first_particle + i];
+  }
+  out << ", mass " << mass << " kg, " << pinned << " pinned vertices\n";
+}
+
+void describe_bodies(const Scene& scene, std::ostream& out) {
+  for (const bool obstacles : {false, true}) {
+    const auto bodies =
+        bodies_that(scene, [&](const SceneBody& body) { return body.is_obstacle == obstacles; });
+    const std::size_t shown = std::min(bodies.size(), most_lines);
+    for (std::size_t i = 0; i < shown; ++i) describe_body(scene, *bodies[i], out);
+    if (shown == bodies.size()) continue;
+    std::size_t triangles = 0;
+    for (std::size_t i = shown; i < bodies.size(); ++i)
+      triangles += bodies[i]->mesh.triangles.size();
+    out << (obstacles ? "obstacles " : "bodies    ") << bodies.size() - shown << " more, "
+        << bodies[shown]->name << " to " << bodies.back()->name << ": " << triangles
+        << " triangles\n";
+  }
+}
+
+void describe_forces(const Scene& scene, std::ostream& out) {
+  out << "forces    gravity";
+  for (const auto& force : make_forces(scene)) out << ", " << force->name();
+  out << '\n';
+  describe_each(
+      bodies_that(scene, [](const SceneBody& body) { return !body.dynamic && !body.is_obstacle; }),
+      "skipped forces, matrix and state of", ": all of it is pinned", out);
+  describe_lack(
+      scene, [](const MaterialCase& m) { return !(m.bending_stiffness > 0); }, "bending",
+      "every bending_stiffness is 0", "its bending_stiffness is 0", out);
+  describe_lack(
+      scene, [](const MaterialCase& m) { return !(m.normal_drag > 0 || m.tangential_drag > 0); },
+      "drag and wind", "every drag coefficient is 0", "its drag coefficients are 0", out);
+  describe_lack(
+      scene,
+      [](const MaterialCase& m) {
+        return !(m.mass_damping > 0 || m.stiffness_damping > 0 || m.bending_damping > 0);
+      },
+      "material damping", "every damping is 0", "its damping is 0", out);
+}
+
+// Describes the work of the search at the start: pyramids of bodies that have something near them.
+void describe_search(const Scene& scene, const std::vector<CandidateList>& neighbours,
+                     std::ostream& out) {
+  std::vector<char> has_neighbour(scene.bodies.size(), 0);
+  for (const CandidateList& list : neighbours)
+    has_neighbour[list.body_a] = has_neighbour[list.body_b] = 1;
+  const auto is_near = [&](const SceneBody& body) {
+    return has_neighbour[&body - scene.bodies.data()] != 0;
+  };
+  describe_each(
+      bodies_that(scene, [](const SceneBody& body) { return body.dynamic && !body.self_contact; }),
+      "skipped self-traversal of", ": self_contact is false", out);
+  describe_each(
+      bodies_that(scene, [&](const SceneBody& body) { return !body.moves && is_near(body); }),
+      "pyramid built once of", ": it does not move", out);
+  describe_each(bodies_that(scene, [&](const SceneBody& body) { return !is_near(body); }),
+                "skipped pyramid of", ": at the start, nothing that it may touch is near", out);
+}
+
+void describe_contact(const Scene& scene, std::ostream& out) {
+  const ContactCase& contact = scene.source.contact;
+  if (!contact.enabled) {
+    out << "contact   skipped, with pyramids, candidate search and collision checks: "
+           "contact.enabled is false\n";
+    return;
+  }
+  const std::vector<CandidateList> neighbours = neighbours_at_start(scene);
+  const auto self = std::ranges::count_if(neighbours, &CandidateList::is_self);
+  const auto dynamic = static_cast<std::size_t>(scene.dynamic_bodies);
+  const std::size_t obstacles = scene.bodies.size() - dynamic;
+  const std::size_t pairs = dynamic * (dynamic - 1) / 2 + dynamic * obstacles;
+  out << "contact   range " << 1e3 * contact.range << " mm; "
+      << counted(dynamic * (dynamic - 1) / 2, "pair of bodies, ", "pairs of bodies, ")
+      << dynamic * obstacles << " of body and obstacle, "
+      << counted(self, "body with itself\n", "bodies with themselves\n");
+  const std::size_t far = pairs - (neighbours.size() - self);
+  if (far > 0)
+    out << "  skipped " << counted(far, "pair", "pairs") << " of " << pairs
+        << ": too far apart at the start; a body that moves looks for new neighbours\n";
+  describe_search(scene, neighbours, out);
+  if (obstacles > 1) out << "  skipped pairs of obstacles: nothing is simulated between them\n";
+  if (scene.source.time.method == TimeMethod::static_loads) {
+    out << "  skipped friction and contact damping: in an equilibrium nothing moves\n";
+  } else if (contact.friction == 0) {
+    out << "  skipped friction: contact.friction is 0\n";
+  }
+}
+
+void describe_time(const TimeCase& time, std::ostream& out) {
+  out << "time      " << time.duration << " s, " << time.frames_per_second << " frames/s; ";
+  switch (time.method) {
+    case TimeMethod::cvode:
+      out << "CVODE, BDF of order 1 to " << time.maximum_order;
+      break;
+    case TimeMethod::arkode:
+      out << "ARKODE, Runge-Kutta";
+      break;
+    case TimeMethod::euler:
+      out << "backward Euler";
+      break;
+    case TimeMethod::static_loads:
+      out << "equilibria under growing loads";
+      break;
+    case TimeMethod::implicit_midpoint:
+      out << "implicit midpoint";
+      break;
+    case TimeMethod::verlet:
+      out << "Verlet";
+  }
+  if (time.step) out << ", steps of " << *time.step << " s";
+  out << ", position tolerance " << time.position_tolerance << " m a step\n";
+  const std::string long_step = long_step_notice(time);
+  if (!long_step.empty()) out << "  " << long_step << '\n';
+}
+
+ComputeBackend describe_compute(const Scene& scene, std::ostream& out) {
+  const ComputeChoice choice = choose_search(scene).choice;
+  out << "search    " << choice.text() << '\n';
+  return choice.backend;
+}
+
+void describe_memory(const Scene& scene, std::ostream& out) {
+  SceneSize size;
+  for (const int b : scene.case_order) {
+    const SceneBody& body = scene.bodies[b];
+    (body.is_obstacle ? size.obstacle : size.body).push_back(body.particle_count());
+  }
+  out << "memory    about " << memory_text(estimate_memory(scene.source, size)) << " of at most "
+      << memory_text(memory_limit(scene.source)) << '\n';
+}
+
+}  // namespace
+
+std::string describe_scene(const Scene& scene) {
+  std::ostringstream out;
+  const TimeCase& time = scene.source.time;
+  out << printable(scene.source.title.empty() ? scene.source.path : scene.source.title) << '\n';
+  describe_bodies(scene, out);
+  describe_forces(scene, out);
+  describe_contact(scene, out);
+  const auto backend =
+      scene.source.contact.enabled ? describe_compute(scene, out) : ComputeBackend::cpu;
+  describe_time(time, out);
+  if (!scene.source.accuracy_choice.empty()) {
+    out << "accuracy  " << scene.source.accuracy_choice << "; a run corrects it by a pilot\n";
+  }
+  if (backend == ComputeBackend::cpu) {
+    out << "  skipped GL context: pictures are made by `weft render`\n";
+  }
+  out << "threads   " << scene.threads
+      << (scene.source.compute.threads ? ": compute.threads asks for as many\n"
+                                       : ": as many as pay\n");
+  describe_memory(scene, out);
+  if (!scene.source.output.velocity)
+    out << "  skipped velocities in the trajectory: output.velocity is false\n";
+  describe_each(bodies_that(scene, [](const SceneBody& body) { return !body.moves; }),
+                "skipped frames of", ": it does not move and is written once", out);
+  return out.str();
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,13 @@
+// The text of `weft check`.
+#pragma once
+
+#include <string>
+
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// Says what the scene needs, what it skips and why.
+std::string describe_scene(const Scene& scene);
+
+}  // namespace weft::sim
