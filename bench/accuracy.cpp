@@ -15,7 +15,8 @@
 #include "bench/method_ladders.h"
 #include "bench/plot.h"
 #include "bench/reference_run.h"
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/accuracy_choice.h"
+#include "sim/accuracy/error_monitor.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 
@@ -312,7 +313,8 @@ int run_accuracy(const AccuracyOptions& options) {
   bool right = true;
   for (const std::string& path : options.cases) {
     // The case's own method and what belongs to it give way to the ladders.
-    const Case source = read_case(path, options.overrides);
+    Case source = read_case(path, options.overrides);
+    choose_accuracy(source);
     Result result{
         std::filesystem::path(path).stem().string(), reference_of(source, options), {}, {}};
     if (result.reference.positions.empty()) {

@@ -10,7 +10,7 @@
 #include "bench/reference_run.h"
 #include "sim/accuracy/accuracy_choice.h"
 #include "sim/accuracy/accuracy_pilot.h"
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/error_monitor.h"
 #include "sim/case/case_checks.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"

@@ -10,6 +10,7 @@
 #include "bench/method_ladders.h"
 #include "bench/plot.h"
 #include "bench/reference_run.h"
+#include "sim/accuracy/accuracy_choice.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 
@@ -124,7 +125,8 @@ void plot(const Case& source, const std::vector<Row>& rows, const std::filesyste
 }  // namespace
 
 int run_energy_drift(const EnergyDriftOptions& options) {
-  const Case source = read_case(options.path, options.overrides);
+  Case source = read_case(options.path, options.overrides);
+  choose_accuracy(source);
   const std::vector<Row> rows = measure_all(source, options);
   if (options.json)
     std::printf("%s\n", json_of(rows).dump(2).c_str());

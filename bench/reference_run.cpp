@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/error_monitor.h"
 
 namespace weft::bench {
 

@@ -10,9 +10,12 @@
 
 #include "bench/experiments.h"
 #include "bench/medians.h"
+#include "sim/accuracy/accuracy_choice.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/integrator/integrator.h"
+#include "sim/scene/scene.h"
+#include "sim/simulation/simulation.h"
 
 namespace weft::bench {
 
@@ -39,22 +42,20 @@ struct Told {
 Told measure(const ScalingOptions& options, int n) {
   Case source = read_case(options.path, options.overrides);
   source.body.at(0).shape.resolution = {n, n};
-  const auto scene = build_scene(source);
-  Statistics statistics;
-  Dynamics dynamics(*scene, statistics);
-  const auto integrator = make_integrator(*scene, dynamics);
-  Told told{scene->dynamic_particles};
+  choose_accuracy(source);
+  Simulation simulation(build_scene(source));
+  Told told{simulation.scene().dynamic_particles};
   std::vector<double> times;
   for (; told.steps < options.steps; ++told.steps) {
-    std::optional<std::string> failure;
-    times.push_back(cpu_time_of([&] { failure = integrator->step(); }));
+    std::optional<Failure> failure;
+    times.push_back(cpu_time_of([&] { failure = simulation.step(); }));
     if (!failure) continue;
-    std::fprintf(stderr, "%d: %s\n", n, failure->c_str());
+    std::fprintf(stderr, "%d: %s\n", n, failure->text.c_str());
     break;
   }
   told.cpu = median(times);
   told.iterations =
-      static_cast<double>(integrator->counts().linear_iterations) / std::max(1, told.steps);
+      static_cast<double>(simulation.counts().linear_iterations) / std::max(1, told.steps);
   return told;
 }
 

@@ -14,6 +14,7 @@
 #include "bench/skipping_scenes.h"
 #include "sim/case/case_reader.h"
 #include "sim/run/recorded_run.h"
+#include "sim/scene/scene.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::bench {

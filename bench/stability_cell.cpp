@@ -9,8 +9,8 @@
 #include "bench/medians.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
-#include "sim/run/initial_state.h"
-#include "sim/run/recorded_run.h"
+#include "sim/case/time_methods.h"
+#include "sim/run/make_simulation.h"
 #include "sim/simulation/cpu_limit.h"
 
 namespace weft::bench {
@@ -30,56 +30,53 @@ constexpr const char* names[outcome_count] = {"finished", "inexact",  "refused",
                                               "wrong",    "unclear",  "crashed"};
 
 // Steps to the end of the case, a failure, or its limit.
-void advance(Dynamics& dynamics, Integrator& integrator, Judge& judge,
-             const ConvergedEnd* converged, double tolerance, CellResult& result) {
+void advance(Simulation& simulation, Judge& judge, const ConvergedEnd* converged, double tolerance,
+             CellResult& result) {
   const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  const TimeCase& options = dynamics.scene().source.time;
-  CpuLimit limit(dynamics.scene().source.compute.cpu_limit.value());
-  bool is_limited = false;
-  integrator.set_reason_to_stop([&]() -> std::optional<std::string> {
-    is_limited = limit.is_passed();
-    if (!is_limited) return std::nullopt;
-    return limit.reason(dynamics.scene(), integrator);
+  const Scene& scene = simulation.scene();
+  const TimeCase& options = scene.source.time;
+  CpuLimit limit(scene.source.compute.cpu_limit.value());
+  simulation.set_reason_to_stop([&]() -> std::optional<Failure> {
+    if (!limit.is_passed()) return std::nullopt;
+    return limit.failure(simulation);
   });
-  EnergyWatch watch(dynamics, integrator.state());
   double next_look = 0, judging = 0;
-  const int looks = something_is_moved(dynamics.scene()) ? looks_at_motion : looks_at_rest;
+  const int looks = something_is_moved(scene) ? looks_at_motion : looks_at_rest;
   const auto end_with = [&](Outcome outcome, std::string message) {
     result.outcome = outcome;
     result.message = std::move(message);
   };
-  while (integrator.time() < options.duration * (1 - 1e-9)) {
-    const auto failure = integrator.step();
+  while (simulation.time() < options.duration * (1 - 1e-9)) {
+    const auto failure = simulation.step();
     const double now = seconds(CLOCK_PROCESS_CPUTIME_ID);
-    const double time = result.reached = integrator.time();
+    const double time = result.reached = simulation.time();
     result.cpu = now - start - judging;
-    const auto fail = [&](const std::string& reason, Outcome outcome) {
-      end_with(is_clear(reason) ? outcome : Outcome::unclear, reason);
+    const auto fail = [&](const Failure& found) {
+      const bool is_limited = found.kind == Failure::Kind::cpu_limit;
+      const Outcome outcome = is_limited ? Outcome::limited : Outcome::failed;
+      end_with(is_clear(found.text) ? outcome : Outcome::unclear, found.text);
     };
-    if (failure) return fail(*failure, is_limited ? Outcome::limited : Outcome::failed);
-    if (!all_finite(integrator.state()) || !std::isfinite(time))
+    if (failure && failure->kind != Failure::Kind::energy) return fail(*failure);
+    if (!all_finite(simulation.state()) || !std::isfinite(time))
       return end_with(Outcome::not_finite, "a value is not finite at t = " + number_text(time));
-    const Energies energies = dynamics.energies_at_last_rate(time, integrator.state());
-    if (auto fault = watch.check(time, integrator.state(), energies))
-      return fail(*fault, Outcome::failed);
-    if (time < options.duration && limit.is_passed())
-      return fail(limit.reason(dynamics.scene(), integrator), Outcome::limited);
+    if (failure) return fail(*failure);
+    if (time < options.duration && limit.is_passed()) return fail(limit.failure(simulation));
     if (time < next_look && time < options.duration) continue;
-    if (auto fault = judge.check(time, integrator.state())) return end_with(Outcome::wrong, *fault);
+    if (auto fault = judge.check(time, simulation.state())) return end_with(Outcome::wrong, *fault);
     next_look = time + options.duration / looks;
     const double judged = seconds(CLOCK_PROCESS_CPUTIME_ID) - now;
     judging += judged;
     limit.exclude(judged);
   }
-  if (options.method == TimeMethod::static_loads) {
-    if (auto fault = judge.check_rest(options.duration, integrator.state()))
+  if (traits_of(options.method).finds_equilibria()) {
+    if (auto fault = judge.check_rest(options.duration, simulation.state()))
       return end_with(Outcome::wrong, *fault);
     return end_with(Outcome::finished, "");
   }
-  std::vector<double> last(dynamics.state_size());
-  integrator.state_at(options.duration, last);
+  std::vector<double> last(simulation.state().size());
+  static_cast<void>(simulation.state_at(options.duration, last));
   const std::string reason =
-      inexactness(dynamics.scene(), judge, converged, tolerance, options.duration, last, result);
+      inexactness(scene, judge, converged, tolerance, options.duration, last, result);
   end_with(reason.empty() ? Outcome::finished : Outcome::inexact, reason);
 }
 
@@ -87,15 +84,10 @@ CellResult run_here(const std::string& path, const std::vector<std::string>& ove
                     const ConvergedEnd* converged, double tolerance) {
   CellResult result;
   try {
-    const auto scene = build_scene(read_case(path, overrides));
-    check_initial_state(*scene);
-    Statistics statistics;
-    Dynamics dynamics(*scene, statistics);
-    const auto integrator = make_integrator(*scene, dynamics);
-    Judge judge(*scene);
-    advance(dynamics, *integrator, judge, converged, tolerance, result);
-    integrator->set_reason_to_stop({});
-    result.steps = integrator->counts().steps;
+    Simulation simulation = make_simulation(read_case(path, overrides));
+    Judge judge(simulation.scene());
+    advance(simulation, judge, converged, tolerance, result);
+    result.steps = simulation.counts().steps;
     result.energy = judge.largest_share();
   } catch (const CaseError& error) {
     result.outcome = *error.what() == 0 ? Outcome::unclear : Outcome::refused;

@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "bench/stability_cell.h"
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/error_monitor.h"
 #include "sim/case/case_text.h"
 #include "sim/motion/tolerances.h"
 #include "sim/view/crossings.h"
@@ -101,7 +101,7 @@ std::optional<std::string> Judge::check(double time, std::span<const double> y) 
   most_kinetic_ = std::max(most_kinetic_, now.kinetic);
   // The work of motion and wind needs every step, which the run's own watch is shown.
   if (!energy_watch_.external().is_possible()) {
-    if (auto reason = energy_watch_.check(time, y, now)) return reason;
+    if (auto failure = energy_watch_.check(time, y, now)) return failure->text;
   }
   if (keeps_momentum_) return check_momentum(y);
   return scene_.source.contact.enabled ? check_surfaces(time, y) : std::nullopt;

@@ -6,6 +6,7 @@
 
 #include "bench/child_runs.h"
 #include "bench/reference_run.h"
+#include "sim/accuracy/accuracy_choice.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 
@@ -76,7 +77,8 @@ std::string run_here(const Work& work, double tolerance, double budget) {
   std::vector<std::string> overrides(work.physics.begin() + 1, work.physics.end());
   overrides.push_back("time.duration=" + number_text(*work.times.rbegin()));
   try {
-    const Case source = read_case(WEFT_SOURCE_DIR "/" + work.physics.front(), overrides);
+    Case source = read_case(WEFT_SOURCE_DIR "/" + work.physics.front(), overrides);
+    choose_accuracy(source);
     return bytes_of(
         find_reference(source, {work.times.begin(), work.times.end()},
                        {.tolerance = tolerance, .certainty = certainty, .budget = budget}));

@@ -4,7 +4,10 @@
 
 #include "bench/medians.h"
 #include "sim/case/case_text.h"
+#include "sim/motion/dynamics.h"
+#include "sim/scene/scene.h"
 #include "sim/simulation/cpu_limit.h"
+#include "sim/simulation/simulation.h"
 
 namespace weft::bench {
 
@@ -12,25 +15,25 @@ namespace {
 
 using namespace sim;
 
-// The failure, if any. Frames are interpolated as a recorder would.
-std::string advance(Dynamics& dynamics, Integrator& integrator, std::span<const double> times,
-                    double budget, TimedRun& run) {
-  std::vector<double> state(dynamics.state_size());
+// Returns the failure in words, if there is one. Frames are interpolated as a recorder would.
+std::string advance(Simulation& simulation, std::span<const double> times, double budget,
+                    TimedRun& run) {
+  std::vector<double> state(simulation.state().size());
   CpuLimit limit(budget);
   std::size_t next = 0;
   while (next < times.size()) {
-    if (auto failure = integrator.step()) return *failure;
+    if (const auto failure = simulation.step()) return failure->text;
+    const double now = simulation.time();
     std::optional<Energies> energies;
-    for (; next < times.size() && times[next] <= integrator.time(); ++next) {
-      if (auto failure = integrator.state_at(times[next], state)) return *failure;
+    for (; next < times.size() && times[next] <= now; ++next) {
+      if (const auto failure = simulation.state_at(times[next], state)) return failure->text;
       const std::span<const Vec3> position = StateView::of(state).position;
       run.positions.emplace_back(position.begin(), position.end());
-      if (!energies) energies = dynamics.energies(integrator.time(), integrator.state());
+      if (!energies) energies = simulation.dynamics().energies(now, simulation.state());
       run.energies.push_back(*energies);
     }
     if (limit.is_passed())
-      return "over the budget of " + number_text(budget) +
-             " s at t = " + number_text(integrator.time()) + " s";
+      return "over the budget of " + number_text(budget) + " s at t = " + number_text(now) + " s";
   }
   return {};
 }
@@ -38,14 +41,11 @@ std::string advance(Dynamics& dynamics, Integrator& integrator, std::span<const 
 }  // namespace
 
 TimedRun simulate(const Case& source, std::span<const double> times, double budget) {
-  const auto scene = build_scene(source);
-  Statistics statistics;
-  Dynamics dynamics(*scene, statistics);
-  const auto integrator = make_integrator(*scene, dynamics);
+  Simulation simulation(build_scene(source));
   TimedRun run;
-  run.energies.push_back(dynamics.energies(0, integrator->state()));
-  run.cpu = cpu_time_of([&] { run.failure = advance(dynamics, *integrator, times, budget, run); });
-  run.counts = integrator->counts();
+  run.energies.push_back(simulation.energies());
+  run.cpu = cpu_time_of([&] { run.failure = advance(simulation, times, budget, run); });
+  run.counts = simulation.counts();
   return run;
 }
 

@@ -10,17 +10,24 @@
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_writer.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
 namespace {
 
-constexpr CalibratedMethod methods[] = {
-    {"cvode", TimeMethod::cvode, false},
-    {"arkode", TimeMethod::arkode, false},
-    {"euler", TimeMethod::euler, false},
-    {"linear-euler", TimeMethod::euler, true},
-};
+// By tolerance, those of the table of methods; by step, euler with one Newton iteration.
+const std::vector<CalibratedMethod>& methods() {
+  static const std::vector<CalibratedMethod> all = [] {
+    std::vector<CalibratedMethod> found;
+    for (const TimeMethodTraits& each : time_methods()) {
+      if (each.is_calibrated) found.push_back({each.name, each.method, false});
+    }
+    found.push_back({"linear-euler", TimeMethod::euler, true});
+    return found;
+  }();
+  return all;
+}
 
 constexpr CalibrationRow table[] = {
 #include "sim/accuracy/calibration_table.inc"
@@ -85,7 +92,7 @@ double interpolated(const std::vector<CalibrationRow>& rows, double value,
 }
 
 std::vector<CalibrationRow> rows_of(const Case& source) {
-  for (const CalibratedMethod& method : methods) {
+  for (const CalibratedMethod& method : methods()) {
     if (method.method == source.time.method && !method.by_step) {
       return rows_of(method, has_meetings(source));
     }
@@ -104,7 +111,7 @@ class Offers {
  public:
   Offers(const Case& source, bool method_given) {
     const double rate = *source.time.accuracy / source.time.duration;
-    for (const CalibratedMethod& method : methods) {
+    for (const CalibratedMethod& method : methods()) {
       if (method_given && method.method != source.time.method) continue;
       const std::vector<CalibrationRow> rows = rows_of(method, has_meetings(source));
       if (rows.empty()) continue;
@@ -146,7 +153,7 @@ std::string choice_text(const Case& target, const std::vector<Option>& options, 
 
 }  // namespace
 
-std::span<const CalibratedMethod> calibrated_methods() { return methods; }
+std::span<const CalibratedMethod> calibrated_methods() { return methods(); }
 
 void apply_setting(TimeCase& time, const CalibratedMethod& method, double setting) {
   time.method = method.method;

@@ -7,14 +7,16 @@
 #include <optional>
 
 #include "sim/accuracy/accuracy_choice.h"
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/error_monitor.h"
+#include "sim/base/stopwatch.h"
 #include "sim/case/case_checks.h"
 #include "sim/case/case_writer.h"
+#include "sim/case/time_methods.h"
 #include "sim/integrator/verlet_steps.h"
-#include "sim/motion/energy_watch.h"
 #include "sim/motion/spectral_estimate.h"
 #include "sim/motion/work.h"
 #include "sim/simulation/cpu_limit.h"
+#include "sim/simulation/simulation.h"
 
 namespace weft::sim {
 
@@ -34,10 +36,6 @@ TimeCase with_tolerance(const TimeCase& time, double tolerance) {
   result.position_tolerance = tolerance;
   result.relative_tolerance = std::min(0.1, 10 * tolerance);
   return result;
-}
-
-const char* name_of(TimeMethod method) {
-  return std::ranges::find(calibrated_methods(), method, &CalibratedMethod::method)->name;
 }
 
 TimeCase with_verlet(const TimeCase& time, double share) {
@@ -85,7 +83,7 @@ class Pilot {
  private:
   void correct();
   bool choose_verlet(const TimeCase& loose);
-  bool is_dearer_than_verlet(const Scene& scene);
+  bool is_dearer_than_verlet(const TimeCase& time);
   std::optional<Distance> distance(const TimeCase& loose, const TimeCase& tight);
   void correct_by(const Distance& apart, double loose);
   double make_sure(double wanted, double succeeded);
@@ -95,17 +93,16 @@ class Pilot {
   double cpu_time() const { return stopwatch_.elapsed().cpu; }
   bool stopped() const { return report_.ended_run(); }
   // Returns whether the pilot ends after this step: stopped from outside or by the CPU limit.
-  bool is_stopped_at(const Scene& scene, const Integrator& integrator) {
+  bool is_stopped_at(const Simulation& run) {
     if (options_.stop_signal != nullptr && *options_.stop_signal != 0) report_.interrupted = true;
     if (!report_.interrupted && limit_.is_passed())
-      report_.limit_reason =
-          "in the pilot run of time.accuracy: " + limit_.reason(scene, integrator);
+      report_.limit_reason = "in the pilot run of time.accuracy: " + limit_.failure(run).text;
     return stopped();
   }
   // Reports the progress of a run, for the bar. Returns whether the run goes on.
-  bool goes_on(const Scene& scene, const Integrator& integrator) {
-    if (options_.progress) options_.progress(std::min(integrator.time(), duration()));
-    return !is_stopped_at(scene, integrator);
+  bool goes_on(const Simulation& run) {
+    if (options_.progress) options_.progress(std::min(run.time(), duration()));
+    return !is_stopped_at(run);
   }
   void say(const std::string& text) const {
     if (options_.notice) options_.notice(text);
@@ -116,53 +113,29 @@ class Pilot {
   CpuLimit limit_;
   Stopwatch stopwatch_;
   PilotReport report_;
-  std::optional<std::string> failure_;  // of the last run that failed
-};
-
-// A run without a trajectory, whose energy is watched.
-class WatchedRun {
- public:
-  explicit WatchedRun(const Scene& scene)
-      : dynamics_(scene, statistics_),
-        integrator_(make_integrator(scene, dynamics_)),
-        watch_(dynamics_, integrator_->state()) {}
-  std::optional<std::string> step() {
-    if (auto reason = integrator_->step()) return reason;
-    const double time = integrator_->time();
-    return watch_.check(time, integrator_->state(),
-                        dynamics_.energies_at_last_rate(time, integrator_->state()));
-  }
-  const Integrator& integrator() const { return *integrator_; }
-  std::size_t state_size() const { return dynamics_.state_size(); }
-
- private:
-  Statistics statistics_;
-  Dynamics dynamics_;
-  std::unique_ptr<Integrator> integrator_;
-  EnergyWatch watch_;
+  std::optional<Failure> failure_;  // of the last run that failed
 };
 
 // Measures how far two runs come apart; nothing where one of them fails or is stopped.
 std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& tight) {
-  const auto scene = scene_with(target_, loose);
-  WatchedRun run(*scene);
-  ErrorMonitor monitor(*scene, tight,
-                       [&](const Integrator& second) { return !goes_on(*scene, second); });
-  std::vector<double> y(run.state_size());
+  Simulation run(scene_with(target_, loose));
+  ErrorMonitor monitor(run.scene(), tight,
+                       [&](const Simulation& second) { return !goes_on(second); });
+  std::vector<double> y(run.state().size());
   for (int i = 1; i <= samples; ++i) {
     const double time = duration() * i / samples;
-    while (run.integrator().time() < time) {
+    while (run.time() < time) {
       failure_ = run.step();
-      if (failure_ || is_stopped_at(*scene, run.integrator())) return std::nullopt;
+      if (failure_ || is_stopped_at(run)) return std::nullopt;
     }
-    failure_ = run.integrator().state_at(time, y);
+    failure_ = run.state_at(time, y);
     if (failure_) return std::nullopt;
     monitor.compare(time, y);
     if (stopped()) return std::nullopt;
   }
   const ErrorEstimate estimate = monitor.estimate();
   if (!estimate.failure.empty()) {
-    failure_ = estimate.failure;
+    failure_.emplace().text = estimate.failure;
     return std::nullopt;
   }
   const double largest =
@@ -172,28 +145,25 @@ std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& t
 
 // Returns whether the run with these options fails by itself, rather than being stopped.
 bool Pilot::fails(const TimeCase& time) {
-  const auto scene = scene_with(target_, time);
-  WatchedRun run(*scene);
-  while (run.integrator().time() < duration()) {
+  Simulation run(scene_with(target_, time));
+  while (run.time() < duration()) {
     if (run.step()) return true;
-    if (!goes_on(*scene, run.integrator())) return false;
+    if (!goes_on(run)) return false;
   }
   return false;
 }
 
-// Returns whether the run of this scene takes more work than all steps of verlet.
-bool Pilot::is_dearer_than_verlet(const Scene& scene) {
+// Returns whether the run with these options takes more work than all steps of verlet.
+bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
+  const auto scene = scene_with(target_, time);
   Statistics statistics;
-  Dynamics dynamics(scene, statistics);
-  const std::vector<double> start = dynamics.initial_state();
-  const double rate = estimate_spectrum(dynamics, 0, start).stiffest();
-  const double limit = evaluation_work(scene) * verlet_evaluations(rate, duration());
-  statistics = {};
-  const auto integrator = make_integrator(scene, dynamics);
-  while (integrator->time() < duration()) {
-    if (integrator->step() || !goes_on(scene, *integrator)) return false;
-    const double work = work_of(scene, statistics.counters, integrator->counts().linear_iterations);
-    if (work > limit) return true;
+  Dynamics dynamics(*scene, statistics);
+  const double rate = estimate_spectrum(dynamics, 0, dynamics.initial_state()).stiffest();
+  const double limit = dynamics.evaluation_work() * verlet_evaluations(rate, duration());
+  Simulation run(*scene);
+  while (run.time() < duration()) {
+    if (run.step() || !goes_on(run)) return false;
+    if (work_of(run.dynamics(), run.counts().linear_iterations) > limit) return true;
   }
   return false;
 }
@@ -204,8 +174,8 @@ bool Pilot::is_dearer_than_verlet(const Scene& scene) {
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (target_.method_given || target_.contact.enabled) return false;
   say(formatted("pilot of time.accuracy: does verlet take less work than %s?",
-                name_of(target_.time.method)));
-  if (!is_dearer_than_verlet(*scene_with(target_, loose))) return false;
+                traits_of(target_.time.method).name));
+  if (!is_dearer_than_verlet(loose)) return false;
   say("pilot of time.accuracy: runs of verlet with its longest steps and half of them");
   const TimeCase verlet = with_verlet(target_.time, longest_verlet_share);
   const auto apart = distance(verlet, with_verlet(target_.time, longest_verlet_share / 2));
@@ -215,7 +185,7 @@ bool Pilot::choose_verlet(const TimeCase& loose) {
       "verlet with steps of %.2g of the longest stable one for an accuracy of %.3g m "
       "over %.3g s, less work than %s; a pilot run of %.2g s of CPU finds an error of "
       "%.2g m",
-      longest_verlet_share, *target_.time.accuracy, duration(), name_of(target_.time.method),
+      longest_verlet_share, *target_.time.accuracy, duration(), traits_of(target_.time.method).name,
       cpu_time(), apart->largest * 4 / 3);
   target_.time = verlet;
   return true;
@@ -234,7 +204,8 @@ void Pilot::correct() {
                        with_tolerance(target_.time, loose / looser));
     }
     if (!apart) {
-      target_.accuracy_choice += "; no pilot run succeeded: " + failure_.value_or("stopped");
+      target_.accuracy_choice +=
+          "; no pilot run succeeded: " + (failure_ ? failure_->text : "stopped");
     } else if (apart->largest == 0) {
       target_.accuracy_choice += "; a pilot run finds no error";
     } else {

@@ -21,6 +21,17 @@ struct Counters {
   std::int64_t matrix_assemblies = 0;
 };
 
+struct IntegratorCounts {
+  std::int64_t steps = 0;
+  std::int64_t vetoed_steps = 0;  // cut because surfaces would have touched or crossed
+  std::int64_t error_test_failures = 0;
+  std::int64_t convergence_failures = 0;
+  std::int64_t newton_iterations = 0;
+  std::int64_t linear_iterations = 0;
+  std::int64_t linear_setups = 0;
+  std::int64_t restarts = 0;  // from outside: without the history of the method
+};
+
 struct PhaseTimes {  // s of wall clock; no second is in two of them
   double rebuild = 0;
   double traverse = 0;

@@ -20,7 +20,7 @@ struct SourceLocation {
   int column = 0;
 };
 
-// In the order of the table of sim/integrator/integrator.cpp.
+// Described in sim/case/time_methods.cpp.
 enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet };
 enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
 
@@ -149,7 +149,8 @@ struct ObstacleCase {
 };
 
 struct OutputCase {
-  bool velocity = false;  // record velocities too
+  bool velocity = false;       // record velocities too
+  bool step_energies = false;  // record energies after every step, not only in frames
 };
 
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };

@@ -9,6 +9,7 @@
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
 #include "sim/case/memory_estimate.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
@@ -68,7 +69,7 @@ class Checker {
            "the minimum_step is " + number_text(time.minimum_step) + " s",
            "expected less than the time between frames, " + number_text(frame) + " s");
     }
-    if (time.method == TimeMethod::implicit_midpoint && !time.step) {
+    if (traits_of(time.method).steps == TimeMethodTraits::Steps::fixed && !time.step) {
       fail("time.method", "this method needs a step", "expected time.step");
     }
     if (time.step && *time.step <= time.minimum_step) {
@@ -112,7 +113,7 @@ class Checker {
   }
 
   void tolerances() const {
-    if (!case_.contact.enabled || case_.time.method == TimeMethod::verlet) return;
+    if (!case_.contact.enabled || traits_of(case_.time.method).is_explicit) return;
     const double range = case_.contact.range;
     const double position_limit = position_tolerance_limit(case_);
     // An accuracy sets the tolerance later, within the limit.
@@ -176,7 +177,7 @@ class Checker {
 
   // Refuses a body that nothing can hold: it falls for ever and has no equilibrium.
   void supports() const {
-    if (case_.time.method != TimeMethod::static_loads || case_.world.gravity.isZero()) return;
+    if (!traits_of(case_.time.method).finds_equilibria() || case_.world.gravity.isZero()) return;
     const auto is_pinned = [](const BodyCase& body) { return !body.pin.empty(); };
     const bool can_rest = case_.contact.enabled &&
                           (!case_.obstacle.empty() || std::ranges::any_of(case_.body, is_pinned));

@@ -1,4 +1,5 @@
 #include "sim/case/case_schema.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
@@ -39,9 +40,27 @@ Table describe(BodyCase& target);
 Table describe(ObstacleCase& target);
 
 template <class Enum>
-Choice choice(Enum* target, std::vector<std::string> names) {
-  return {std::move(names), [target] { return static_cast<std::size_t>(*target); },
-          [target](std::size_t index) { *target = static_cast<Enum>(index); }};
+struct NamedValue {
+  Enum value;
+  std::string name;
+};
+
+template <class Enum>
+Choice choice(Enum* target, std::type_identity_t<std::vector<NamedValue<Enum>>> values) {
+  std::vector<std::string> names;
+  for (const NamedValue<Enum>& each : values) names.push_back(each.name);
+  return {std::move(names),
+          [target, values] {
+            const auto found = std::ranges::find(values, *target, &NamedValue<Enum>::value);
+            return static_cast<std::size_t>(found - values.begin());
+          },
+          [target, values](std::size_t index) { *target = values[index].value; }};
+}
+
+std::vector<NamedValue<TimeMethod>> named_methods() {
+  std::vector<NamedValue<TimeMethod>> values;
+  for (const TimeMethodTraits& each : time_methods()) values.push_back({each.method, each.name});
+  return values;
 }
 
 template <class Struct>
@@ -73,8 +92,7 @@ Table describe(TimeCase& target) {
          relative_tolerance, step, newton, order, minimum_step, maximum_step, preconditioner] =
       target;
   return {{
-      field("method",
-            choice(&method, {"cvode", "arkode", "euler", "static", "implicit_midpoint", "verlet"}),
+      field("method", choice(&method, named_methods()),
             "Which integrator; docs/guide.md says which is for what. cvode: BDF of variable order "
             "and step; arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
             "asks; euler: backward Euler; static: equilibria under gravity that grows from nothing "
@@ -123,7 +141,10 @@ Table describe(TimeCase& target) {
       field("maximum_step", &maximum_step, "s", positive, "Longest step.")
           .with_default("no limit")
           .only_for("method", {"cvode", "arkode", "euler"}),
-      field("preconditioner", choice(&preconditioner, {"automatic", "block_jacobi", "multigrid"}),
+      field("preconditioner",
+            choice(&preconditioner, {{PreconditionerChoice::automatic, "automatic"},
+                                     {PreconditionerChoice::block_jacobi, "block_jacobi"},
+                                     {PreconditionerChoice::multigrid, "multigrid"}}),
             "Advanced: how linear systems are preconditioned. The choice changes the run time."),
   }};
 }
@@ -154,15 +175,22 @@ Table describe(ContactCase& target) {
             "Extra distance of the contact search, so that its result lasts for many steps.")
           .with_default("a quarter of the mean edge"),
       field(
-          "bound", choice(&bound, {"sphere", "box", "sphere_then_box"}),
+          "bound",
+          choice(&bound, {{bsi::Bound::sphere, "sphere"},
+                          {bsi::Bound::box, "box"},
+                          {bsi::Bound::sphere_then_box, "sphere_then_box"}}),
           "What the search compares above the leaves of the hierarchy. The result does not depend "
           "on it."),
   }};
 }
 
 Table describe(OutputCase& target) {
-  auto& [velocity] = target;
-  return {{field("velocity", &velocity, "Record velocities too.")}};
+  auto& [velocity, step_energies] = target;
+  return {{
+      field("velocity", &velocity, "Record velocities too."),
+      field("step_energies", &step_energies,
+            "Record the energies after every step of the integrator, not only those of frames."),
+  }};
 }
 
 Table describe(ComputeCase& target) {
@@ -173,7 +201,11 @@ Table describe(ComputeCase& target) {
           "Threads of one run; the result does not depend on it. auto: one for each 4096 vertices "
           "of bodies that are simulated, at least one and at most the processor's."),
       field(
-          "backend", choice(&backend, {"auto", "gpu", "osmesa", "cpu"}),
+          "backend",
+          choice(&backend, {{ComputeBackend::automatic, "auto"},
+                            {ComputeBackend::gpu, "gpu"},
+                            {ComputeBackend::osmesa, "osmesa"},
+                            {ComputeBackend::cpu, "cpu"}}),
           "What finds the candidates of contact: a graphics processor, OpenGL on the CPU (a check "
           "of the shaders, slow), the CPU, or whichever of graphics processor and CPU is measured "
           "to be faster. The result does not depend on it."),
@@ -196,7 +228,9 @@ Table describe(MaterialCase& target) {
          tangential_drag] = target;
   Table result{{
       field("density", &density, "kg/m^2", positive, "Mass per area."),
-      field("membrane", choice(&membrane, {"triangles", "springs"}),
+      field("membrane",
+            choice(&membrane,
+                   {{MembraneModel::triangles, "triangles"}, {MembraneModel::springs, "springs"}}),
             "Stretching: isotropic triangles, or springs along rows, columns and diagonals."),
       field("membrane_stiffness", &membrane_stiffness, "N/m", not_negative,
             "Young's modulus times thickness."),
@@ -233,7 +267,13 @@ Table describe(ShapeCase& target) {
          wrap_v, location] = target;
   Table result{{
       field(
-          "type", choice(&type, {"rectangle", "cylinder", "torus", "sphere", "blob", "file"}),
+          "type",
+          choice(&type, {{ShapeType::rectangle, "rectangle"},
+                         {ShapeType::cylinder, "cylinder"},
+                         {ShapeType::torus, "torus"},
+                         {ShapeType::sphere, "sphere"},
+                         {ShapeType::blob, "blob"},
+                         {ShapeType::file, "file"}}),
           "A rectangle in the x-y plane; a cylinder or a torus around the z axis; a sphere of "
           "six sewn patches; a blob, a sphere with dents, of 48; positions from an HDF5 file. All "
           "are centred on the origin.")

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "sim/case/case_shape_checks.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
@@ -33,7 +34,7 @@ bool bends(const Case& source, const BodyCase& body) {
 
 double bytes_per_vertex(const Case& source, const BodyCase& body) {
   double bytes = geometry_and_state;
-  if (source.time.method != TimeMethod::verlet) {
+  if (!traits_of(source.time.method).is_explicit) {
     bytes += implicit_matrix + (bends(source, body) ? bending_stencils : 0);
   }
   return bytes + (source.contact.enabled ? contact_search : 0);

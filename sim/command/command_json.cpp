@@ -80,6 +80,7 @@ void add_counts(Json& json, const IntegratorCounts& counts) {
   json["newton_iterations"] = counts.newton_iterations;
   json["linear_iterations"] = counts.linear_iterations;
   json["linear_setups"] = counts.linear_setups;
+  json["restarts"] = counts.restarts;
 }
 
 }  // namespace
@@ -87,6 +88,7 @@ void add_counts(Json& json, const IntegratorCounts& counts) {
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code) {
   Json json = ending_json(code, status_name(report.status), report.reason);
+  json["reason_kind"] = report.failure ? Json(kind_name(report.failure->kind)) : Json();
   add_command(json, command);
   json["title"] = source.title;
   json["simulated_s"] = report.simulated_time;

@@ -12,6 +12,7 @@
 #include "sim/accuracy/accuracy_pilot.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/case/time_methods.h"
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
@@ -107,7 +108,7 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
 
 // An equilibrium does not depend on the steps that led to it.
 void refuse_static(const Case& source) {
-  if (source.time.method != TimeMethod::static_loads) return;
+  if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
                   "expected another time.method, or no --estimate-error");
 }
@@ -163,15 +164,6 @@ Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
   return bill;
 }
 
-// The report of a run that ended with its pilot.
-RunReport report_of(const PilotReport& pilot, const Bill& bill) {
-  RunReport report;
-  report.status = pilot.interrupted ? RunReport::Status::interrupted : RunReport::Status::failed;
-  report.reason = pilot.interrupted ? reason_of_signal(caught_signal) : pilot.limit_reason;
-  report.bill = bill;
-  return report;
-}
-
 }  // namespace
 
 int run_case(const RunCommand& command) {
@@ -187,7 +179,8 @@ int run_case(const RunCommand& command) {
   };
   return with_scene(command, prepare, [&](const Scene& scene) {
     const Bill earlier = bill_before_run(command, pilot);
-    if (pilot.ended_run()) return finish(command, scene.source, report_of(pilot, earlier));
+    if (pilot.ended_run())
+      return finish(command, scene.source, ended_by_pilot(pilot, earlier, &caught_signal));
     RunOptions options;
     options.trajectory = trajectory;
     options.force = command.force;

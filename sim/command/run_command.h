@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/base/bill.h"
+#include "sim/base/stopwatch.h"
 
 namespace weft::sim {
 

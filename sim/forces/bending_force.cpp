@@ -239,6 +239,8 @@ class BendingForce final : public Force {
   }
 
   std::string_view name() const override { return "bending"; }
+  bool has_damping() const override { return is_damped_; }
+  double evaluation_work() const override { return 1.2; }
 
   double energy(const Kinematics& state, int threads) override {
     return parallel_sum(static_cast<int>(batches_.size()), threads, [&](int first, int last) {

@@ -27,6 +27,9 @@ class DragForce final : public Force {
       : quads_(quads, particle_count), drags_(std::move(drags)), wind_(wind.cast<Lanes>()) {}
 
   std::string_view name() const override { return "drag"; }
+  bool has_damping() const override { return true; }
+  bool is_external() const override { return true; }
+  double evaluation_work() const override { return 0.6; }
   // Drag stores nothing.
   double energy(const Kinematics&, int) override { return 0; }
 

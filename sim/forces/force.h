@@ -42,6 +42,13 @@ class Force {
   virtual std::string_view name() const = 0;
   // True if the force resists stretching of the surface.
   virtual bool is_membrane() const { return false; }
+  // True if the force changes with velocities: it then adds to D.
+  virtual bool has_damping() const = 0;
+  // True if the force exchanges energy with what is not simulated, such as air.
+  virtual bool is_external() const { return false; }
+  // Cost of one evaluation of all forces where this is the dearest of them, in the unit of
+  // sim/motion/work.h: measured once, by time.
+  virtual double evaluation_work() const = 0;
   virtual double energy(const Kinematics& state, int threads) = 0;  // J
   // Adds to `force` (N), one entry per particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;

@@ -55,6 +55,8 @@ class MembraneForce final : public Force {
   }
 
   std::string_view name() const override { return "membrane"; }
+  bool has_damping() const override { return is_damped_; }
+  double evaluation_work() const override { return 0.3; }
   bool is_membrane() const override { return true; }
 
   double energy(const Kinematics& state, int threads) override {

@@ -15,9 +15,14 @@ using materials::Spring;
 class SpringForce final : public Force {
  public:
   SpringForce(SpringNetwork network, int particle_count)
-      : ends_(network.ends, particle_count), springs_(std::move(network.springs)) {}
+      : ends_(network.ends, particle_count),
+        springs_(std::move(network.springs)),
+        is_damped_(
+            std::ranges::any_of(springs_, [](const Spring& s) { return s.damping_time > 0; })) {}
 
   std::string_view name() const override { return "springs"; }
+  bool has_damping() const override { return is_damped_; }
+  double evaluation_work() const override { return 1.0; }
   bool is_membrane() const override { return true; }
 
   double energy(const Kinematics& state, int threads) override {
@@ -73,6 +78,7 @@ class SpringForce final : public Force {
  private:
   StencilArray<2> ends_;
   std::vector<Spring> springs_;
+  bool is_damped_;
 };
 
 // Collects springs along steps of the image; a pair of particles that two patches share is taken

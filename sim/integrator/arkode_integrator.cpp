@@ -99,6 +99,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   void pass_event(bool jumps) override {
     if (jumps) arkode_time_ = std::numeric_limits<double>::quiet_NaN();
   }
+  void forget() override { arkode_time_ = std::numeric_limits<double>::quiet_NaN(); }
   Trouble trouble_of(int flag, double& end);
   int worst_particle() const;
   double work() const;
@@ -250,9 +251,7 @@ int ArkodeIntegrator::worst_particle() const {
 }
 
 // Returns the work done so far, in the unit of work.h.
-double ArkodeIntegrator::work() const {
-  return work_of(scene(), dynamics().statistics().counters, counts().linear_iterations);
-}
+double ArkodeIntegrator::work() const { return work_of(dynamics(), counts().linear_iterations); }
 
 // Stability limits explicit steps, however smooth the motion. They take over where they cost less
 // than the implicit steps measured. While stability limits them, implicit steps are tried again now
@@ -266,7 +265,7 @@ void ArkodeIntegrator::reconsider() {
     const double rate = estimate_spectrum(dynamics(), time(), state()).stiffest();
     if (implicit_) {
       const double cost = (work() - work_at_look_) / elapsed;
-      const double explicit_cost = evaluation_work(scene()) * explicit_stages *
+      const double explicit_cost = dynamics().evaluation_work() * explicit_stages *
                                    std::max(rate / explicit_limit, 1 / mean_step);
       if (explicit_cost < worthwhile * cost) use(false, rate, explicit_cost / cost);
     } else if (mean_step * rate > 0.5 * explicit_limit) {

@@ -12,6 +12,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/integrator/first_step.h"
+#include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/settled_frame.h"
 #include "sim/integrator/vector_operations.h"
@@ -78,14 +79,14 @@ struct CvodeIntegrator::Implementation {
   int assemble(double t, N_Vector state);
   void choose_matrix_interval();
   void find_swing();
-  std::optional<std::string> follow_motions();
+  std::optional<Failure> follow_motions();
   void begin_anew();
   IntegratorCounts counts() const;
   int veto(double t, N_Vector state);
   void accept(double t);
-  std::string worst_place() const;
-  std::string failure(int flag) const;
-  std::optional<std::string> too_many_vetoes();
+  int worst_place() const;
+  Failure failure(int flag) const;
+  std::optional<Failure> too_many_vetoes();
   long count(int (*get)(void*, long*)) const {
     long value = 0;
     get(cvode, &value);
@@ -106,7 +107,7 @@ struct CvodeIntegrator::Implementation {
   std::vector<Vec3> previous_position, accepted_position, trial_position, scratch_velocity;
   double accepted_time = 0, previous_time = 0;
   std::vector<double> previous_state;
-  std::int64_t vetoes = 0;
+  std::int64_t vetoes = 0, restarts = 0;
   IntegratorCounts earlier;                          // what CVODE counted before it began anew
   int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
   long iterations_before_step = 0, failures_before_step = 0;
@@ -241,7 +242,7 @@ void CvodeIntegrator::Implementation::find_swing() {
 }
 
 // Tells CVODE where its next step must end, and where what it knows of the past is of no use.
-std::optional<std::string> CvodeIntegrator::Implementation::follow_motions() {
+std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   if (accepted_time > 0 && motion_limits.jumps_at(accepted_time)) begin_anew();
   dynamics.begin_step(accepted_time);
   double next = 0;
@@ -283,59 +284,72 @@ void CvodeIntegrator::Implementation::accept(double t) {
   dynamics.expand(t, accepted_state, accepted_position, scratch_velocity);
 }
 
-// The particle whose local error weighs most in the step that failed: where to look.
-std::string CvodeIntegrator::Implementation::worst_place() const {
+// Returns the particle whose local error weighs most in the step that failed.
+int CvodeIntegrator::Implementation::worst_place() const {
   N_Vector error = N_VClone(y), weight = N_VClone(y);
   CVodeGetEstLocalErrors(cvode, error);
   CVodeGetErrWeights(cvode, weight);
   const int worst = worst_particle(values(error), values(weight));
   N_VDestroy(error);
   N_VDestroy(weight);
-  return ": the error is largest at " + scene.describe_particle(worst);
+  return worst;
 }
 
-std::string CvodeIntegrator::Implementation::failure(int flag) const {
-  const std::string at = " at t = " + rounded_text(accepted_time) + " s";
+Failure CvodeIntegrator::Implementation::failure(int flag) const {
+  const int particle = last_fault ? last_fault->nodes[0] : worst_place();
+  const std::string at =
+      " at t = " + rounded_text(accepted_time) + " s" +
+      (last_fault ? ": " + last_fault->describe(scene)
+                  : ": the error is largest at " + scene.describe_particle(particle));
   const std::string shortest =
       number_text(scene.source.time.minimum_step) + " s (time.minimum_step)";
-  const std::string where = last_fault ? ": " + last_fault->describe(scene) : worst_place();
+  const auto failed = [&](Failure::Kind kind, const std::string& what) {
+    return Failure{kind, accepted_time, particle, what + at};
+  };
   switch (flag) {
     case CV_ERR_FAILURE:
-      return "no step down to " + shortest + " meets the error tolerance" + at + where;
+      return failed(Failure::Kind::error_tolerance,
+                    "no step down to " + shortest + " meets the error tolerance");
     case CV_CONV_FAILURE:
-      return "the Newton iteration does not converge with any step down to " + shortest + at +
-             where;
+      return failed(Failure::Kind::newton,
+                    "the Newton iteration does not converge with any step down to " + shortest);
     case CV_REPTD_RHSFUNC_ERR:
     case CV_UNREC_RHSFUNC_ERR:
     case CV_FIRST_RHSFUNC_ERR:
-    case CV_RHSFUNC_FAIL:
-      return "the forces cannot be evaluated" + at + where;
+    case CV_RHSFUNC_FAIL: {
+      const bool touches = last_fault && last_fault->kind != ContactFault::Kind::not_finite;
+      return failed(touches ? Failure::Kind::surfaces : Failure::Kind::not_finite,
+                    "the forces cannot be evaluated");
+    }
     case CV_REPTD_PROJFUNC_ERR:
     case CV_PROJFUNC_FAIL:
-      return "no step down to " + shortest + " keeps the surfaces apart" + at + where;
+      return failed(Failure::Kind::surfaces,
+                    "no step down to " + shortest + " keeps the surfaces apart");
     default: {
       char* name = CVodeGetReturnFlagName(flag);
-      std::string text = "CVODE stopped with " + std::string(name) + at + where;
+      const std::string text = "CVODE stopped with " + std::string(name);
       free(name);
-      return text;
+      return failed(Failure::Kind::solver, text);
     }
   }
 }
 
 // A healthy run hardly ever cuts a step because of contact. One that keeps doing so creeps on
 // without end.
-std::optional<std::string> CvodeIntegrator::Implementation::too_many_vetoes() {
+std::optional<Failure> CvodeIntegrator::Implementation::too_many_vetoes() {
   if (++steps_in_window < veto_window) return std::nullopt;
   const std::int64_t recent = vetoes - vetoes_before_window;
   steps_in_window = 0;
   vetoes_before_window = vetoes;
   if (recent <= veto_window) return std::nullopt;
-  return number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
-         number_text(veto_window) +
-         " to keep surfaces apart at t = " + rounded_text(accepted_time) + " s" +
-         (last_veto ? ": " + last_veto->describe(scene) : "") +
-         " (contact.stiffness or contact.damping_time is too small for this impact, or a "
-         "prescribed motion leaves no room)";
+  return Failure{
+      Failure::Kind::too_many_cuts, accepted_time, last_veto ? last_veto->nodes[0] : -1,
+      number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
+          number_text(veto_window) +
+          " to keep surfaces apart at t = " + rounded_text(accepted_time) + " s" +
+          (last_veto ? ": " + last_veto->describe(scene) : "") +
+          " (contact.stiffness or contact.damping_time is too small for this impact, or a "
+          "prescribed motion leaves no room)"};
 }
 
 CvodeIntegrator::CvodeIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -345,11 +359,11 @@ CvodeIntegrator::CvodeIntegrator(const Scene& scene, Dynamics& dynamics)
 
 CvodeIntegrator::~CvodeIntegrator() = default;
 
-std::optional<std::string> CvodeIntegrator::step() {
+std::optional<Failure> CvodeIntegrator::step() {
   Implementation& self = *implementation_;
   self.last_fault.reset();
   if (self.motion_limits.apply()) {
-    if (auto reason = self.follow_motions()) return reason;
+    if (auto failure = self.follow_motions()) return failure;
   }
   // The time asked for only tells CVODE the direction; steps end where they fall.
   const int flag = CVode(self.cvode, self.time + 1, self.y, &self.time, CV_ONE_STEP);
@@ -376,16 +390,32 @@ int CvodeIntegrator::last_order() const {
 
 std::span<const double> CvodeIntegrator::state() const { return implementation_->accepted_state; }
 
-std::optional<std::string> CvodeIntegrator::state_at(double time, std::span<double> y) const {
+std::optional<Failure> CvodeIntegrator::state_at(double time, std::span<double> y) const {
   Implementation& self = *implementation_;
   assert(time >= self.previous_time && time <= self.accepted_time &&
          y.size() == self.accepted_state.size());
+  if (self.previous_time == self.accepted_time) {  // after a restart
+    std::copy(self.accepted_state.begin(), self.accepted_state.end(), y.begin());
+    return std::nullopt;
+  }
   CVodeGetDky(self.cvode, time, 0, self.work);
   std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
   const double part = (time - self.previous_time) / (self.accepted_time - self.previous_time);
   return settle_frame(self.dynamics, time, part,
                       {self.previous_state, self.accepted_state, self.previous_position}, y,
                       self.trial_position, self.scratch_velocity);
+}
+
+void CvodeIntegrator::restart(double time, std::span<const double> y) {
+  Implementation& self = *implementation_;
+  self.time = self.accepted_time = self.previous_time = time;
+  std::copy(y.begin(), y.end(), self.accepted_state.begin());
+  self.begin_anew();
+  self.previous_state = self.accepted_state;
+  self.dynamics.expand(time, self.accepted_state, self.accepted_position, self.scratch_velocity);
+  self.previous_position = self.accepted_position;
+  N_VConst(0, self.step_error);
+  ++self.restarts;
 }
 
 IntegratorCounts CvodeIntegrator::counts() const { return implementation_->counts(); }
@@ -400,7 +430,12 @@ IntegratorCounts CvodeIntegrator::Implementation::counts() const {
   counts.newton_iterations = earlier.newton_iterations + count(CVodeGetNumNonlinSolvIters);
   counts.linear_iterations = earlier.linear_iterations + count(CVodeGetNumLinIters);
   counts.linear_setups = earlier.linear_setups + count(CVodeGetNumLinSolvSetups);
+  counts.restarts = restarts;
   return counts;
+}
+
+std::unique_ptr<Integrator> make_cvode_integrator(const Scene& scene, Dynamics& dynamics) {
+  return std::make_unique<CvodeIntegrator>(scene, dynamics);
 }
 
 }  // namespace weft::sim

@@ -21,15 +21,15 @@ class CvodeIntegrator final : public Integrator {
   CvodeIntegrator(const Scene& scene, Dynamics& dynamics);
   ~CvodeIntegrator() override;
 
-  [[nodiscard]] std::optional<std::string> step() override;
+  [[nodiscard]] std::optional<Failure> step() override;
   double time() const override;
   double last_step() const override;
   int last_order() const override;
   std::span<const double> state() const override;
   // Interpolated to the order of the method.
-  [[nodiscard]] std::optional<std::string> state_at(double time,
-                                                    std::span<double> y) const override;
+  [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const override;
   IntegratorCounts counts() const override;
+  void restart(double time, std::span<const double> y) override;
 
  private:
   struct Implementation;

@@ -19,6 +19,10 @@ class EulerIntegrator final : public StageIntegrator {
   }
 
   int last_order() const override { return 1; }
+  bool transfer(StateArchive& archive) override {
+    archive(event_time_, rate_);
+    return StageIntegrator::transfer(archive);
+  }
 
  private:
   Trouble attempt(double& end, std::span<double> y) override {
@@ -49,6 +53,10 @@ class EulerIntegrator final : public StageIntegrator {
     return Trouble::none;
   }
   void pass_event(bool) override { event_time_ = time(); }
+  void forget() override {
+    event_time_ = time();
+    StageIntegrator::forget();
+  }
 
   double event_time_ = -1;              // s, of the last event of a prescribed motion
   std::vector<double> rate_;            // slope of the step before; where none, of the motion

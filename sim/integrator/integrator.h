@@ -1,7 +1,6 @@
 // The interface of every method of time integration, and make_integrator(), which chooses one.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,19 +8,12 @@
 #include <string>
 #include <utility>
 
+#include "sim/base/failure.h"
+#include "sim/base/state_archive.h"
+#include "sim/base/statistics.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
-
-struct IntegratorCounts {
-  std::int64_t steps = 0;
-  std::int64_t vetoed_steps = 0;  // cut because surfaces would have touched or crossed
-  std::int64_t error_test_failures = 0;
-  std::int64_t convergence_failures = 0;
-  std::int64_t newton_iterations = 0;
-  std::int64_t linear_iterations = 0;
-  std::int64_t linear_setups = 0;
-};
 
 // Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
 // its path: one that might let surfaces touch or cross is not accepted.
@@ -32,9 +24,8 @@ class Integrator {
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
 
-  // Takes one step. On failure the state stays that of the last step, and the reason is returned:
-  // what failed, the bodies concerned and the time.
-  [[nodiscard]] virtual std::optional<std::string> step() = 0;
+  // Takes one step. On failure the state stays that of the last step.
+  [[nodiscard]] virtual std::optional<Failure> step() = 0;
   virtual double time() const = 0;       // s, reached so far
   virtual double last_step() const = 0;  // s
   virtual int last_order() const = 0;
@@ -43,18 +34,23 @@ class Integrator {
   // is allowed. With contact, an interpolated path that is not certain to keep surfaces apart is
   // replaced by the straight path. That path is checked, too, with prescribed points where they are
   // at `time`. Returns what stands in the way, if anything does.
-  [[nodiscard]] virtual std::optional<std::string> state_at(double time,
-                                                            std::span<double> y) const = 0;
+  [[nodiscard]] virtual std::optional<Failure> state_at(double time, std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
+  // Goes on from the state `y` at `time`, without what the method knows of the past. Frames before
+  // the next step are at `time` alone.
+  virtual void restart(double time, std::span<const double> y) = 0;
+  // Writes or reads all that the bits of later steps depend on. False, and nothing is done, for
+  // methods whose history another library keeps.
+  [[nodiscard]] virtual bool transfer(StateArchive& /*archive*/) { return false; }
   // Sets a function that one-step methods call between the tries of a step, of which there may be
-  // many. If it returns a reason, step() fails with that reason. May be empty.
-  using ReasonToStop = std::function<std::optional<std::string>()>;
+  // many. If it returns a failure, step() fails with it. May be empty.
+  using ReasonToStop = std::function<std::optional<Failure>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
   // Describes what the method has decided by itself so far; empty where there is nothing to decide.
   virtual std::string decision() const { return {}; }
 
  protected:
-  std::optional<std::string> reason_to_stop() const {
+  std::optional<Failure> reason_to_stop() const {
     return reason_to_stop_ ? reason_to_stop_() : std::nullopt;
   }
 
@@ -62,8 +58,8 @@ class Integrator {
   ReasonToStop reason_to_stop_;
 };
 
-// Why there is no frame at `time`.
-std::string frame_failure(const Scene& scene, const ContactFault& fault, double time);
+// The failure to find a frame at `time`.
+Failure frame_failure(const Scene& scene, const ContactFault& fault, double time);
 
 // The integrator of `time.method`: one line a method in the table of integrator.cpp. Both arguments
 // must outlive it.

@@ -7,6 +7,9 @@
 
 namespace weft::sim {
 
+// Variable-order, variable-step BDF by CVODE (cvode_integrator.h).
+std::unique_ptr<Integrator> make_cvode_integrator(const Scene& scene, Dynamics& dynamics);
+
 // Runge-Kutta methods with error control by ARKODE: TR-BDF2, implicit, of order 2; or, without
 // contact, an explicit one of order 4 where that promises to cost less. decision() says which.
 std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics& dynamics);

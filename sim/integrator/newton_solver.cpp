@@ -62,6 +62,8 @@ int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype to
 
 }  // namespace
 
+VelocitySystem& velocity_system_of(SUNLinearSolver solver) { return content_of(solver).system; }
+
 SUNLinearSolver make_newton_solver(Dynamics& dynamics, NewtonHooks hooks, SUNContext context) {
   SUNLinearSolver solver = SUNLinSolNewEmpty(context);
   solver->content = new Content(dynamics, std::move(hooks));

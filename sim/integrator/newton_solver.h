@@ -28,5 +28,7 @@ struct NewtonHooks {
 // it is called at each setup, and must assemble the dynamics' matrices where they are out of date.
 // Free with SUNLinSolFree.
 SUNLinearSolver make_newton_solver(Dynamics& dynamics, NewtonHooks hooks, SUNContext context);
+// Returns the system that such a solver solves.
+VelocitySystem& velocity_system_of(SUNLinearSolver solver);
 
 }  // namespace weft::sim

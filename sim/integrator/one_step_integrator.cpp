@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sim/case/case_text.h"
+#include "sim/case/time_methods.h"
 #include "sim/integrator/settled_frame.h"
 
 namespace weft::sim {
@@ -31,7 +32,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
     : scene_(scene),
       dynamics_(dynamics),
       motion_limits_(scene, dynamics),
-      step_(scene.source.time.method == TimeMethod::static_loads
+      step_(traits_of(scene.source.time.method).finds_equilibria()
                 ? std::optional(1 / scene.source.time.frames_per_second)
                 : scene.source.time.step),
       size_(step_.value_or(1 / scene.source.time.frames_per_second)),
@@ -45,7 +46,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
 double OneStepIntegrator::grid_time() const {
   const double time = static_cast<double>(completed_steps_ + 1) * *step_;
   // The load ends at the whole, and the time at the duration.
-  if (scene_.source.time.method != TimeMethod::static_loads) return time;
+  if (!traits_of(scene_.source.time.method).finds_equilibria()) return time;
   return std::min(static_cast<double>(completed_steps_ + 1) / scene_.source.time.frames_per_second,
                   scene_.source.time.duration);
 }
@@ -77,7 +78,7 @@ double OneStepIntegrator::wanted_time() const {
   return time_ + 1.5 * size_ > grid ? grid : time_ + size_;
 }
 
-std::optional<std::string> OneStepIntegrator::step() {
+std::optional<Failure> OneStepIntegrator::step() {
   fault_.reset();
   place_ = -1;
   stopped_.reset();
@@ -157,7 +158,7 @@ void OneStepIntegrator::count(Trouble trouble) {
 // A healthy run hardly ever cuts a step because of contact. One that keeps doing so advances ever
 // more slowly and never ends. The message names the last fault, although this step found a way past
 // it.
-std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
+std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
   if (counts_.steps % veto_window != 0) return std::nullopt;
   const std::int64_t recent = counts_.vetoed_steps - vetoes_before_window_;
   const double advance = time_ - window_start_;
@@ -168,41 +169,73 @@ std::optional<std::string> OneStepIntegrator::too_many_vetoes() {
   window_start_ = time_;
   const bool creeps = is_fixed() && recent > many_vetoes && advance < enough;
   if (!creeps && recent <= most_vetoes) return std::nullopt;
-  return number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
-         number_text(veto_window) + " to keep surfaces apart at t = " + rounded_text(time_) + " s" +
-         (last_veto_ ? ": " + last_veto_->describe(scene_) : "") +
-         " (time.step is too long or contact.stiffness too small for this impact, or a prescribed "
-         "motion leaves no room)";
+  return Failure{
+      Failure::Kind::too_many_cuts, time_, last_veto_ ? last_veto_->nodes[0] : -1,
+      number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
+          number_text(veto_window) + " to keep surfaces apart at t = " + rounded_text(time_) +
+          " s" + (last_veto_ ? ": " + last_veto_->describe(scene_) : "") +
+          " (time.step is too long or contact.stiffness too small for this impact, or a prescribed "
+          "motion leaves no room)"};
 }
 
-std::string OneStepIntegrator::failure(Trouble trouble) const {
-  const std::string shortest =
-      number_text(scene_.source.time.minimum_step) + " s (time.minimum_step)";
-  const std::string at = " at t = " + rounded_text(time_) + " s";
+Failure OneStepIntegrator::failure(Trouble trouble) const {
+  struct Words {
+    Failure::Kind kind;
+    const char *before, *after;  // the length of the shortest step
+  };
+  const auto words = [&]() -> Words {
+    switch (trouble) {
+      case Trouble::surfaces:
+        return {Failure::Kind::surfaces, "no step down to ", " keeps the surfaces apart"};
+      case Trouble::error_too_large:
+        return {Failure::Kind::error_tolerance, "no step down to ", " meets the error tolerance"};
+      case Trouble::unstable:
+        return {Failure::Kind::unstable, "no step down to ", " is stable"};
+      case Trouble::not_finite:
+        return {Failure::Kind::not_finite, "the forces cannot be evaluated with any step down to ",
+                ""};
+      default:
+        return {Failure::Kind::newton,
+                "the Newton iteration does not converge with any step down to ", ""};
+    }
+  }();
+  int particle = place_;
   std::string where;
   if (fault_) {
+    particle = fault_->nodes[0];
     where = ": " + fault_->describe(scene_);
   } else if (place_ >= 0) {
     where =
         trouble == Trouble::unstable ? ": the motion is fastest at " : ": the error is largest at ";
     where += scene_.describe_particle(place_);
   }
-  switch (trouble) {
-    case Trouble::surfaces:
-      return "no step down to " + shortest + " keeps the surfaces apart" + at + where;
-    case Trouble::error_too_large:
-      return "no step down to " + shortest + " meets the error tolerance" + at + where;
-    case Trouble::unstable:
-      return "no step down to " + shortest + " is stable" + at + where;
-    case Trouble::not_finite:
-      return "the forces cannot be evaluated with any step down to " + shortest + at + where;
-    default:
-      return "the Newton iteration does not converge with any step down to " + shortest + at +
-             where;
-  }
+  return {words.kind, time_, particle,
+          words.before + number_text(scene_.source.time.minimum_step) + " s (time.minimum_step)" +
+              words.after + " at t = " + rounded_text(time_) + " s" + where};
 }
 
-std::optional<std::string> OneStepIntegrator::state_at(double time, std::span<double> y) const {
+void OneStepIntegrator::restart(double time, std::span<const double> y) {
+  time_ = previous_time_ = time;
+  std::copy(y.begin(), y.end(), state_.begin());
+  dynamics_.place_pins(time, state_);
+  has_previous_ = false;
+  if (step_) {
+    // The times of the grid stay: the next one is the first that is worth a step.
+    const double share = (time + scene_.source.time.minimum_step) / *step_;
+    completed_steps_ = static_cast<std::int64_t>(std::floor(share));
+  }
+  if (dynamics_.contact() != nullptr) dynamics_.expand(time, state_, position_, scratch_velocity_);
+  ++counts_.restarts;
+  forget();
+}
+
+void OneStepIntegrator::transfer_steps(StateArchive& archive) {
+  archive(time_, previous_time_, size_, longest_after_veto_, completed_steps_, successes_,
+          patience_, state_, other_state_, has_previous_, position_, previous_position_, counts_,
+          last_veto_, vetoes_before_window_, window_start_, window_allowed_);
+}
+
+std::optional<Failure> OneStepIntegrator::state_at(double time, std::span<double> y) const {
   assert(time >= previous_time_ && time <= time_ && y.size() == state_.size());
   const double h = time_ - previous_time_;
   if (!has_previous_) {

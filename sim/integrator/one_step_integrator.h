@@ -22,15 +22,15 @@ class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
 
-  [[nodiscard]] std::optional<std::string> step() final;
+  [[nodiscard]] std::optional<Failure> step() final;
   double time() const final { return time_; }
   double last_step() const final { return time_ - previous_time_; }
   std::span<const double> state() const final { return state_; }
   // Interpolates positions by the cubic through positions and velocities at both ends, and
   // velocities by its derivative.
-  [[nodiscard]] std::optional<std::string> state_at(double time,
-                                                    std::span<double> y) const override;
+  [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const override;
   IntegratorCounts counts() const override { return counts_; }
+  void restart(double time, std::span<const double> y) final;
 
  protected:
   enum class Trouble { none, not_converged, surfaces, not_finite, error_too_large, unstable };
@@ -43,8 +43,12 @@ class OneStepIntegrator : public Integrator {
   // A prescribed motion starts, stops or passes a keyframe at time(): earlier slopes say nothing
   // about what follows, and where its velocity jumps, nothing about the state either.
   virtual void pass_event(bool /*jumps*/) {}
-  // Called before the first step. Returns a reason not to begin, if there is one.
-  virtual std::optional<std::string> refusal() { return std::nullopt; }
+  // The state has become another one: nothing known of earlier steps holds.
+  virtual void forget() {}
+  // Writes or reads what this class holds.
+  void transfer_steps(StateArchive& archive);
+  // Called before the first step. May refuse to begin.
+  virtual std::optional<Failure> refusal() { return std::nullopt; }
 
   bool is_fixed() const { return step_.has_value(); }
   // Sets the length of the next step, or of the next try. Precondition: there is no fixed step.
@@ -76,8 +80,8 @@ class OneStepIntegrator : public Integrator {
   Trouble check_path(double time);
   void accept(double time);
   void count(Trouble trouble);
-  std::string failure(Trouble trouble) const;
-  std::optional<std::string> too_many_vetoes();
+  Failure failure(Trouble trouble) const;
+  std::optional<Failure> too_many_vetoes();
 
   const Scene& scene_;
   Dynamics& dynamics_;
@@ -101,7 +105,7 @@ class OneStepIntegrator : public Integrator {
   double window_allowed_ = 0;  // s: what its steps might have advanced within the motions' limits
   double allowed_ = 0;         // s, of the step in hand
   int place_ = -1;
-  std::optional<std::string> stopped_;  // why this step is to be left
+  std::optional<Failure> stopped_;  // ends the step in hand
 };
 
 }  // namespace weft::sim

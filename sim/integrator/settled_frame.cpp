@@ -4,9 +4,9 @@
 
 namespace weft::sim {
 
-std::optional<std::string> settle_frame(Dynamics& dynamics, double time, double part,
-                                        const StepEnds& step, std::span<double> y,
-                                        std::vector<Vec3>& position, std::vector<Vec3>& velocity) {
+std::optional<Failure> settle_frame(Dynamics& dynamics, double time, double part,
+                                    const StepEnds& step, std::span<double> y,
+                                    std::vector<Vec3>& position, std::vector<Vec3>& velocity) {
   Contact* contact = dynamics.contact();
   if (contact == nullptr) return std::nullopt;
   dynamics.expand(time, y, position, velocity);

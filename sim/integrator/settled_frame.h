@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/base/failure.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
@@ -17,12 +18,12 @@ struct StepEnds {
 };
 
 // Puts `y`, interpolated at `part` (0 .. 1) of a step, on the straight line between its ends where
-// contact is on and the path to it is not certain to keep surfaces apart. Returns why that line has
+// contact is on and the path to it is not certain to keep surfaces apart. Fails where that line has
 // no frame at `time`, if prescribed points are in its way there. `position` and `velocity`: scratch
 // of all particles. Costs a path check, or two.
-[[nodiscard]] std::optional<std::string> settle_frame(Dynamics& dynamics, double time, double part,
-                                                      const StepEnds& step, std::span<double> y,
-                                                      std::vector<Vec3>& position,
-                                                      std::vector<Vec3>& velocity);
+[[nodiscard]] std::optional<Failure> settle_frame(Dynamics& dynamics, double time, double part,
+                                                  const StepEnds& step, std::span<double> y,
+                                                  std::vector<Vec3>& position,
+                                                  std::vector<Vec3>& velocity);
 
 }  // namespace weft::sim

@@ -16,8 +16,15 @@ class StageIntegrator : public OneStepIntegrator {
     solver_.add_counts(counts);
     return counts;
   }
+  bool transfer(StateArchive& archive) override {
+    transfer_steps(archive);
+    solver_.transfer(archive);
+    return true;
+  }
 
  protected:
+  void forget() override { solver_.forget(); }
+
   // Solves y - gamma f(t, y) = state(), with paths from positions() kept safe.
   Trouble solve_stage(double t, double gamma, std::span<double> y) {
     const StageSolver::Outcome outcome = solver_.solve(t, gamma, state(), positions(), y);

@@ -410,6 +410,15 @@ int StageSolver::worst_particle() const {
   return worst;
 }
 
+void StageSolver::forget() { implementation_->slope.clear(); }
+
+void StageSolver::transfer(StateArchive& archive) {
+  Implementation& self = *implementation_;
+  archive(self.slope, self.newton_iterations, self.linear_iterations, self.linear_setups);
+  VelocitySystem& system = self.system ? *self.system : velocity_system_of(self.newton_solver);
+  system.transfer(archive);
+}
+
 void StageSolver::add_counts(IntegratorCounts& counts) const {
   counts.newton_iterations += implementation_->newton_iterations;
   counts.linear_iterations += implementation_->linear_iterations;

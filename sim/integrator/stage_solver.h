@@ -41,6 +41,10 @@ class StageSolver {
   // Results of the last solve(): what stood in the way, and the particle with the largest residual.
   const std::optional<ContactFault>& fault() const;
   int worst_particle() const;
+  // Forgets the slope of the last stage.
+  void forget();
+  // Writes or reads all that the bits of later solutions depend on.
+  void transfer(StateArchive& archive);
   // Newton and linear iterations and setups so far.
   void add_counts(IntegratorCounts& counts) const;
 

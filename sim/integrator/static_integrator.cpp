@@ -55,6 +55,12 @@ class StaticIntegrator final : public OneStepIntegrator {
   }
 
   int last_order() const override { return 0; }
+  bool transfer(StateArchive& archive) override {
+    transfer_steps(archive);
+    archive(newton_iterations_, linear_iterations_);
+    system_.transfer(archive);
+    return true;
+  }
   IntegratorCounts counts() const override {
     IntegratorCounts counts = OneStepIntegrator::counts();
     counts.newton_iterations = newton_iterations_;

@@ -35,10 +35,21 @@ class VerletIntegrator final : public OneStepIntegrator {
         end_acceleration_(dynamics.particle_count()) {}
 
   int last_order() const override { return 2; }
+  bool transfer(StateArchive& archive) override {
+    transfer_steps(archive);
+    bool is_tracked = tracker_.has_value();
+    archive(is_tracked);
+    if (is_tracked && !tracker_) tracker_.emplace(dynamics(), time(), state());
+    if (is_tracked) tracker_->transfer(archive);
+    archive(share_, chosen_step_, decay_, stiff_place_, steps_, next_look_, next_glance_,
+            steps_a_look_, start_, end_, before_acceleration_, start_acceleration_,
+            end_acceleration_);
+    return true;
+  }
 
  private:
   // Oscillations grow where h omega > 2, damped ones where h d > 2.
-  std::optional<std::string> refusal() override {
+  std::optional<Failure> refusal() override {
     const TimeCase& options = scene().source.time;
     if (options.step) return refuse_unstable(*options.step);
     double rate = 0;
@@ -57,13 +68,15 @@ class VerletIntegrator final : public OneStepIntegrator {
     propose(chosen_step_);
     return std::nullopt;
   }
-  std::optional<std::string> refuse_unstable(double step) {
+  std::optional<Failure> refuse_unstable(double step) {
     const SpectralEstimate fastest = estimate_spectrum(dynamics(), 0, state());
     const double limit = 2 / fastest.stiffest();
     if (step <= limit) return std::nullopt;
-    return "the step of " + number_text(step) +
-           " s is beyond the limit of stability of verlet at t = 0 s, " + rounded_text(limit) +
-           " s: the motion is fastest at " + scene().describe_particle(fastest.place);
+    return Failure{Failure::Kind::unstable, 0, fastest.place,
+                   "the step of " + number_text(step) +
+                       " s is beyond the limit of stability of verlet at t = 0 s, " +
+                       rounded_text(limit) + " s: the motion is fastest at " +
+                       scene().describe_particle(fastest.place)};
   }
 
   // x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1): forces that depend on the
@@ -157,6 +170,8 @@ class VerletIntegrator final : public OneStepIntegrator {
                                                       start_acceleration_, end_acceleration_);
     return seen.bent > 0 ? std::sqrt(seen.bent / seen.all) / h : 0;
   }
+
+  void forget() override { start_ = end_ = -1; }
 
   Trouble trouble_of(const ContactFault& fault) {
     set_fault(fault);

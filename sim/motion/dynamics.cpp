@@ -21,19 +21,17 @@ double Energies::total() const {
   return sum;
 }
 
-Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
+Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
+                   std::vector<std::unique_ptr<Force>> forces)
     : scene_(scene),
       statistics_(statistics),
       threads_(scene.threads),
-      forces_(make_forces(scene)),
+      forces_(std::move(forces)),
       pins_move_(std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                              [&](const PrescribedMotion& held) {
                                return held.moves && !held.particles.empty() &&
                                       held.particles[0] < scene.dynamic_particles;
                              })) {
-  for (const auto& force : forces_) {
-    if (force->name() == "drag") drag_ = force.get();
-  }
   for (int i = 0; i < scene.dynamic_particles; ++i) {
     if (scene.pinned[i] != 0) held_.push_back(i);
   }
@@ -43,17 +41,30 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics)
   const auto pattern = std::make_shared<const BlockPattern>(neighbours);
   for (const auto& force : forces_) force->attach(*pattern);
   stiffness_ = BlockMatrix(pattern);
-  for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    const MaterialCase& material = *scene.bodies[b].material;
-    if (material.mass_damping > 0) {
-      mass_damping_.resize(scene.dynamic_particles, 0.0);
-      std::fill_n(mass_damping_.begin() + scene.bodies[b].first_particle,
-                  scene.bodies[b].particle_count(), material.mass_damping);
-    }
-    has_damping_ |= material.mass_damping > 0 || material.stiffness_damping > 0 ||
-                    material.bending_damping > 0 || material.normal_drag > 0 ||
-                    material.tangential_drag > 0;
+  add_mass_damping();
+  has_damping_ = !mass_damping_.empty() || std::ranges::any_of(forces_, [](const auto& force) {
+    return force->has_damping();
+  });
+}
+
+void Dynamics::add_mass_damping() {
+  for (int b = 0; b < scene_.dynamic_bodies; ++b) {
+    const SceneBody& body = scene_.bodies[b];
+    if (body.material->mass_damping == 0) continue;
+    mass_damping_.resize(scene_.dynamic_particles, 0.0);
+    std::fill_n(mass_damping_.begin() + body.first_particle, body.particle_count(),
+                body.material->mass_damping);
   }
+}
+
+double Dynamics::evaluation_work() const {
+  double work = 0.3;  // without any force
+  for (const auto& force : forces_) work = std::max(work, force->evaluation_work());
+  return work;
+}
+
+bool Dynamics::has_external_forces() const {
+  return std::ranges::any_of(forces_, [](const auto& force) { return force->is_external(); });
 }
 
 std::vector<double> Dynamics::initial_state() const {
@@ -219,6 +230,7 @@ bool Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) co
 }
 
 void Dynamics::assemble(double time, std::span<const double> y, Definiteness definiteness) {
+  note_place(time, y, definiteness, 0);
   damping_product_ = {};
   if (has_damping_ && damping_.is_empty()) damping_ = BlockMatrix(stiffness_.shared_pattern());
   damping_.set_zero();
@@ -229,6 +241,7 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
 void Dynamics::assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
                                double gamma, std::span<const Vec3> residual) {
   assert(!load_ && hardness_ == 1);
+  note_place(time, y, definiteness, gamma);
   damping_ = {};
   if (has_damping_) damping_product_.assign(residual.size(), Vec3::Zero());
   assemble(time, y, definiteness,
@@ -261,6 +274,29 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
   }
 }
 
+void Dynamics::note_place(double time, std::span<const double> y, Definiteness definiteness,
+                          double gamma) {
+  linearisation_.time = time;
+  linearisation_.step_start = step_start_;
+  linearisation_.state.assign(y.begin(), y.end());
+  linearisation_.definiteness = definiteness;
+  linearisation_.gamma = gamma;
+  linearisation_.load = load_;
+  linearisation_.hardness = hardness_;
+}
+
+void Dynamics::assemble_again(const Linearisation& place) {
+  const Linearisation kept = place;
+  load_ = kept.load;
+  hardness_ = kept.hardness;
+  step_start_ = kept.step_start;
+  std::vector<double> unused(kept.state.size());
+  static_cast<void>(rate(kept.time, kept.state, unused));  // contact's part of the matrices
+  if (kept.gamma == 0) return assemble(kept.time, kept.state, kept.definiteness);
+  const std::vector<Vec3> residual(particle_count(), Vec3::Zero());
+  assemble_joined(kept.time, kept.state, kept.definiteness, kept.gamma, residual);
+}
+
 std::vector<std::string> Dynamics::force_names() const {
   std::vector<std::string> names;
   for (const auto& force : forces_) names.emplace_back(force->name());
@@ -290,11 +326,12 @@ Energies Dynamics::energies(double time, std::span<const double> y) {
   return energies_at_last_rate(time, y);
 }
 
-double Dynamics::drag_power(double time, std::span<const double> y) {
-  if (drag_ == nullptr) return 0;
+double Dynamics::external_power(double time, std::span<const double> y) {
   const Kinematics state = kinematics(time, y);
   std::vector<Vec3> force(state.position.size(), Vec3::Zero());
-  drag_->add_forces(state, force, threads_);
+  for (const auto& each : forces_) {
+    if (each->is_external()) each->add_forces(state, force, threads_);
+  }
   for (const int i : held_) force[i].setZero();
   double power = 0;
   for (std::size_t i = 0; i < force.size(); ++i) power += force[i].dot(state.velocity[i]);
@@ -308,7 +345,7 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y,
   const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
   const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
   for (const auto& each : forces_) {
-    if (each.get() != drag_) each->add_forces(state, std::span(force).first(count), threads_);
+    if (!each->is_external()) each->add_forces(state, std::span(force).first(count), threads_);
   }
   if (!contact_) return;
   // A fault leaves no pairs in reach; accepted states have none.

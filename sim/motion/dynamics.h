@@ -36,17 +36,33 @@ struct Energies {
   double total() const;
 };
 
+// The place of an assembly of K and D, from which they can be assembled again with the same bits.
+struct Linearisation {
+  double time = 0, step_start = 0;  // s
+  std::vector<double> state;
+  Definiteness definiteness = Definiteness::exact;
+  double gamma = 0;  // s, of a joined one; 0: K and D are apart
+  std::optional<double> load;
+  double hardness = 1;
+};
+
 // Evaluates forces and their derivatives at states that the caller holds. It keeps only the results
 // of the last evaluation: the matrices K and D, the pairs in contact, and the surfaces between
 // which these were found.
 class Dynamics {
  public:
-  Dynamics(const Scene& scene, Statistics& statistics);
+  Dynamics(const Scene& scene, Statistics& statistics)
+      : Dynamics(scene, statistics, make_forces(scene)) {}
+  // With these forces instead of those of the scene; contact and mass damping come on top.
+  Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces);
 
   const Scene& scene() const { return scene_; }
   int particle_count() const { return scene_.dynamic_particles; }
   int threads() const { return threads_; }
   Statistics& statistics() { return statistics_; }
+  const Statistics& statistics() const { return statistics_; }
+  // Work of one evaluation of the forces, in the unit of work.h.
+  double evaluation_work() const;
   std::size_t state_size() const { return 6 * static_cast<std::size_t>(scene_.dynamic_particles); }
   std::vector<double> initial_state() const;
 
@@ -69,6 +85,10 @@ class Dynamics {
   // damping_product.
   void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
                        double gamma, std::span<const Vec3> residual);
+  // The place of the last assembly.
+  const Linearisation& linearisation() const { return linearisation_; }
+  // Assembles there again, contact included.
+  void assemble_again(const Linearisation& place);
   // D times the residual of the last assembly (N s, by particle). Empty if that was not a joined
   // one, or if there is no D.
   std::span<const Vec3> damping_product() const { return damping_product_; }
@@ -115,13 +135,13 @@ class Dynamics {
   // Computes the energies at (t, y), but takes contact's from the last rate(), whose state is
   // within a step's tolerance of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
-  // Power (W) of drag on the free particles: positive where wind drives them. Without prescribed
-  // motion it costs one evaluation of drag alone.
-  double drag_power(double time, std::span<const double> y);
-  bool has_drag() const { return drag_ != nullptr; }
+  // Power (W) of external forces on the free particles: positive where wind drives them. Without
+  // prescribed motion it costs one evaluation of those forces alone.
+  double external_power(double time, std::span<const double> y);
+  bool has_external_forces() const;
   // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
-  // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor drag. Not
-  // counted in the statistics' force evaluations.
+  // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor external
+  // ones. Not counted in the statistics' force evaluations.
   void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force);
   // Largest l / L - 1 over the edges of all bodies.
   double largest_stretch(std::span<const Vec3> position) const;
@@ -131,11 +151,13 @@ class Dynamics {
   // y and until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
+  void add_mass_damping();
   // Turns forces (N) into accelerations (m/s^2), zero where particles are held. Returns whether all
   // of them are finite.
   bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
   void assemble(double time, std::span<const double> y, Definiteness definiteness,
                 const Derivatives& into);
+  void note_place(double time, std::span<const double> y, Definiteness definiteness, double gamma);
   bool is_before_jump(double time) const { return time > step_start_; }
   template <class Visit>
   void visit_moving_pins(const Visit& visit) const;
@@ -145,7 +167,6 @@ class Dynamics {
   Statistics& statistics_;
   int threads_ = 1;
   std::vector<std::unique_ptr<Force>> forces_;
-  Force* drag_ = nullptr;  // of these; null without
   bool pins_move_ = false;
   std::vector<int> held_;  // dynamic particles that are pinned
   std::optional<Contact> contact_;
@@ -153,6 +174,7 @@ class Dynamics {
   bool has_damping_ = false;
   BlockMatrix damping_;  // made when first wanted; never together with the product
   std::vector<Vec3> damping_product_;
+  Linearisation linearisation_;
   std::optional<double> load_;
   double hardness_ = 1;
   std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "sim/case/time_methods.h"
 #include "sim/motion/tolerances.h"
 
 namespace weft::sim {
@@ -15,15 +16,12 @@ namespace {
 constexpr double energy_share = 0.05;
 
 // Equilibria under growing loads have no motion that work could become.
-bool can_be_watched(const Scene& scene) {
-  if (scene.source.time.method != TimeMethod::static_loads) return true;
-  const auto& bodies = scene.bodies;
-  const bool drags = std::any_of(bodies.begin(), bodies.end(), [](const SceneBody& body) {
-    return body.dynamic && (body.material->normal_drag > 0 || body.material->tangential_drag > 0);
-  });
+bool can_be_watched(const Dynamics& dynamics) {
+  const Scene& scene = dynamics.scene();
+  if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
   const bool moves = std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                                  [](const PrescribedMotion& held) { return held.moves; });
-  return !moves && !(drags && !scene.source.world.wind.isZero());
+  return !moves && !(dynamics.has_external_forces() && !scene.source.world.wind.isZero());
 }
 
 // m: the diagonal of the box around the start.
@@ -35,13 +33,14 @@ double size_of_start(const Scene& scene) {
 
 }  // namespace
 
-EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start)
+EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start, double start_time)
     : scene_(dynamics.scene()),
-      external_(dynamics, start),
-      applies_(can_be_watched(scene_)),
+      external_(dynamics, start, start_time),
+      applies_(can_be_watched(dynamics)),
+      start_time_(start_time),
       mass_(std::accumulate(scene_.mass.begin(), scene_.mass.end(), 0.0)),
       longest_fall_(size_of_start(scene_)) {
-  const Energies energies = dynamics.energies(0, start);
+  const Energies energies = dynamics.energies(start_time, start);
   start_ =
       energies.total() - external_.held_kinetic_energy() - external_.held_gravitational_energy();
   start_kinetic_ = energies.kinetic - external_.held_kinetic_energy();
@@ -49,15 +48,21 @@ EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start)
 
 // J: by gravity alone, from rest.
 double EnergyWatch::fall_energy(double time) const {
+  time -= start_time_;
   const double gravity = scene_.source.world.gravity.norm();
   // Steps of equilibria are loads, not times.
-  const bool is_motion = scene_.source.time.method != TimeMethod::static_loads;
+  const bool is_motion = !traits_of(scene_.source.time.method).finds_equilibria();
   const double fall = is_motion ? 0.5 * gravity * time * time : longest_fall_;
   return mass_ * gravity * std::min(longest_fall_, fall);
 }
 
-std::optional<std::string> EnergyWatch::check(double time, std::span<const double> y,
-                                              const Energies& now) {
+void EnergyWatch::transfer(StateArchive& archive) {
+  archive(start_time_, start_, start_kinetic_, most_, largest_share_);
+  external_.transfer(archive);
+}
+
+std::optional<Failure> EnergyWatch::check(double time, std::span<const double> y,
+                                          const Energies& now) {
   if (!applies_) return std::nullopt;
   external_.add_step(time, y);
   const double within =
@@ -74,21 +79,24 @@ std::optional<std::string> EnergyWatch::check(double time, std::span<const doubl
   largest_share_ = std::max(largest_share_, share);
   // A share that is not finite is too large, too.
   if (share <= 1) return std::nullopt;
-  return describe(time, y, within, put_in);
+  return failure(time, y, within, put_in);
 }
 
-std::string EnergyWatch::describe(double time, std::span<const double> y, double within,
-                                  double put_in) const {
+Failure EnergyWatch::failure(double time, std::span<const double> y, double within,
+                             double put_in) const {
   const std::span<const Vec3> velocity = StateView::of(y).velocity;
   const auto fastest = std::max_element(
       velocity.begin(), velocity.end(),
       [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
+  const int particle = static_cast<int>(fastest - velocity.begin());
   char numbers[128];
   std::snprintf(numbers, sizeof numbers, "%.3g J at t = %.6g s, of %.3g J put in", within, time,
                 put_in);
-  return std::string("the motion has gained energy: ") + numbers + "; fastest is " +
-         scene_.describe_particle(static_cast<int>(fastest - velocity.begin())) +
-         (scene_.source.time.step ? " (time.step is too long)" : " (the tolerances are too loose)");
+  return {Failure::Kind::energy, time, particle,
+          std::string("the motion has gained energy: ") + numbers + "; fastest is " +
+              scene_.describe_particle(particle) +
+              (scene_.source.time.step ? " (time.step is too long)"
+                                       : " (the tolerances are too loose)")};
 }
 
 }  // namespace weft::sim

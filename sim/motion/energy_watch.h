@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "sim/base/failure.h"
 #include "sim/motion/dynamics.h"
 #include "sim/motion/external_work.h"
 
@@ -23,24 +24,28 @@ namespace weft::sim {
 // methods damp that. Equilibria (`static`) beside wind or prescribed motion are not checked.
 class EnergyWatch {
  public:
-  // `start`: the initial state. The dynamics must outlive it. Evaluates contact.
-  EnergyWatch(Dynamics& dynamics, std::span<const double> start);
+  // `start`: the state at `start_time` (s). The dynamics must outlive it. Evaluates contact.
+  EnergyWatch(Dynamics& dynamics, std::span<const double> start, double start_time = 0);
 
   // Judges the state at the end of a step, with the energies `now`: nothing, or what is wrong.
   // Every step must be shown, in order. Beside wind or prescribed motion it evaluates forces.
-  [[nodiscard]] std::optional<std::string> check(double time, std::span<const double> y,
-                                                 const Energies& now);
+  [[nodiscard]] std::optional<Failure> check(double time, std::span<const double> y,
+                                             const Energies& now);
+  // False for what is never judged; check() then costs nothing and needs no energies.
+  bool applies() const { return applies_; }
+  void transfer(StateArchive& archive);
   // Largest energy so far, as a share of the limit.
   double largest_share() const { return largest_share_; }
   const ExternalWork& external() const { return external_; }
 
  private:
   double fall_energy(double time) const;
-  std::string describe(double time, std::span<const double> y, double within, double put_in) const;
+  Failure failure(double time, std::span<const double> y, double within, double put_in) const;
 
   const Scene& scene_;
   ExternalWork external_;
   bool applies_ = true;
+  double start_time_ = 0;                // s
   double mass_ = 0;                      // kg, of the dynamic particles
   double longest_fall_ = 0;              // m
   double start_ = 0;                     // J, with that of gravity

@@ -1,20 +1,23 @@
 #include "sim/motion/external_work.h"
+#include "sim/case/time_methods.h"
 
 #include <cmath>
 
 namespace weft::sim {
 
-ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y) : dynamics_(dynamics) {
+ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double time)
+    : dynamics_(dynamics), time_(time) {
   const Scene& scene = dynamics.scene();
   // Equilibria know neither time nor velocity.
-  if (scene.source.time.method == TimeMethod::static_loads) return;
+  if (traits_of(scene.source.time.method).finds_equilibria()) return;
   for (const PrescribedMotion& held : scene.prescribed) {
     if (held.moves) moved_.insert(moved_.end(), held.particles.begin(), held.particles.end());
   }
-  counts_drag_ = dynamics.has_drag() && (!moved_.empty() || !scene.source.world.wind.isZero());
+  counts_external_ =
+      dynamics.has_external_forces() && (!moved_.empty() || !scene.source.world.wind.isZero());
   force_.resize(moved_.size());
   place_ = last_place_ = last_force_ = force_;
-  if (is_possible()) measure(0, y);
+  if (is_possible()) measure(time, y);
 }
 
 void ExternalWork::add_step(double time, std::span<const double> y) {
@@ -36,7 +39,7 @@ void ExternalWork::add_step(double time, std::span<const double> y) {
 
 void ExternalWork::measure(double time, std::span<const double> y) {
   time_ = time;
-  if (counts_drag_) power_ = dynamics_.drag_power(time, y);
+  if (counts_external_) power_ = dynamics_.external_power(time, y);
   if (moved_.empty()) return;
   const Scene& scene = dynamics_.scene();
   dynamics_.find_forces_on_all(time, y, all_forces_);

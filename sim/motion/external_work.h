@@ -4,13 +4,15 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/state_archive.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
 
 // Counts the work that the free particles are given beside that of gravity. With F the forces on
 // particles whose motion is prescribed (without gravity, mass damping and drag), x their positions,
-// P the power of drag on the free particles and h the length of a step from 0 to 1,
+// P the power of external forces (drag) on the free particles and h the length of a step from 0 to
+// 1,
 //   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
 //   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
 // If forces and power rise or fall throughout a step, the true work is off by no more than the
@@ -19,12 +21,16 @@ namespace weft::sim {
 // motion and strain. Drag is counted on the free particles themselves, losses included.
 class ExternalWork {
  public:
-  // `y`: the state at t = 0. The dynamics must outlive it.
-  ExternalWork(Dynamics& dynamics, std::span<const double> y);
+  // `y`: the state at `time`, s. The dynamics must outlive it.
+  ExternalWork(Dynamics& dynamics, std::span<const double> y, double time = 0);
+  void transfer(StateArchive& archive) {
+    archive(time_, power_, force_, place_, work_, doubt_, held_kinetic_energy_,
+            held_gravitational_energy_);
+  }
 
   // True if wind or prescribed motion can do work at all. Otherwise the functions below cost
   // nothing.
-  bool is_possible() const { return !moved_.empty() || counts_drag_; }
+  bool is_possible() const { return !moved_.empty() || counts_external_; }
   // Takes the step that ends at (time, y). With prescribed motion it costs an evaluation of the
   // forces, with wind one of drag. Contact is then that of y.
   void add_step(double time, std::span<const double> y);
@@ -41,9 +47,9 @@ class ExternalWork {
 
   Dynamics& dynamics_;
   std::vector<int> moved_;  // particles with prescribed motion
-  bool counts_drag_ = false;
+  bool counts_external_ = false;
   double time_ = 0;
-  double power_ = 0, last_power_ = 0;                          // W, of drag
+  double power_ = 0, last_power_ = 0;                          // W, of external forces
   std::vector<Vec3> force_, last_force_, place_, last_place_;  // of `moved_`
   std::vector<Vec3> all_forces_, position_, velocity_;         // of all particles
   double work_ = 0, doubt_ = 0;

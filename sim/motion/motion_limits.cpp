@@ -73,16 +73,19 @@ std::optional<double> MotionLimits::latest_end(double time, double wanted,
   return length == latest - time ? latest : time + length;
 }
 
-std::string MotionLimits::failure(double time) const {
+Failure MotionLimits::failure(double time) const {
+  constexpr auto kind = Failure::Kind::prescribed_motion;
   if (crossing_) {
-    return "prescribed motions leave no room at t = " + rounded_text(time) +
-           " s: " + crossing_->describe(scene_);
+    return {kind, time, crossing_->nodes[0],
+            "prescribed motions leave no room at t = " + rounded_text(time) +
+                " s: " + crossing_->describe(scene_)};
   }
   const SceneBody& body = scene_.bodies[culprit_->body];
-  return std::string("the prescribed motion of ") + (body.is_obstacle ? "obstacle" : "body") +
-         " \"" + body.name + "\" is too fast to be followed by steps of " +
-         number_text(scene_.source.time.minimum_step) +
-         " s (time.minimum_step) at t = " + rounded_text(time) + " s";
+  return {kind, time, culprit_->held->particles[0],
+          std::string("the prescribed motion of ") + (body.is_obstacle ? "obstacle" : "body") +
+              " \"" + body.name + "\" is too fast to be followed by steps of " +
+              number_text(scene_.source.time.minimum_step) +
+              " s (time.minimum_step) at t = " + rounded_text(time) + " s"};
 }
 
 void MotionLimits::find_approaches(double time, double end, std::span<const double> y) {

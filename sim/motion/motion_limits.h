@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/base/failure.h"
 #include "sim/motion/dynamics.h"
 #include "sim/motion/prescribed_paths.h"
 
@@ -40,7 +41,7 @@ class MotionLimits {
   // where time.minimum_step is too long: failure() then names the motion. Costs a pass over the
   // particles where an obstacle moves, and nothing where only pins do.
   std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
-  std::string failure(double time) const;
+  Failure failure(double time) const;
   // Does a motion start, stop or pass a keyframe within time.minimum_step of `time`, and does its
   // velocity jump there?
   bool has_event_at(double time) const;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/state_archive.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
@@ -34,6 +35,8 @@ class FrequencyTracker {
   void follow(double t, std::span<const double> y, std::span<const Vec3> acceleration);
   // Follows from now on the vibration that dominates these accelerations.
   void turn_to(std::span<const Vec3> acceleration);
+  // Writes or reads all that the bits of later frequencies depend on.
+  void transfer(StateArchive& archive) { archive(amplitude_, vibration_, frequency_); }
   double frequency() const { return frequency_; }  // rad/s, from below
   int place() const;                               // the particle that vibrates most
 

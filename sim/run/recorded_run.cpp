@@ -7,10 +7,15 @@
 #include <filesystem>
 #include <limits>
 
+#include "sim/accuracy/accuracy_pilot.h"
+#include "sim/accuracy/error_monitor.h"
+#include "sim/base/stopwatch.h"
 #include "sim/case/case_checks.h"
-#include "sim/motion/energy_watch.h"
+#include "sim/motion/dynamics.h"
 #include "sim/run/initial_state.h"
+#include "sim/scene/scene.h"
 #include "sim/simulation/cpu_limit.h"
+#include "sim/simulation/simulation.h"
 #include "sim/trajectory/frame_recorder.h"
 
 namespace weft::sim {
@@ -33,17 +38,16 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Steps the integrator and hands its states to the recorder.
-class Run {
+// Steps the simulation and hands its states to the recorder.
+class Run final : private StepObserver {
  public:
   Run(const Scene& scene, const RunOptions& options)
       : scene_(scene),
         options_(options),
-        dynamics_(scene, report_.statistics),
-        integrator_(make_integrator(scene, dynamics_)),
-        recorder_(std::in_place, scene, dynamics_, in_folder(options.trajectory), options.force,
-                  report_.bill.record, error_series()),
-        energy_watch_(dynamics_, integrator_->state()) {
+        simulation_(scene),
+        recorder_(std::in_place, scene, simulation_.dynamics(), in_folder(options.trajectory),
+                  options.force, report_.bill.record, error_series()) {
+    simulation_.add_observer(*this);
     if (!options.estimate_error) return;
     const CostTimer timer(report_.bill.error_estimate);
     monitor_.emplace(scene, options.stop_signal);
@@ -52,42 +56,59 @@ class Run {
   // `started` was made before the set-up.
   RunReport execute(const Stopwatch& started) {
     setup_ = started.elapsed() - report_.bill.error_estimate;
-    if (options_.notice && !scene_.source.accuracy_choice.empty()) {
-      options_.notice(scene_.source.accuracy_choice);
-    }
-    const std::string long_step = long_step_notice(scene_.source.time);
-    if (options_.notice && !long_step.empty()) options_.notice(long_step);
-    note_compute();
-    note_decision();
+    say_start();
     report_.trajectory = options_.trajectory;
-    record(0.0, integrator_->state());
+    record(0.0, simulation_.state());
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
     cpu_limit_->exclude(-options_.earlier.pilot.cpu);
-    integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
+    simulation_.set_reason_to_stop([this] { return reason_to_stop(); });
     // The first step may take as long as the set-up.
     recorder_->commit_before_pause(started.elapsed().wall);
     integrate();
     recorder_->commit();
     recorder_->check_in_place();
-    const bool failed = report_.status == RunReport::Status::failed;
-    report_.simulated_time =
-        failed ? last_recorded_ : std::min(integrator_->time(), scene_.source.time.duration);
-    report_.frames = recorder_->frames();
-    report_.energies = recorder_->energies();
-    report_.counts = integrator_->counts();
-    note_compute();
-    if (monitor_) report_.error_estimate = monitor_->estimate();
+    fill_report();
     settle(started);
     recorder_->finish({status_name(report_.status), report_.reason, report_.bill});
     close_file();
     settle(started);
+    report_.statistics = simulation_.statistics();
     return report_;
   }
 
  private:
+  void say_start() {
+    say(scene_.source.accuracy_choice);
+    say(long_step_notice(scene_.source.time));
+    report_.compute = simulation_.compute();
+    if (!report_.compute.empty()) say("contact search on " + report_.compute);
+    say(simulation_.decision());
+  }
+  void say(const std::string& text) const {
+    if (options_.notice && !text.empty()) options_.notice(text);
+  }
+  void fill_report() {
+    const bool failed = report_.status == RunReport::Status::failed;
+    report_.simulated_time =
+        failed ? last_recorded_ : std::min(simulation_.time(), scene_.source.time.duration);
+    report_.frames = recorder_->frames();
+    report_.energies = recorder_->energies();
+    report_.counts = simulation_.counts();
+    report_.compute = simulation_.compute();
+    report_.decision = simulation_.decision();
+    if (monitor_) report_.error_estimate = monitor_->estimate();
+  }
+
+  void after_step(const Simulation& simulation) override {
+    const auto gap = simulation.smallest_gap();
+    if (gap) report_.smallest_gap = std::min(report_.smallest_gap.value_or(*gap), *gap);
+    recorder_->add_step(simulation);
+  }
+  void after_decision(const std::string& text) override { say(text); }
+
   void close_file() {
     const CostTimer cost(report_.bill.record);
-    const PhaseTimer timer(report_.statistics.phases.record);
+    const PhaseTimer timer(simulation_.dynamics().statistics().phases.record);
     recorder_.reset();
   }
 
@@ -119,7 +140,7 @@ class Run {
 
   void record(double time, std::span<const double> y) {
     const auto errors = monitor_ ? compare(time, y) : std::span<const double>{};
-    const double stretch = recorder_->add_frame(time, y, integrator_->counts(), errors);
+    const double stretch = recorder_->add_frame(time, y, simulation_.counts(), errors);
     report_.largest_stretch = std::max(report_.largest_stretch, stretch);
     last_recorded_ = time;
   }
@@ -135,98 +156,66 @@ class Run {
   }
 
   void integrate() {
-    std::vector<double> interpolated(dynamics_.state_size());
+    std::vector<double> interpolated(simulation_.state().size());
     const double duration = scene_.source.time.duration;
     auto last_look = std::chrono::steady_clock::now();
     for (long frame = 1; last_recorded_ < duration;) {
       if (is_interrupted()) return interrupt();
-      if (const auto reason = integrator_->step())
-        return left_a_step_ ? interrupt() : fail_with_last_state(*reason);
-      note_gap();
-      note_decision();
-      // A step that is found wrong after it was taken leaves the last frame as the last good state.
-      if (const auto reason = note_step()) return fail(*reason);
-      for (; last_recorded_ < duration && frame_time(frame) <= integrator_->time(); ++frame) {
-        if (const auto reason = integrator_->state_at(frame_time(frame), interpolated))
-          return fail(*reason);
+      if (const auto failure = simulation_.step()) return end_with(*failure);
+      for (; last_recorded_ < duration && frame_time(frame) <= simulation_.time(); ++frame) {
+        if (const auto failure = simulation_.state_at(frame_time(frame), interpolated))
+          return fail(*failure);
         record(frame_time(frame), interpolated);
       }
       // The next step may take as long as this one.
       recorder_->commit_before_pause(seconds_since(last_look));
       last_look = std::chrono::steady_clock::now();
-      if (options_.progress) options_.progress(std::min(integrator_->time(), duration));
+      if (options_.progress) options_.progress(std::min(simulation_.time(), duration));
       if (last_recorded_ < duration && cpu_limit_->is_passed())
-        return fail_with_last_state(cpu_limit_->reason(scene_, *integrator_));
+        return fail_with_last_state(cpu_limit_->failure(simulation_));
     }
   }
 
   bool is_interrupted() const {
     return options_.stop_signal != nullptr && *options_.stop_signal != 0;
   }
-  std::optional<std::string> reason_to_stop() {
-    left_a_step_ = is_interrupted();
-    if (left_a_step_) return "interrupted";
-    if (cpu_limit_->is_passed()) return cpu_limit_->reason(scene_, *integrator_);
+  std::optional<Failure> reason_to_stop() {
+    if (is_interrupted())
+      return Failure{Failure::Kind::interrupted, simulation_.time(), -1, "interrupted"};
+    if (cpu_limit_->is_passed()) return cpu_limit_->failure(simulation_);
     return std::nullopt;
   }
 
+  // The end of a step that was not taken, or was found wrong afterwards.
+  void end_with(const Failure& failure) {
+    if (failure.kind == Failure::Kind::interrupted) return interrupt();
+    // The last frame is then the last good state.
+    if (failure.kind == Failure::Kind::energy) return fail(failure);
+    fail_with_last_state(failure);
+  }
   void interrupt() {
     report_.status = RunReport::Status::interrupted;
     report_.reason = reason_of_signal(*options_.stop_signal);
   }
-  void fail(const std::string& reason) {
+  void fail(const Failure& failure) {
     report_.status = RunReport::Status::failed;
-    report_.reason = reason;
+    report_.reason = failure.text;
+    report_.failure = failure;
   }
   // The last good state is kept as a frame of its own.
-  void fail_with_last_state(const std::string& reason) {
-    fail(reason);
-    if (integrator_->time() > last_recorded_) record(integrator_->time(), integrator_->state());
-  }
-
-  // Records the step, or says what is wrong with it.
-  std::optional<std::string> note_step() {
-    const PhaseTimer timer(report_.statistics.phases.energies);
-    const Energies energies =
-        dynamics_.energies_at_last_rate(integrator_->time(), integrator_->state());
-    recorder_->add_step(*integrator_, energies);
-    return energy_watch_.check(integrator_->time(), integrator_->state(), energies);
-  }
-
-  void note_gap() {
-    if (dynamics_.contact() == nullptr) return;
-    const auto gap = dynamics_.contact()->smallest_gap();
-    if (gap) report_.smallest_gap = std::min(report_.smallest_gap.value_or(*gap), *gap);
-  }
-
-  // At the start, and at the end if a device failed in between.
-  void note_compute() {
-    if (dynamics_.contact() == nullptr) return;
-    const std::string text = dynamics_.contact()->compute().text();
-    if (text == report_.compute) return;
-    report_.compute = text;
-    if (options_.notice) options_.notice("contact search on " + text);
-  }
-
-  // At the start, and whenever the integrator changes its mind.
-  void note_decision() {
-    std::string text = integrator_->decision();
-    if (text == report_.decision) return;
-    report_.decision = std::move(text);
-    if (options_.notice) options_.notice(report_.decision);
+  void fail_with_last_state(const Failure& failure) {
+    fail(failure);
+    if (simulation_.time() > last_recorded_) record(simulation_.time(), simulation_.state());
   }
 
   const Scene& scene_;
   const RunOptions& options_;
   RunReport report_;
-  Dynamics dynamics_;
-  std::unique_ptr<Integrator> integrator_;
+  Simulation simulation_;
   std::optional<FrameRecorder> recorder_;
-  EnergyWatch energy_watch_;
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
-  Cost setup_;                // of this run
-  bool left_a_step_ = false;  // as it was interrupted
+  Cost setup_;  // of this run
   double last_recorded_ = 0;
 };
 
@@ -248,6 +237,39 @@ std::string reason_of_signal(int signal) {
   if (signal == SIGINT) return "stopped by Ctrl-C (SIGINT)";
   if (signal == SIGTERM) return "stopped by SIGTERM";
   return "stopped from outside";
+}
+
+RunReport ended_by_pilot(const PilotReport& pilot, const Bill& bill,
+                         const std::atomic<int>* stop_signal) {
+  RunReport report;
+  report.bill = bill;
+  if (pilot.interrupted) {
+    report.status = RunReport::Status::interrupted;
+    report.reason = reason_of_signal(*stop_signal);
+    return report;
+  }
+  report.status = RunReport::Status::failed;
+  report.reason = pilot.limit_reason;
+  report.failure = Failure{Failure::Kind::cpu_limit, 0, -1, pilot.limit_reason};
+  return report;
+}
+
+RunReport run_simulation(Case source, const RunOptions& options) {
+  const Stopwatch started;
+  const PilotReport pilot =
+      correct_accuracy(source, {options.notice, options.progress, options.stop_signal});
+  RunOptions run = options;
+  run.earlier.pilot += pilot.cost;
+  const auto note_setup = [&] {
+    const Cost elapsed = started.elapsed();
+    run.earlier.total = options.earlier.total + elapsed;
+    run.earlier.setup = options.earlier.setup + (elapsed - pilot.cost);
+  };
+  note_setup();
+  if (pilot.ended_run()) return ended_by_pilot(pilot, run.earlier, options.stop_signal);
+  const auto scene = build_scene(source);
+  note_setup();
+  return run_simulation(*scene, run);
 }
 
 RunReport run_simulation(const Scene& scene, const RunOptions& options) {

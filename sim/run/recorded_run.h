@@ -10,17 +10,20 @@
 
 #include "sim/accuracy/error_estimate.h"
 #include "sim/base/bill.h"
+#include "sim/base/failure.h"
 #include "sim/base/statistics.h"
-#include "sim/integrator/integrator.h"
-#include "sim/scene/scene.h"
+#include "sim/case/case.h"
 
 namespace weft::sim {
+
+struct PilotReport;
+struct Scene;
 
 struct RunOptions {
   std::string trajectory;  // path of the HDF5 file; its folder is made where missing
   bool force = false;      // overwrite
-  // Measure the error by a second, more exact run beside this one (error_estimate.h); the
-  // trajectory then has a series error_estimate_BODY (m) a dynamic body. Not with `static`.
+  // Measure the error by a second, more exact run beside this one (sim/accuracy/error_monitor.h);
+  // the trajectory then has a series error_estimate_BODY (m) a dynamic body. Not with `static`.
   bool estimate_error = false;
   // The bill before this call. Its report counts all of it, compute.cpu_limit the pilot.
   Bill earlier;
@@ -35,9 +38,10 @@ struct RunOptions {
 struct RunReport {
   enum class Status { done, failed, interrupted };
   Status status = Status::done;
-  std::string reason;         // why it failed (what, which bodies, when) or was stopped
-  double simulated_time = 0;  // s; after a failure, of the last good state
-  Bill bill;                  // with what was spent before
+  std::string reason;              // why it failed (what, which bodies, when) or was stopped
+  std::optional<Failure> failure;  // where it failed; the reason is its text
+  double simulated_time = 0;       // s; after a failure, of the last good state
+  Bill bill;                       // with what was spent before
   int frames = 0;
   IntegratorCounts counts;
   std::optional<double> smallest_gap;  // m, in the last force evaluation of any step; nothing
@@ -62,5 +66,11 @@ std::string reason_of_signal(int signal);
 // that cannot be simulated and FileError when the file cannot be written; nothing is written
 // in the first case.
 RunReport run_simulation(const Scene& scene, const RunOptions& options);
+// Settles time.accuracy first (accuracy_pilot.h), as `weft run` does.
+RunReport run_simulation(Case source, const RunOptions& options);
+
+// The report of a run that ended with its pilot, after `bill`.
+RunReport ended_by_pilot(const PilotReport& pilot, const Bill& bill,
+                         const std::atomic<int>* stop_signal);
 
 }  // namespace weft::sim

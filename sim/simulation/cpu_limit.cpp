@@ -5,19 +5,20 @@
 
 #include "sim/base/process_time.h"
 #include "sim/case/case_text.h"
+#include "sim/integrator/integrator.h"
 
 namespace weft::sim {
 
 namespace {
 
-std::string place_of(const Scene& scene, const Integrator& integrator) {
-  const std::span<const Vec3> velocity = StateView::of(integrator.state()).velocity;
+// Returns the fastest particle; -1 where all are at rest.
+int fastest_particle(const Simulation& simulation) {
+  const std::span<const Vec3> velocity = StateView::of(simulation.state()).velocity;
   const auto fastest = std::max_element(
       velocity.begin(), velocity.end(),
       [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
-  if (velocity.empty() || fastest->isZero())
-    return "of body " + in_quotes(scene.bodies.front().name);
-  return "fastest is " + scene.describe_particle(static_cast<int>(fastest - velocity.begin()));
+  if (velocity.empty() || fastest->isZero()) return -1;
+  return static_cast<int>(fastest - velocity.begin());
 }
 
 std::string short_text(double number) {
@@ -39,21 +40,24 @@ bool CpuLimit::is_passed() {
   return process_cpu_time() - start_ > limit_;
 }
 
-std::string CpuLimit::reason(const Scene& scene, const Integrator& integrator) const {
-  const IntegratorCounts counts = integrator.counts();
+Failure CpuLimit::failure(const Simulation& simulation) const {
+  const IntegratorCounts counts = simulation.counts();
   const auto number = [](std::int64_t count) { return std::to_string(count); };
   std::string text =
       "the limit of " + short_text(limit_) +
-      " s of CPU time (compute.cpu_limit) is reached at t = " + rounded_text(integrator.time()) +
-      " s: " + number(counts.steps) + " steps, the last of " + short_text(integrator.last_step()) +
-      " s";
+      " s of CPU time (compute.cpu_limit) is reached at t = " + rounded_text(simulation.time()) +
+      " s: " + number(counts.steps) + " steps, the last of " +
+      short_text(simulation.integrator().last_step()) + " s";
   const auto add = [&](std::int64_t count, const char* what) {
     if (count > 0) text += ", " + number(count) + what;
   };
   add(counts.error_test_failures, " cut because of errors");
   add(counts.convergence_failures, " cut because iterations did not converge");
   add(counts.vetoed_steps, " cut to keep surfaces apart");
-  return text + "; " + place_of(scene, integrator);
+  const int fastest = fastest_particle(simulation);
+  text += fastest < 0 ? "; of body " + in_quotes(simulation.scene().bodies.front().name)
+                      : "; fastest is " + simulation.scene().describe_particle(fastest);
+  return {Failure::Kind::cpu_limit, simulation.time(), fastest, text};
 }
 
 }  // namespace weft::sim

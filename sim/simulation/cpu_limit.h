@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "sim/integrator/integrator.h"
+#include "sim/simulation/simulation.h"
 
 namespace weft::sim {
 
@@ -16,8 +16,8 @@ class CpuLimit {
   bool is_passed();
   // Leaves out so much CPU time (s) that was spent on something else.
   void exclude(double time) { start_ += time; }
-  // Why a run that has passed it ends: how far it came, by what steps, and where it is fastest.
-  std::string reason(const Scene& scene, const Integrator& integrator) const;
+  // The end of a run that has passed it: how far it came, by what steps, and where it is fastest.
+  Failure failure(const Simulation& simulation) const;
 
  private:
   double limit_;  // s

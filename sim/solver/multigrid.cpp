@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/base/parallel.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
@@ -11,7 +12,7 @@ namespace {
 
 // Equilibria have no mass that would hold what bends.
 bool worth_asking_twice(const Scene& scene, int particles) {
-  return particles >= 100'000 || scene.source.time.method == TimeMethod::static_loads;
+  return particles >= 100'000 || traits_of(scene.source.time.method).finds_equilibria();
 }
 
 // Adds to a pattern the pairs in reach.

@@ -120,8 +120,25 @@ bool VelocitySystem::set_up_multigrid(Outcome& outcome) {
   ++outcome.multigrid_set_ups;
   iterations_a_digit_ = excess_iterations_ = 0;
   set_up_assembly_ = dynamics_.statistics().counters.matrix_assemblies;
+  set_up_place_ = dynamics_.linearisation();
+  set_up_gamma_ = matrix_.gamma();
   is_set_up_ = multigrid_->set_up(matrix_);
   return is_set_up_;
+}
+
+void VelocitySystem::transfer(StateArchive& archive) {
+  Linearisation& place = set_up_place_;
+  archive(factorised_from_, factorisation_patience_, factorisations_left_, hard_gamma_, is_set_up_,
+          iterations_a_digit_, excess_iterations_, set_up_assembly_, renewed_until_, frequency_,
+          frequency_assembly_, set_up_gamma_, place.time, place.step_start, place.state,
+          place.definiteness, place.gamma, place.load, place.hardness);
+  if (!archive.reads() || !is_set_up_) return;
+  dynamics_.assemble_again(place);
+  matrix_.form(set_up_gamma_);
+  if (multigrid_ == nullptr)
+    multigrid_ = std::make_unique<Multigrid>(dynamics_.scene(), matrix_.pattern());
+  is_set_up_ = multigrid_->set_up(matrix_);
+  dynamics_.set_hardness(1);
 }
 
 // Chooses the preconditioner of this solve and brings it up to date.

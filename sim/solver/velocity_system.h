@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/state_archive.h"
 #include "sim/motion/dynamics.h"
 #include "sim/solver/block_jacobi.h"
 #include "sim/solver/direct_solver.h"
@@ -62,6 +63,11 @@ class VelocitySystem {
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 const Goal& goal, std::span<double> correction);
 
+  // Writes or reads all that the bits of later solutions depend on. Coarse matrices are not written
+  // but formed anew, from K and D assembled where they were then: the dynamics' matrices are others
+  // afterwards.
+  void transfer(StateArchive& archive);
+
   // sqrt of the largest eigenvalue of M^-1 K on the free particles (1/s), from below.
   double highest_frequency();
 
@@ -107,6 +113,8 @@ class VelocitySystem {
   bool is_set_up_ = false;
   double iterations_a_digit_ = 0;     // of the first solve with them; 0 before
   double excess_iterations_ = 0;      // beyond that since
+  Linearisation set_up_place_;        // of the dynamics then
+  double set_up_gamma_ = 0;           // s
   std::int64_t set_up_assembly_ = 0;  // of K; those before `renewed_until_` are not waited with
   std::int64_t renewed_until_ = 0;
   int start_iterations_ = 0;  // when the present solve began to use them

@@ -2,6 +2,9 @@
 
 #include <limits>
 
+#include "sim/base/stopwatch.h"
+#include "sim/integrator/integrator.h"
+
 namespace weft::sim {
 
 namespace {
@@ -105,6 +108,7 @@ std::vector<Series> step_series(const Dynamics& dynamics) {
                              {"vetoes", "1"},
                              {"contact_pairs", "1"},
                              {"smallest_gap", "m"}};
+  if (!dynamics.scene().source.output.step_energies) return series;
   const std::vector<Series> energies = energy_series(dynamics);
   series.insert(series.end(), energies.begin(), energies.end());
   return series;
@@ -172,17 +176,17 @@ std::vector<double> FrameRecorder::frame_values(const Energies& energies, double
   return values;
 }
 
-void FrameRecorder::add_step(const Integrator& integrator, const Energies& energies) {
+void FrameRecorder::add_step(const Simulation& simulation) {
+  const Integrator& integrator = simulation.integrator();
   const IntegratorCounts counts = integrator.counts();
-  const double pairs =
-      dynamics_.contact() != nullptr ? number(dynamics_.contact()->pairs_in_reach()) : 0.0;
   step_rows_.insert(
       step_rows_.end(),
       {integrator.time(), integrator.last_step(), number(integrator.last_order()),
        number(counts.newton_iterations - last_counts_.newton_iterations),
        number(counts.linear_iterations - last_counts_.linear_iterations),
-       number(counts.vetoed_steps - last_counts_.vetoed_steps), pairs, gap_or_nan(dynamics_)});
-  append_energies(energies, step_rows_);
+       number(counts.vetoed_steps - last_counts_.vetoed_steps), number(simulation.contact_pairs()),
+       simulation.smallest_gap().value_or(std::numeric_limits<double>::quiet_NaN())});
+  if (scene_.source.output.step_energies) append_energies(simulation.energies(), step_rows_);
   last_counts_ = counts;
 }
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sim/base/bill.h"
-#include "sim/integrator/integrator.h"
 #include "sim/motion/dynamics.h"
+#include "sim/simulation/simulation.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -19,8 +19,8 @@ class FrameRecorder {
   FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
                 Cost& cost, const std::vector<TrajectoryWriter::Series>& more = {});
 
-  // Adds a row of /steps with the energies after the step. It is written with the next frame.
-  void add_step(const Integrator& integrator, const Energies& energies);
+  // Adds a row of /steps about the last step. It is written with the next frame.
+  void add_step(const Simulation& simulation);
   // A frame of the state `y` at `time`, and a value for each of the series `more`. Returns the
   // largest stretch in it.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,

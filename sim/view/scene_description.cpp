@@ -8,6 +8,7 @@
 #include "sim/case/case_checks.h"
 #include "sim/case/case_text.h"
 #include "sim/case/memory_estimate.h"
+#include "sim/case/time_methods.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/contact/contact_search.h"
 #include "sim/forces/force.h"
@@ -164,7 +165,7 @@ void describe_contact(const Scene& scene, std::ostream& out) {
         << ": too far apart at the start; a body that moves looks for new neighbours\n";
   describe_search(scene, neighbours, out);
   if (obstacles > 1) out << "  skipped pairs of obstacles: nothing is simulated between them\n";
-  if (scene.source.time.method == TimeMethod::static_loads) {
+  if (traits_of(scene.source.time.method).finds_equilibria()) {
     out << "  skipped friction and contact damping: in an equilibrium nothing moves\n";
   } else if (contact.friction == 0) {
     out << "  skipped friction: contact.friction is 0\n";
@@ -173,25 +174,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
 
 void describe_time(const TimeCase& time, std::ostream& out) {
   out << "time      " << time.duration << " s, " << time.frames_per_second << " frames/s; ";
-  switch (time.method) {
-    case TimeMethod::cvode:
-      out << "CVODE, BDF of order 1 to " << time.maximum_order;
-      break;
-    case TimeMethod::arkode:
-      out << "ARKODE, Runge-Kutta";
-      break;
-    case TimeMethod::euler:
-      out << "backward Euler";
-      break;
-    case TimeMethod::static_loads:
-      out << "equilibria under growing loads";
-      break;
-    case TimeMethod::implicit_midpoint:
-      out << "implicit midpoint";
-      break;
-    case TimeMethod::verlet:
-      out << "Verlet";
-  }
+  out << traits_of(time.method).title;
+  if (time.method == TimeMethod::cvode) out << " of order 1 to " << time.maximum_order;
   if (time.step) out << ", steps of " << *time.step << " s";
   out << ", position tolerance " << time.position_tolerance << " m a step\n";
   const std::string long_step = long_step_notice(time);

@@ -5,7 +5,7 @@
 
 #include "bench/cloth_peers.h"
 #include "bench/reference_run.h"
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/error_monitor.h"
 #include "sim/case/case_reader.h"
 
 namespace weft::bench {

@@ -10,9 +10,8 @@
 #include <sstream>
 
 #include "sim/base/process_time.h"
-#include "sim/motion/energy_watch.h"
-#include "sim/run/initial_state.h"
-#include "sim/run/recorded_run.h"
+#include "sim/case/case_reader.h"
+#include "sim/run/make_simulation.h"
 #include "sim/simulation/cpu_limit.h"
 #include "tests/sim/simulated_case.h"
 
@@ -28,24 +27,22 @@ class Watched {
  public:
   explicit Watched(const MovingScene& scene)
       : scene_(scene),
-        sim_(scene.text),
-        watch_(sim_.dynamics(), sim_.integrator().state()),
+        sim_(sim::make_simulation(sim::parse_case(scene.text, "moving.toml"))),
         limit_(run_limit),
-        y_(sim_.dynamics().state_size()) {
-    sim_.integrator().set_reason_to_stop([this] { return too_long(); });
+        y_(sim_.state().size()) {
+    sim_.set_reason_to_stop([this] { return too_long(); });
   }
 
   MovingOutcome run() {
-    sim::check_initial_state(sim_.scene());
     const double cpu_start = sim::process_cpu_time();
-    look(0, sim_.integrator().state());
+    look(0, sim_.state());
     while (next_time() <= scene_.end && outcome_.crossings == 0) {
       if (const auto failure = advance()) {
-        outcome_.failure = *failure;
+        outcome_.failure = failure->text;
         break;
       }
     }
-    const sim::IntegratorCounts counts = sim_.integrator().counts();
+    const sim::IntegratorCounts counts = sim_.counts();
     outcome_.steps = static_cast<long>(counts.steps);
     outcome_.vetoed = static_cast<long>(counts.vetoed_steps);
     outcome_.cpu_time = sim::process_cpu_time() - cpu_start;
@@ -53,9 +50,9 @@ class Watched {
   }
 
  private:
-  std::optional<std::string> too_long() {
+  std::optional<sim::Failure> too_long() {
     if (!limit_.is_passed()) return std::nullopt;
-    return limit_.reason(sim_.scene(), sim_.integrator());
+    return limit_.failure(sim_);
   }
 
   // Frames until the movement starts, then the states between them, too.
@@ -72,29 +69,26 @@ class Watched {
     ++frame_;
   }
 
-  std::optional<std::string> advance() {
-    sim::Integrator& integrator = sim_.integrator();
-    if (auto failure = integrator.step()) return failure;
-    const double now = integrator.time();
-    const sim::Energies energies = sim_.dynamics().energies_at_last_rate(now, integrator.state());
-    if (auto failure = watch_.check(now, integrator.state(), energies)) return failure;
+  std::optional<sim::Failure> advance() {
+    if (auto failure = sim_.step()) return failure;
+    const double now = sim_.time();
     for (; next_time() <= std::min(now, scene_.end) && outcome_.crossings == 0; count_on()) {
-      if (auto failure = integrator.state_at(next_time(), y_)) return failure;
+      if (auto failure = sim_.state_at(next_time(), y_)) return failure;
       look(next_time(), y_);
     }
     return too_long();
   }
 
   void look(double time, std::span<const double> state) {
-    const std::vector<double> y(state.begin(), state.end());
+    std::vector<sim::Vec3> position, velocity;
+    sim_.dynamics().expand(time, state, position, velocity);
     ++outcome_.states;
-    outcome_.crossings = sim::crossings(sim_.scene(), sim_.positions(time, y));
+    outcome_.crossings = sim::crossings(sim_.scene(), position);
     outcome_.crossing_time = time;
   }
 
   const MovingScene& scene_;
-  sim::SimulatedCase sim_;
-  sim::EnergyWatch watch_;
+  sim::Simulation sim_;
   sim::CpuLimit limit_;
   std::vector<double> y_;
   long frame_ = 0;

@@ -232,10 +232,10 @@ std::string complaint(const Case& source) {
   const auto integrator = make_integrator(*scene, dynamics);
   EnergyWatch watch(dynamics, integrator->state());
   while (integrator->time() < source.time.duration) {
-    if (const auto reason = integrator->step()) return *reason;
+    if (const auto reason = integrator->step()) return reason->text;
     const auto reason = watch.check(integrator->time(), integrator->state(),
                                     dynamics.energies(integrator->time(), integrator->state()));
-    if (reason) return *reason;
+    if (reason) return reason->text;
   }
   return "";
 }

@@ -18,7 +18,7 @@ void expect_nothing_passes_through(const std::string& name, const Overrides& ove
   for (double frame = 1.0 / 60; frame <= duration; frame += 1.0 / 60) {
     while (integrator->time() < frame) {
       const auto failure = integrator->step();
-      ASSERT_FALSE(failure) << *failure;
+      ASSERT_FALSE(failure) << failure->text;
       smallest_gap = std::min(smallest_gap, dynamics.contact()->smallest_gap().value_or(1));
     }
     ASSERT_EQ(integrator->state_at(frame, y), std::nullopt);

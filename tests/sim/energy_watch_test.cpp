@@ -36,7 +36,8 @@ class EnergyWatchTest : public testing::Test {
   std::string with_speed(double factor) {
     std::vector<double> y = state_;
     for (std::size_t i = y.size() / 2; i < y.size(); ++i) y[i] *= factor;
-    return watch_.check(0.01, y, case_.dynamics().energies(0, y)).value_or("");
+    const auto failure = watch_.check(0.01, y, case_.dynamics().energies(0, y));
+    return failure ? failure->text : "";
   }
 
   SimulatedCase case_;
@@ -106,10 +107,10 @@ class WatchedCase {
   std::string advance_to(double time) {
     Integrator& integrator = run_.integrator();
     while (integrator.time() < time) {
-      if (const auto failure = integrator.step()) return *failure;
+      if (const auto failure = integrator.step()) return failure->text;
       const double now = integrator.time();
       const Energies energies = run_.dynamics().energies(now, integrator.state());
-      if (const auto reason = watch_.check(now, integrator.state(), energies)) return *reason;
+      if (const auto reason = watch_.check(now, integrator.state(), energies)) return reason->text;
       gain_ = free_energy(energies) - start_;
     }
     return "";

@@ -1,5 +1,5 @@
 // Errors measured by a second run, against those from a converged reference.
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/error_monitor.h"
 
 #include <cmath>
 

@@ -116,7 +116,8 @@ TEST(Frames, ArePassedWithPrescribedPointsWhereTheyAre) {
   State below = raised(start, 0.4), above = raised(start, 0.8), free = above;
   const auto refusal = settle(0.3, below);
   ASSERT_TRUE(refusal);
-  EXPECT_TRUE(refusal->starts_with("no frame at t = 0.3 s keeps the surfaces apart")) << *refusal;
+  EXPECT_TRUE(refusal->text.starts_with("no frame at t = 0.3 s keeps the surfaces apart"))
+      << refusal->text;
   below = raised(start, 0.4);
   EXPECT_EQ(settle(0.9, below), std::nullopt);
   EXPECT_EQ(below, between(start, end, 0.9));

@@ -222,11 +222,11 @@ TEST(Methods, NothingPassesThroughHoweverLongTheStep) {
 // The failure names the obstacle and the place, and the last good state is kept.
 TEST(Methods, AFailureNamesTheCauseAndKeepsTheState) {
   SimulatedCase sim(fast_impact, method("euler", {"time.step=0.01", "time.minimum_step=0.005"}));
-  std::optional<std::string> reason;
+  std::optional<Failure> reason;
   while (!(reason = sim.integrator().step()) && sim.integrator().time() < 0.04) continue;
   ASSERT_TRUE(reason);
-  EXPECT_NE(reason->find("\"sheet\""), std::string::npos) << *reason;
-  EXPECT_NE(reason->find("time.minimum_step"), std::string::npos) << *reason;
+  EXPECT_NE(reason->text.find("\"sheet\""), std::string::npos) << reason->text;
+  EXPECT_NE(reason->text.find("time.minimum_step"), std::string::npos) << reason->text;
   const std::vector<double> kept(sim.integrator().state().begin(), sim.integrator().state().end());
   EXPECT_EQ(crossings(sim.scene(), sim.positions(sim.integrator().time(), kept)), 0);
 }
@@ -237,11 +237,11 @@ TEST(Methods, ARunThatCreepsOnEndsWithAReason) {
     SimulatedCase sim(fast_impact,
                       method("euler", {"time.step=0.0166667", "time.newton=" + newton,
                                        "contact.stiffness=1e-4", "time.minimum_step=1e-15"}));
-    std::optional<std::string> reason;
+    std::optional<Failure> reason;
     while (!(reason = sim.integrator().step()) && sim.integrator().time() < 0.04) continue;
     ASSERT_TRUE(reason);
-    EXPECT_NE(reason->find("steps had to be cut"), std::string::npos) << *reason;
-    EXPECT_NE(reason->find("\"ball\""), std::string::npos) << *reason;
+    EXPECT_NE(reason->text.find("steps had to be cut"), std::string::npos) << reason->text;
+    EXPECT_NE(reason->text.find("\"ball\""), std::string::npos) << reason->text;
     EXPECT_LT(sim.integrator().counts().steps, 2000);
   }
 }
@@ -319,10 +319,10 @@ region_min = [0.3, -1, -1]
 region_max = [1, 1, 1]
 )";
   SimulatedCase sim(needles, method("arkode", {"time.minimum_step=5e-3"}));
-  std::optional<std::string> reason;
+  std::optional<Failure> reason;
   for (int i = 0; i < 100 && !reason; ++i) reason = sim.integrator().step();
   ASSERT_TRUE(reason);
-  EXPECT_NE(reason->find("body \"ring\", row"), std::string::npos) << *reason;
+  EXPECT_NE(reason->text.find("body \"ring\", row"), std::string::npos) << reason->text;
 }
 
 }  // namespace

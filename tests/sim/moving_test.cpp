@@ -104,7 +104,7 @@ Outcome watch(SimulatedCase& sim, double from, double until, int samples = 20) {
   const double interval = 1.0 / (60 * samples);
   for (long next = 0;;) {
     if (auto failure = sim.integrator().step()) {
-      outcome.failure = *failure;
+      outcome.failure = failure->text;
       return outcome;
     }
     for (;; ++next) {
@@ -112,7 +112,7 @@ Outcome watch(SimulatedCase& sim, double from, double until, int samples = 20) {
       if (time > until) return outcome;
       if (time > sim.integrator().time()) break;
       if (auto failure = sim.integrator().state_at(time, y)) {
-        outcome.failure = *failure;
+        outcome.failure = failure->text;
         return outcome;
       }
       const std::vector<Vec3> position = sim.positions(time, y);
@@ -218,7 +218,7 @@ std::vector<double> step_ends(SimulatedCase& sim, double until) {
   std::vector<double> ends;
   while (sim.integrator().time() < until) {
     const auto failure = sim.integrator().step();
-    if (failure) ADD_FAILURE() << *failure;
+    if (failure) ADD_FAILURE() << failure->text;
     if (failure) break;
     ends.push_back(sim.integrator().time());
   }

@@ -33,7 +33,7 @@ shape = { type = "rectangle", size = [1, 1], resolution = [4, 4] }
 // Runs to the end or a failure, which is returned.
 std::string failure_of(SimulatedCase& sim, double until) {
   while (sim.integrator().time() < until) {
-    if (auto failure = sim.integrator().step()) return *failure;
+    if (auto failure = sim.integrator().step()) return failure->text;
     const double time = sim.integrator().time();
     const std::span<const double> y = sim.integrator().state();
     const int crossed = crossings(sim.scene(), sim.positions(time, {y.begin(), y.end()}));

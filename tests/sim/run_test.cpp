@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "sim/base/stopwatch.h"
 #include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/simulated_case.h"

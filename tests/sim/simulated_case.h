@@ -55,12 +55,12 @@ class SimulatedCase {
     while (integrator_->time() < time) {
       const auto failure = integrator_->step();
       if (failure) {
-        ADD_FAILURE() << *failure;
+        ADD_FAILURE() << failure->text;
         return y;
       }
     }
     if (time > 0) {
-      if (const auto failure = integrator_->state_at(time, y)) ADD_FAILURE() << *failure;
+      if (const auto failure = integrator_->state_at(time, y)) ADD_FAILURE() << failure->text;
     }
     return y;
   }

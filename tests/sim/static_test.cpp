@@ -105,7 +105,7 @@ TEST(Static, IsNotDoneBeforeForcesBalance) {
                                       "body.sheet.shape.resolution=[13, 13]"}));
   const auto reason = sim.integrator().step();
   if (reason) {
-    EXPECT_NE(reason->find("body \"sheet\", row"), std::string::npos) << *reason;
+    EXPECT_NE(reason->text.find("body \"sheet\", row"), std::string::npos) << reason->text;
     return;
   }
   std::vector<double> y(sim.integrator().state().begin(), sim.integrator().state().end());

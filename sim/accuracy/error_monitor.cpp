@@ -1,4 +1,6 @@
-#include "sim/accuracy/error_estimate.h"
+#include "sim/accuracy/error_monitor.h"
+#include "sim/case/time_methods.h"
+#include "sim/motion/dynamics.h"
 
 #include <algorithm>
 #include <cassert>
@@ -40,11 +42,12 @@ double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
 }
 
 TimeCase tightened(const TimeCase& time) {
-  assert(time.method != TimeMethod::static_loads);
+  assert(!traits_of(time.method).finds_equilibria());
   TimeCase result = time;
-  const bool first_order = time.method == TimeMethod::euler && time.step;
-  if (!time.step && time.method == TimeMethod::euler) result.method = TimeMethod::cvode;
-  const double step_factor = std::pow(tolerance_factor, first_order ? 1.0 / 2 : 1.0 / 3);
+  const bool is_first_order = traits_of(time.method).order == 1;
+  if (!time.step && is_first_order) result.method = TimeMethod::cvode;
+  const double step_factor =
+      std::pow(tolerance_factor, is_first_order && time.step ? 1.0 / 2 : 1.0 / 3);
   result.position_tolerance /= tolerance_factor;
   result.relative_tolerance /= tolerance_factor;
   if (result.velocity_tolerance) *result.velocity_tolerance /= tolerance_factor;
@@ -56,26 +59,24 @@ TimeCase tightened(const TimeCase& time) {
 
 ErrorMonitor::ErrorMonitor(const Scene& scene, const std::atomic<int>* stop)
     : ErrorMonitor(scene, tightened(scene.source.time),
-                   [stop](const Integrator&) { return stop != nullptr && *stop != 0; }) {}
+                   [stop](const Simulation&) { return stop != nullptr && *stop != 0; }) {}
 
 ErrorMonitor::ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop)
-    : scene_(scene_with(scene, second)),
+    : simulation_(scene_with(scene, second)),
       should_stop_(std::move(should_stop)),
-      dynamics_(*scene_, statistics_),
-      integrator_(make_integrator(*scene_, dynamics_)),
-      watch_(dynamics_, integrator_->state()),
-      state_(dynamics_.initial_state()),
-      distances_(static_cast<std::size_t>(scene_->dynamic_bodies)),
+      state_(simulation_.state().begin(), simulation_.state().end()),
+      distances_(static_cast<std::size_t>(scene.dynamic_bodies)),
       motion_(distances_.size()) {
-  for (int b = 0; b < scene_->dynamic_bodies; ++b) {
-    radius_.push_back(rms_radius(of_body(scene_->bodies[b], scene_->initial_position)));
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    radius_.push_back(rms_radius(of_body(scene.bodies[b], scene.initial_position)));
   }
 }
 
 std::span<const double> ErrorMonitor::compare(double time, std::span<const double> y) {
   if (advance(time)) {
-    dynamics_.expand(time, state_, position_, scratch_velocity_);
-    dynamics_.expand(time, y, other_position_, scratch_velocity_);
+    const Dynamics& dynamics = simulation_.dynamics();
+    dynamics.expand(time, state_, position_, scratch_velocity_);
+    dynamics.expand(time, y, other_position_, scratch_velocity_);
     measure(time);
   } else {
     std::fill(distances_.begin(), distances_.end(), std::numeric_limits<double>::quiet_NaN());
@@ -84,39 +85,34 @@ std::span<const double> ErrorMonitor::compare(double time, std::span<const doubl
 }
 
 bool ErrorMonitor::advance(double time) {
-  while (failure_.empty() && integrator_->time() < time) {
-    if (should_stop_ && should_stop_(*integrator_)) return false;
-    if (const auto reason = integrator_->step()) {
-      failure_ = *reason;
-      break;
-    }
-    const double reached = integrator_->time();
-    const auto reason =
-        watch_.check(reached, integrator_->state(),
-                     dynamics_.energies_at_last_rate(reached, integrator_->state()));
-    if (reason) failure_ = *reason;
+  while (failure_.empty() && simulation_.time() < time) {
+    if (should_stop_ && should_stop_(simulation_)) return false;
+    if (const auto failure = simulation_.step()) failure_ = failure->text;
   }
   if (!failure_.empty()) return false;
-  if (time > 0) failure_ = integrator_->state_at(time, state_).value_or("");
+  if (time > 0) {
+    if (const auto failure = simulation_.state_at(time, state_)) failure_ = failure->text;
+  }
   return failure_.empty();
 }
 
 void ErrorMonitor::measure(double time) {
   times_.push_back(time);
   for (std::size_t b = 0; b < distances_.size(); ++b) {
-    const SceneBody& body = scene_->bodies[b];
+    const SceneBody& body = simulation_.scene().bodies[b];
     const auto now = of_body(body, position_);
     distances_[b] = rms_distance(now, of_body(body, other_position_));
     all_distances_.push_back(distances_[b]);
-    motion_[b] = std::max(motion_[b], rms_distance(now, of_body(body, scene_->initial_position)));
+    motion_[b] = std::max(motion_[b],
+                          rms_distance(now, of_body(body, simulation_.scene().initial_position)));
   }
 }
 
 ErrorEstimate ErrorMonitor::estimate() const {
   ErrorEstimate result;
   result.failure = failure_;
-  for (int b = 0; b < scene_->dynamic_bodies; ++b)
-    result.bodies.push_back({scene_->bodies[b].name});
+  for (int b = 0; b < simulation_.scene().dynamic_bodies; ++b)
+    result.bodies.push_back({simulation_.scene().bodies[b].name});
   const double* distance = all_distances_.data();
   for (const double time : times_) {
     result.last_time = time;

@@ -1,0 +1,46 @@
+# The public face of each room: the only headers that are installed. Each compiles alone, which
+# tests/consumer checks. Those in `base/` and `detail/` folders, `kernels/box_build_kernels.h`,
+# `materials/lanes.h` and `materials/types.h` are there because others include them.
+set(weft_bsi_headers
+  continuous_collision.h
+  geometry_image.h
+  leaf_pair.h
+  level_of_detail.h
+  narrow_phase.h
+  proximity.h
+  pyramid.h
+  shapes.h
+  sphere.h
+  traversal.h
+  triangle_intersection.h
+  detail/block_levels.h
+  detail/box_layout.h
+  detail/exact_predicates.h
+  kernels/box_build_kernels.h)
+set(weft_materials_headers
+  bending.h
+  contact.h
+  drag.h
+  hinge.h
+  membrane.h
+  spring.h
+  lanes.h
+  types.h)
+set(weft_gpu_headers
+  gl_context.h
+  renderer.h)
+set(weft_sim_headers
+  accuracy/accuracy_pilot.h
+  accuracy/error_estimate.h
+  case/case.h
+  case/case_error.h
+  case/case_reader.h
+  run/make_simulation.h
+  run/recorded_run.h
+  simulation/simulation.h
+  trajectory/trajectory.h
+  base/bill.h
+  base/failure.h
+  base/file_error.h
+  base/statistics.h
+  base/vectors.h)

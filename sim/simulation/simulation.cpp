@@ -1,0 +1,298 @@
+#include "sim/simulation/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/base/state_archive.h"
+#include "sim/case/case_text.h"
+#include "sim/case/time_methods.h"
+#include "sim/integrator/integrator.h"
+#include "sim/motion/energy_watch.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Explicit steps are cheap, and one that is too long shows for ever after: their energies are
+// looked at this often, and before every frame.
+constexpr int explicit_steps_between_looks = 8;
+
+// The first bytes of a saved state; the last digit counts its layouts.
+constexpr std::string_view save_mark = "weft state 1";
+
+}  // namespace
+
+struct Simulation::Implementation {
+  Implementation(const Scene& scene_, std::unique_ptr<const Scene> owned_)
+      : owned(std::move(owned_)),
+        scene(scene_),
+        dynamics(scene, statistics),
+        integrator(make_integrator(scene, dynamics)),
+        watch(std::in_place, dynamics, integrator->state()),
+        decision(integrator->decision()) {}
+
+  std::optional<Failure> step();
+  std::optional<Failure> judge_step();
+  bool is_look_due() const;
+  void note_decisions();
+  void decide(const std::string& text) {
+    for (StepObserver* observer : observers) observer->after_decision(text);
+  }
+  int index_of(std::string_view body) const;
+  void expand() const;
+  std::vector<Vec3> of_body(std::string_view body, const std::vector<Vec3>& all) const;
+  void transfer(StateArchive& archive);
+
+  std::unique_ptr<const Scene> owned;  // null: the caller's
+  const Scene& scene;
+  Statistics statistics;
+  Dynamics dynamics;
+  std::unique_ptr<Integrator> integrator;
+  std::optional<EnergyWatch> watch;
+  int steps_since_look = 0;
+  double last_look = 0;  // s
+  std::string decision;
+  std::string compute;
+  std::size_t contact_pairs = 0;       // in the last force evaluation of the last step
+  std::optional<double> smallest_gap;  // m, likewise
+  std::vector<StepObserver*> observers;
+  // The state between the ends of the last step that advance() has led to; empty: its end.
+  std::vector<double> inner_state;
+  double inner_time = 0;
+  mutable std::optional<Energies> energies;  // after the last step
+  mutable std::vector<Vec3> position, velocity;
+  mutable bool is_expanded = false;
+};
+
+bool Simulation::Implementation::is_look_due() const {
+  if (!watch->applies()) return false;
+  if (!traits_of(scene.source.time.method).is_explicit || watch->external().is_possible())
+    return true;
+  const double rate = scene.source.time.frames_per_second;
+  return steps_since_look >= explicit_steps_between_looks ||
+         std::floor(last_look * rate) != std::floor(integrator->time() * rate);
+}
+
+// Judges the energies of the steps since the last look.
+std::optional<Failure> Simulation::Implementation::judge_step() {
+  ++steps_since_look;
+  if (!is_look_due()) return std::nullopt;
+  const PhaseTimer timer(statistics.phases.energies);
+  steps_since_look = 0;
+  last_look = integrator->time();
+  energies = dynamics.energies_at_last_rate(last_look, integrator->state());
+  return watch->check(last_look, integrator->state(), *energies);
+}
+
+std::optional<Failure> Simulation::Implementation::step() {
+  energies.reset();
+  if (auto failure = integrator->step()) return failure;
+  note_decisions();
+  if (const Contact* contact = dynamics.contact()) {
+    contact_pairs = contact->pairs_in_reach();
+    smallest_gap = contact->smallest_gap();
+  }
+  return judge_step();
+}
+
+void Simulation::Implementation::note_decisions() {
+  if (std::string now = integrator->decision(); now != decision) {
+    decision = std::move(now);
+    decide(decision);
+  }
+  if (dynamics.contact() == nullptr) return;
+  if (std::string now = dynamics.contact()->compute().text(); now != compute) {
+    compute = std::move(now);
+    decide("contact search on " + compute);
+  }
+}
+
+int Simulation::Implementation::index_of(std::string_view body) const {
+  std::vector<std::string> names;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].name == body) return static_cast<int>(b);
+    names.push_back(scene.bodies[b].name);
+  }
+  const std::string name(body);
+  throw std::invalid_argument("no body or obstacle is named " + in_quotes(name) + "; " +
+                              name_hint(name, names));
+}
+
+void Simulation::Implementation::expand() const {
+  if (is_expanded) return;
+  is_expanded = true;
+  if (inner_state.empty())
+    dynamics.expand(integrator->time(), integrator->state(), position, velocity);
+  else
+    dynamics.expand(inner_time, inner_state, position, velocity);
+}
+
+std::vector<Vec3> Simulation::Implementation::of_body(std::string_view body,
+                                                      const std::vector<Vec3>& all) const {
+  const SceneBody& found = scene.bodies[index_of(body)];
+  const auto part = std::span(all).subspan(found.first_particle, found.particle_count());
+  return {part.begin(), part.end()};
+}
+
+void Simulation::Implementation::transfer(StateArchive& archive) {
+  std::string mark(save_mark), text = scene.source.resolved_text;
+  const std::string expected_mark = mark, expected_text = text;
+  archive(mark, text);
+  if (mark != expected_mark) throw std::invalid_argument("not a state that this build has saved");
+  if (text != expected_text) throw std::invalid_argument("the saved state of another case");
+  if (!integrator->transfer(archive)) {
+    throw std::invalid_argument(
+        "a run by " + std::string(traits_of(scene.source.time.method).name) +
+        " cannot be saved: SUNDIALS keeps its history; expected one of the one-step methods, "
+        "\"euler\", \"implicit_midpoint\", \"verlet\", \"static\"");
+  }
+  watch->transfer(archive);
+  // The cost of restoring does not count.
+  archive(statistics, steps_since_look, last_look, inner_state, inner_time);
+  if (archive.reads() && !archive.is_at_end())
+    throw std::invalid_argument("a saved state with too many bytes");
+}
+
+Simulation::Simulation(const Scene& scene)
+    : implementation_(std::make_unique<Implementation>(scene, nullptr)) {}
+
+Simulation::Simulation(std::unique_ptr<const Scene> scene) {
+  const Scene& owned = *scene;
+  implementation_ = std::make_unique<Implementation>(owned, std::move(scene));
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+double Simulation::time() const {
+  const Implementation& self = *implementation_;
+  return self.inner_state.empty() ? self.integrator->time() : self.inner_time;
+}
+
+std::span<const double> Simulation::state() const {
+  const Implementation& self = *implementation_;
+  return self.inner_state.empty() ? self.integrator->state() : self.inner_state;
+}
+
+std::optional<Failure> Simulation::step() {
+  Implementation& self = *implementation_;
+  self.inner_state.clear();
+  self.is_expanded = false;
+  if (auto failure = self.step()) return failure;
+  for (StepObserver* observer : self.observers) observer->after_step(*this);
+  return std::nullopt;
+}
+
+std::optional<Failure> Simulation::advance(double seconds) {
+  Implementation& self = *implementation_;
+  double target = time() + seconds;
+  if (traits_of(self.scene.source.time.method).finds_equilibria())
+    target = std::min(target, self.scene.source.time.duration);
+  while (self.integrator->time() < target) {
+    if (auto failure = step()) return failure;
+  }
+  self.is_expanded = false;
+  self.inner_state.clear();
+  if (target == self.integrator->time()) return std::nullopt;
+  std::vector<double> inner(self.dynamics.state_size());
+  if (auto failure = self.integrator->state_at(target, inner)) return failure;
+  self.inner_state = std::move(inner);
+  self.inner_time = target;
+  return std::nullopt;
+}
+
+std::vector<Vec3> Simulation::position(std::string_view body) const {
+  implementation_->expand();
+  return implementation_->of_body(body, implementation_->position);
+}
+
+std::vector<Vec3> Simulation::velocity(std::string_view body) const {
+  implementation_->expand();
+  return implementation_->of_body(body, implementation_->velocity);
+}
+
+void Simulation::set_velocity(std::string_view body, std::span<const Vec3> velocity) {
+  Implementation& self = *implementation_;
+  const SceneBody& target = self.scene.bodies[self.index_of(body)];
+  const std::string name = in_quotes(std::string(body));
+  if (!target.dynamic) throw std::invalid_argument(name + " is wholly prescribed");
+  if (static_cast<int>(velocity.size()) != target.particle_count()) {
+    throw std::invalid_argument(name + " has " + std::to_string(target.particle_count()) +
+                                " vertices, not " + std::to_string(velocity.size()));
+  }
+  if (!std::ranges::all_of(velocity, [](const Vec3& v) { return v.allFinite(); }))
+    throw std::invalid_argument("a velocity of " + name + " is not finite");
+  const double now = time();
+  std::vector<double> y(state().begin(), state().end());
+  auto* const all = reinterpret_cast<Vec3*>(y.data()) + self.scene.dynamic_particles;
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    const int particle = target.first_particle + static_cast<int>(i);
+    if (self.scene.is_free(particle)) all[particle] = velocity[i];
+  }
+  self.inner_state.clear();
+  self.is_expanded = false;
+  self.energies.reset();
+  self.integrator->restart(now, y);
+  self.watch.emplace(self.dynamics, self.integrator->state(), now);
+  self.decide("new velocities of " + name + " at t = " + rounded_text(now) +
+              " s: the method starts anew");
+}
+
+std::string Simulation::save() const {
+  StateArchive archive;
+  implementation_->transfer(archive);
+  return archive.bytes();
+}
+
+void Simulation::restore(std::string_view bytes) {
+  Implementation& self = *implementation_;
+  StateArchive archive(bytes);
+  self.is_expanded = false;
+  self.energies.reset();
+  self.transfer(archive);
+}
+
+IntegratorCounts Simulation::counts() const { return implementation_->integrator->counts(); }
+const Statistics& Simulation::statistics() const { return implementation_->statistics; }
+
+const Energies& Simulation::energies() const {
+  Implementation& self = *implementation_;
+  if (!self.energies) {
+    self.energies = self.integrator->counts().steps == 0
+                        ? self.dynamics.energies(self.integrator->time(), self.integrator->state())
+                        : self.dynamics.energies_at_last_rate(self.integrator->time(),
+                                                              self.integrator->state());
+  }
+  return *self.energies;
+}
+
+std::size_t Simulation::contact_pairs() const { return implementation_->contact_pairs; }
+std::optional<double> Simulation::smallest_gap() const { return implementation_->smallest_gap; }
+
+std::string Simulation::decision() const { return implementation_->integrator->decision(); }
+
+std::string Simulation::compute() const {
+  const Contact* contact = implementation_->dynamics.contact();
+  return contact == nullptr ? "" : contact->compute().text();
+}
+
+void Simulation::add_observer(StepObserver& observer) {
+  Implementation& self = *implementation_;
+  self.observers.push_back(&observer);
+  self.compute = compute();
+}
+
+void Simulation::set_reason_to_stop(std::function<std::optional<Failure>()> reason) {
+  implementation_->integrator->set_reason_to_stop(std::move(reason));
+}
+
+const Scene& Simulation::scene() const { return implementation_->scene; }
+Dynamics& Simulation::dynamics() const { return implementation_->dynamics; }
+const Integrator& Simulation::integrator() const { return *implementation_->integrator; }
+
+std::optional<Failure> Simulation::state_at(double time, std::span<double> y) const {
+  return implementation_->integrator->state_at(time, y);
+}
+
+}  // namespace weft::sim
