@@ -1,4 +1,4 @@
-// Pictures of surfaces, drawn off screen by OSMesa (no display, no GPU needed).
+// Pictures of surfaces, drawn by the processor alone: no display, no OpenGL, nothing to set up.
 #pragma once
 
 #include <array>
@@ -71,12 +71,10 @@ bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions);
 
-// Owns an OpenGL 4.5 core context (gpu/gl_context.h). Throws std::runtime_error with the reason
-// when no context can be had, or the size is beyond what it can draw. The first one of a process
-// takes 0.1 s or more (shaders are compiled; Mesa caches them on disk).
+// Memory for pictures of one size.
 class Renderer {
  public:
-  // Pixels; 1..8192 each.
+  // Pixels; 1..8192 each. Throws std::runtime_error for other sizes.
   Renderer(int width, int height);
   ~Renderer();
   Renderer(const Renderer&) = delete;
@@ -84,8 +82,9 @@ class Renderer {
   // Shaded with smooth normals (area-weighted), two-sided, anti-aliased, on a light background. A
   // key light with soft shadows stands to the left of the camera; the rest is light of the sky
   // (`camera.up`), shadowed too, so that folds and contacts darken. Shadows are for what the camera
-  // looks at: they reach twice as far from `camera.target` as the picture does. The same input
-  // gives the same bytes. Throws std::runtime_error when OpenGL fails (memory).
+  // looks at: they reach twice as far from `camera.target` as the picture does. What is nearer to
+  // the eye than a thousandth of its distance to the target is cut off. The same input gives the
+  // same bytes. On one thread, some 0.5 us per triangle and 0.04 us per pixel that shows one.
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:

@@ -1,8 +1,8 @@
-// The surfaces of one picture as one array of vertices and one of indices.
+// The surfaces of one picture as one list of vertices, one of triangles and one of lines.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,38 +11,30 @@
 
 namespace weft::gpu {
 
+// A vertex's values are interpolated over triangles together, so they are one vector.
 struct BatchVertex {
-  std::array<float, 3> position;  // m, relative to an origin near what is looked at
-  std::array<float, 3> normal;    // unit, or zero where the surface has no area
+  Eigen::Array<float, 8, 1> values;
+
+  auto position() const { return values.head<3>(); }    // m, relative to the batch's origin
+  auto normal() const { return values.segment<3>(3); }  // unit, or zero where there is no area
+  // The light of the sky on the side that the normal leaves, and on the other (gpu/sky_light.h).
+  float& front_sky() { return values[6]; }
+  float& back_sky() { return values[7]; }
 };
 
-// The indices of one surface.
-struct BatchRange {
-  int first_triangle_index = 0, triangle_indices = 0;
+struct BatchTriangle {
+  std::array<std::uint32_t, 3> corners;
+  std::uint32_t surface;  // number of its DrawnSurface
 };
 
-class TriangleBatch {
- public:
-  // O(vertices + triangles). Triangles of all surfaces come first, then the lines.
+struct TriangleBatch {
+  std::vector<BatchVertex> vertices;
+  std::vector<BatchTriangle> triangles;
+  std::vector<std::array<std::uint32_t, 2>> lines;
+
+  // Replaces the contents; positions are relative to `origin`, and there is no light of the sky
+  // yet. O(vertices + triangles).
   void assemble(std::span<const DrawnSurface> surfaces, const Vec3& origin);
-
-  const std::vector<BatchVertex>& vertices() const { return vertices_; }
-  const std::vector<std::uint32_t>& indices() const { return indices_; }
-  std::ptrdiff_t vertex_bytes() const {
-    return static_cast<std::ptrdiff_t>(vertices_.size() * sizeof(BatchVertex));
-  }
-  std::ptrdiff_t index_bytes() const {
-    return static_cast<std::ptrdiff_t>(indices_.size() * sizeof(std::uint32_t));
-  }
-  int triangle_index_count() const { return triangle_index_count_; }
-  int line_index_count() const { return static_cast<int>(indices_.size()) - triangle_index_count_; }
-  const BatchRange& range(std::size_t surface) const { return ranges_[surface]; }
-
- private:
-  std::vector<BatchVertex> vertices_;
-  std::vector<std::uint32_t> indices_;
-  std::vector<BatchRange> ranges_;
-  int triangle_index_count_ = 0;
 };
 
 // Unit normals by vertex: the sum of the areas of the triangles around it, as vectors, made unit.

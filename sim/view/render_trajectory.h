@@ -45,8 +45,8 @@ struct RenderReport {
 // order, obstacles are grey. The movie runs in real time, from the times of the frames, but with 1
 // to 120 frames a second. Throws FileError for an unreadable trajectory; std::runtime_error
 // when it has no frames or positions that are not finite, when a file is in the way, when a picture
-// cannot be written, when there is no OpenGL, or when Weft was built without gpu/. Without a movie
-// it only says so in the report: the pictures are kept. Tens to hundreds of milliseconds a picture.
+// cannot be written, or when Weft was built without gpu/. Without a movie it only says so in the
+// report: the pictures are kept. Tens of milliseconds per picture.
 RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
                                const RenderOptions& options);
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <random>
 #include <thread>
 
 #include "bsi/shapes.h"
@@ -58,21 +59,15 @@ Coverage coverage(const std::array<Eigen::Vector2d, 3>& triangle, int col, int r
   return inside ? Coverage::full : outside ? Coverage::none : Coverage::part;
 }
 
-// The first test of the process: nothing before it asked for OpenGL.
-TEST(GlContext, IsMadeOnlyWhenARendererIsAskedFor) {
-  ASSERT_EQ(context_count(), 0);
+TEST(Renderer, NeedsNoOpenGl) {
+  Renderer renderer(8, 8);
+  renderer.draw({}, camera_from_above());
+  EXPECT_EQ(context_count(), 0);
   std::string line;
   for (std::ifstream maps("/proc/self/maps"); std::getline(maps, line);) {
     EXPECT_EQ(line.find("libOSMesa"), std::string::npos);
+    EXPECT_EQ(line.find("libEGL"), std::string::npos);
   }
-  const Renderer renderer(8, 8);
-  EXPECT_EQ(context_count(), 1);
-}
-
-TEST(GlContext, IsOpenGl45) {
-  const GlContext context;
-  EXPECT_NE(context.description().find("4.5 (Core Profile)"), std::string::npos)
-      << context.description();
 }
 
 TEST(Renderer, CoversThePixelsOfATriangle) {
@@ -153,6 +148,49 @@ TEST(Renderer, DrawsAHugeFloorAndTheShadowOnIt) {
   }
   EXPECT_LT(brightest - darkest, 12);  // the floor alone is lit evenly, to the horizon
   EXPECT_GT(shaded, 96 * 96 / 100);
+}
+
+// Large triangles are cut for their light. No background may show where they, or their parts, meet.
+TEST(Renderer, ShowsNoCracksBetweenLargeTriangles) {
+  constexpr int size = 200;
+  bsi::Surface sheet = bsi::make_rectangle(4, 4, 7, 7);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> shift(-0.2, 0.2);
+  for (Vec3& position : sheet.positions) position += Vec3(shift(random), shift(random), 0);
+  const bsi::Mesh mesh = bsi::build_mesh(sheet.atlas);
+  const DrawnSurface surface{sheet.positions, mesh.triangles, red, blue};
+  Renderer renderer(size, size);
+  for (const Vec3& eye : {Vec3(0, 0, 10), Vec3(0.1, -5, 8), Vec3(4, 3, 9)}) {
+    Camera camera = camera_from_above();
+    camera.eye = eye;
+    const Picture picture = renderer.draw(std::array{surface}, camera);
+    int brightest_green = 0, darkest_red = 255;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3) {
+      darkest_red = std::min<int>(darkest_red, picture.rgb[i]);
+      brightest_green = std::max<int>(brightest_green, picture.rgb[i + 1]);
+    }
+    EXPECT_LT(brightest_green + 60, darkest_red);
+  }
+}
+
+TEST(Renderer, DrawsWhatIsAllAroundTheEye) {
+  constexpr int size = 64;
+  const bsi::Surface ball = bsi::make_sphere(1, 9);
+  const bsi::Mesh mesh = bsi::build_mesh(ball.atlas);
+  const DrawnSurface around{ball.positions, mesh.triangles, red, blue};
+  // A floor through the eye, which sees nothing of it.
+  const bsi::Surface floor = bsi::make_rectangle(3, 3, 4, 4);
+  const bsi::Mesh floor_mesh = bsi::build_mesh(floor.atlas);
+  const DrawnSurface edge_on{floor.positions, floor_mesh.triangles, green, green};
+  Renderer renderer(size, size);
+  Camera camera;
+  camera.eye = {0, 0, 0};
+  camera.target = {0.5, 0.2, 0};
+  const Picture picture = renderer.draw(std::array{around, edge_on}, camera);
+  for (int row = 0; row < size; ++row) {
+    for (int col = 0; col < size; ++col)
+      EXPECT_EQ(hue(picture, col, row), 'b') << col << ' ' << row;
+  }
 }
 
 // Six patches that meet at shared particles have one normal there: along any line over the ball,

@@ -1,0 +1,30 @@
+// The background of pictures: a pale sky above the horizon, and a ground below it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "gpu/shading.h"
+#include "gpu/view.h"
+
+namespace weft::gpu {
+
+class Background {
+ public:
+  // `up` is unit.
+  Background(const Perspective& perspective, const Vec3& up, const SrgbTable& srgb);
+  // Writes one row of the picture, 3 bytes of sRGB per pixel.
+  void draw_row(int row, std::span<std::uint8_t> rgb) const;
+
+ private:
+  static constexpr int steps = 4096;
+  int width_;
+  // The elevation's sine at a pixel: (start + across * x + down * y) / distance, where x and y are
+  // pixels from the middle, and so is the distance from the eye.
+  float start_, across_, down_;
+  float middle_x_, middle_y_, focal_length_;
+  std::array<std::array<std::uint8_t, 3>, steps + 1> colours_;  // by the elevation's sine, -1..1
+};
+
+}  // namespace weft::gpu

@@ -1,0 +1,25 @@
+// The rows of a picture: surfaces seen in each pixel, lit, over the background.
+#pragma once
+
+#include <span>
+
+#include "gpu/background.h"
+#include "gpu/screen_geometry.h"
+#include "gpu/shading.h"
+
+namespace weft::gpu {
+
+// A scene to draw; its parts live elsewhere.
+struct LitScene {
+  std::span<const DrawnSurface> surfaces;
+  const TriangleBatch& batch;
+  const ScreenGeometry& geometry;
+  const Lights& lights;
+  const DepthMap& key_shadow;
+  const SrgbTable& srgb;
+};
+
+// Draws band by band, which keeps the samples in the processor's cache.
+Picture draw_rows(const LitScene& scene, const Background& background, int width, int height);
+
+}  // namespace weft::gpu
