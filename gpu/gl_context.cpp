@@ -40,14 +40,6 @@ std::unique_ptr<GlPlatform> make_platform(GlBackend backend) {
   return platform;
 }
 
-GlBackend backend_for_pictures() {
-  {
-    const std::scoped_lock lock(process_mutex);
-    if (process_backend) return *process_backend;
-  }
-  return software_backend();
-}
-
 }  // namespace
 
 LoadedLibrary::LoadedLibrary(std::string subject, std::initializer_list<const char*> names,
@@ -106,8 +98,6 @@ bool may_have_graphics_processor() {
   }
   return false;
 }
-
-GlContext::GlContext() : GlContext(backend_for_pictures()) {}
 
 GlContext::GlContext(GlBackend backend)
     : backend_(backend),

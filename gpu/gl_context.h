@@ -35,9 +35,6 @@ class GlContext {
   // when there is no library, no such device, or no OpenGL 4.5 core profile. ~20 ms the first time
   // (EGL ~0.2 s).
   explicit GlContext(GlBackend backend);
-  // Makes a context for pictures, which any backend draws: that of the process's last context, else
-  // software.
-  GlContext();
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
