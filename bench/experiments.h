@@ -44,7 +44,7 @@ struct PaperOptions {
 };
 int run_paper_tori(const PaperOptions& options);
 int run_paper_particles(const PaperOptions& options);
-// Writes paper_lod.csv and .svg, and the table to standard output. Needs gpu/ and OSMesa: throws
+// Writes paper_lod.csv and .svg, and the table to standard output. Needs gpu/: throws
 // std::runtime_error without.
 int run_paper_lod(const PaperOptions& options);
 

@@ -141,7 +141,7 @@ Plot chart(const std::vector<Setting>& all, std::size_t full_triangles) {
   }
   return {"Level of detail: a body of 48 patches",
           std::to_string(full_triangles) + " triangles at full detail, " + std::to_string(width) +
-              " x " + std::to_string(height) + " pixels, OSMesa",
+              " x " + std::to_string(height) + " pixels, drawn by the processor",
           {"triangles drawn"},
           {"time (ms)"},
           {levels, levels_build, pixels, pixels_build}};
