@@ -1,7 +1,6 @@
 #include "bsi/proximity.h"
 
 #include <Eigen/Geometry>
-#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -56,11 +55,7 @@ Closest at_border(const BorderPoint& best) {
   result.weight[0] = 1;
   result.weight[best.start] = best.on_edge.parameter - 1;
   result.weight[best.end] = -best.on_edge.parameter;
-  if (inside(best.on_edge.parameter)) {
-    result.free_directions = 1;
-    result.free_weights[0][best.start] = 1;
-    result.free_weights[0][best.end] = -1;
-  }
+  result.free_directions = inside(best.on_edge.parameter) ? 1 : 0;
   return result;
 }
 
@@ -70,7 +65,6 @@ inline Closest at_interior(const Vec3& separation, double weight2, double weight
   result.separation = separation;
   result.weight = {1, weight2 + weight3 - 1, -weight2, -weight3};
   result.free_directions = 2;
-  result.free_weights = {{{0, 1, -1, 0}, {0, 1, 0, -1}}};
   return result;
 }
 
@@ -95,8 +89,7 @@ inline Closest at_edge_pair(const EdgePair& best) {
   result.squared_distance = best.squared_distance;
   result.separation = best.separation;
   result.weight = {1 - best.s, best.s, best.t - 1, -best.t};
-  if (inside(best.s)) result.free_weights[result.free_directions++] = {-1, 1, 0, 0};
-  if (inside(best.t)) result.free_weights[result.free_directions++] = {0, 0, 1, -1};
+  result.free_directions = (inside(best.s) ? 1 : 0) + (inside(best.t) ? 1 : 0);
   return result;
 }
 
@@ -169,79 +162,6 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
     if (inside(found.parameter)) best.offer(found.separation, s, found.parameter);
   }
   return at_edge_pair(best);
-}
-
-namespace {
-
-// The frame of the formula in the header: u_k, G and P of at most two sliding directions.
-struct SlidingFrame {
-  std::array<Vec3, 2> dual{Vec3::Zero(), Vec3::Zero()};
-  double inverse00 = 0, inverse01 = 0, inverse11 = 0;
-  Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();
-};
-
-Vec3 weighted_sum(const std::array<double, 4>& weight, const FourPoints& points) {
-  return weight[0] * points[0] + weight[1] * points[1] + weight[2] * points[2] +
-         weight[3] * points[3];
-}
-
-SlidingFrame sliding_frame(const Closest& closest, const FourPoints& points, const Vec3& normal) {
-  SlidingFrame frame;
-  if (closest.free_directions == 0) {
-    frame.projector = Eigen::Matrix3d::Identity() - normal * normal.transpose();
-    return frame;
-  }
-  const Vec3 first = weighted_sum(closest.free_weights[0], points);
-  const double squared_first = first.squaredNorm();
-  if (closest.free_directions == 1) {
-    frame.inverse00 = 1 / squared_first;
-    frame.dual[0] = frame.inverse00 * first;
-    const Vec3 across = normal.cross(first);
-    frame.projector = frame.inverse00 * across * across.transpose();
-    return frame;
-  }
-  const Vec3 second = weighted_sum(closest.free_weights[1], points);
-  const double squared_second = second.squaredNorm();
-  // The determinant of E^T E from the cross product: the difference of products would cancel.
-  const double determinant = first.cross(second).squaredNorm();
-  frame.inverse00 = squared_second / determinant;
-  frame.inverse01 = -first.dot(second) / determinant;
-  frame.inverse11 = squared_first / determinant;
-  frame.dual[0] = frame.inverse00 * first + frame.inverse01 * second;
-  frame.dual[1] = frame.inverse01 * first + frame.inverse11 * second;
-  return frame;
-}
-
-}  // namespace
-
-Hessian12 distance_hessian(const Closest& closest, const FourPoints& points) {
-  assert(closest.squared_distance > 0);
-  const double distance = std::sqrt(closest.squared_distance);
-  const Vec3 normal = closest.separation / distance;
-  const SlidingFrame frame = sliding_frame(closest, points, normal);
-  const Eigen::Matrix3d along = distance * normal * normal.transpose();
-  const Eigen::Matrix3d across = frame.projector / distance;
-  const Eigen::Matrix3d slide0 = frame.dual[0] * normal.transpose();
-  const Eigen::Matrix3d slide1 = frame.dual[1] * normal.transpose();
-  const auto& weight = closest.weight;
-  const auto& free0 = closest.free_weights[0];
-  const auto& free1 = closest.free_weights[1];  // zero where there is no second direction
-
-  Hessian12 hessian;
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      const double metric = frame.inverse00 * free0[i] * free0[j] +
-                            frame.inverse01 * (free0[i] * free1[j] + free1[i] * free0[j]) +
-                            frame.inverse11 * free1[i] * free1[j];
-      const Eigen::Matrix3d block =
-          (weight[i] * weight[j]) * across - metric * along - (weight[i] * free0[j]) * slide0 -
-          (free0[i] * weight[j]) * slide0.transpose() - (weight[i] * free1[j]) * slide1 -
-          (free1[i] * weight[j]) * slide1.transpose();
-      hessian.block<3, 3>(3 * i, 3 * j) = block;
-      if (i != j) hessian.block<3, 3>(3 * j, 3 * i) = block.transpose();
-    }
-  }
-  return hessian;
 }
 
 }  // namespace weft::bsi

@@ -33,10 +33,6 @@ Closest closest_on_edge_opposite(int corner, const Vec3& point, const std::array
   closest.separation = parameter < 1 ? Vec3(point - x[from] - parameter * edge) : point - x[to];
   closest.squared_distance = closest.separation.squaredNorm();
   closest.free_directions = parameter > 0 && parameter < 1 ? 1 : 0;
-  if (closest.free_directions == 1) {
-    closest.free_weights[0][from + 1] = 1;
-    closest.free_weights[0][to + 1] = -1;
-  }
   return closest;
 }
 

@@ -54,19 +54,7 @@ void expect_consistent(Query query, const FourPoints& x, const Closest& found) {
   const Vec3 sum = w[0] * x[0] + w[1] * x[1] + w[2] * x[2] + w[3] * x[3];
   EXPECT_LE((sum - found.separation).norm(), 1e-9 * size);
   EXPECT_DOUBLE_EQ(found.squared_distance, found.separation.squaredNorm());
-  for (int k = 0; k < found.free_directions; ++k) {
-    const auto& f = found.free_weights[k];
-    EXPECT_NEAR(f[0] + f[1] + f[2] + f[3], 0, 1e-15);
-    const Vec3 slide = f[0] * x[0] + f[1] * x[1] + f[2] * x[2] + f[3] * x[3];
-    EXPECT_GT(slide.norm(), 0);
-    // Sliding is free only where it does not change the distance to first order.
-    EXPECT_LE(std::abs(slide.dot(found.separation)), 1e-9 * size * slide.norm());
-    for (int i = 0; i < 4; ++i)
-      EXPECT_TRUE(f[i] == 0 || (w[i] != 0 && std::abs(w[i]) != 1)) << "a clamped weight slides";
-  }
-  if (found.free_directions < 2) {
-    EXPECT_EQ(found.free_weights[1], (std::array<double, 4>{}));
-  }
+  EXPECT_TRUE(found.free_directions >= 0 && found.free_directions <= 2);
 }
 
 // Random points, in one of several shapes that hit every feature and every degenerate case.
@@ -137,8 +125,6 @@ TEST(Proximity, ParallelEdgesHaveAtMostOneFreeDirection) {
     const Closest found = closest(closest_edge_edge, x);
     ASSERT_LE(found.free_directions, 1) << trial;
     sliding += found.free_directions;
-    if (found.squared_distance == 0) continue;
-    ASSERT_TRUE(distance_hessian(found, x).allFinite()) << trial;
   }
   EXPECT_GT(sliding, 200);
 
@@ -149,7 +135,6 @@ TEST(Proximity, ParallelEdgesHaveAtMostOneFreeDirection) {
     const Closest found = closest(closest_edge_edge, x);
     EXPECT_EQ(found.free_directions, sine > 1e-10 ? 2 : 1) << sine;
     EXPECT_NEAR(found.squared_distance, 1e-12, 1e-15);
-    EXPECT_TRUE(distance_hessian(found, x).allFinite());
   }
 }
 
@@ -166,36 +151,6 @@ Vector12 gradient(const Closest& found) {
   return result;
 }
 
-// The formula that the library's is derived from, without the cancelled terms taken out.
-Hessian12 hessian_from_implicit_function(const Closest& found, const FourPoints& x) {
-  const auto stack = [](const std::array<double, 4>& weight, const Vec3& v) {
-    Vector12 result;
-    for (int i = 0; i < 4; ++i) result.segment<3>(3 * i) = weight[i] * v;
-    return result;
-  };
-  Hessian12 f_xx;
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j)
-      f_xx.block<3, 3>(3 * i, 3 * j) =
-          found.weight[i] * found.weight[j] * Eigen::Matrix3d::Identity();
-  const int count = found.free_directions;
-  if (count > 0) {
-    // The matrices have two columns; the second is zero where there is one direction.
-    Eigen::Matrix<double, 12, 2> f_xa = Eigen::Matrix<double, 12, 2>::Zero();
-    Eigen::Matrix<double, 3, 2> e = Eigen::Matrix<double, 3, 2>::Zero();
-    for (int k = 0; k < count; ++k) {
-      const auto& f = found.free_weights[k];
-      e.col(k) = f[0] * x[0] + f[1] * x[1] + f[2] * x[2] + f[3] * x[3];
-      f_xa.col(k) = stack(found.weight, e.col(k)) + stack(f, found.separation);
-    }
-    Eigen::Matrix2d f_aa = e.transpose() * e;
-    if (count == 1) f_aa(1, 1) = 1;
-    f_xx -= f_xa * f_aa.inverse() * f_xa.transpose();
-  }
-  const Vector12 g = gradient(found);
-  return (f_xx - g * g.transpose()) / std::sqrt(found.squared_distance);
-}
-
 void compare_derivatives(Query query) {
   std::mt19937 random(5);
   std::array<int, 3> seen{};
@@ -204,29 +159,15 @@ void compare_derivatives(Query query) {
     SCOPED_TRACE(trial);
     const FourPoints x = random_points(random, 0);
     const Closest found = closest(query, x);
-    const double distance = std::sqrt(found.squared_distance);
-    if (distance < 0.05) continue;
-    Vector12 numeric_gradient;
-    Hessian12 numeric;
-    bool one_feature = true;
+    if (std::sqrt(found.squared_distance) < 0.05) continue;
+    const Vector12 exact = gradient(found);
     for (int i = 0; i < 12; ++i) {
       const Vector12 step = h * Vector12::Unit(i);
       const Closest plus = closest(query, moved(x, step)), minus = closest(query, moved(x, -step));
-      one_feature = one_feature && plus.free_weights == found.free_weights &&
-                    minus.free_weights == found.free_weights;
-      numeric_gradient[i] =
-          (std::sqrt(plus.squared_distance) - std::sqrt(minus.squared_distance)) / (2 * h);
-      numeric.col(i) = (gradient(plus) - gradient(minus)) / (2 * h);
+      const double difference =
+          std::sqrt(plus.squared_distance) - std::sqrt(minus.squared_distance);
+      ASSERT_NEAR(difference / (2 * h), exact[i], 1e-5);
     }
-    const Hessian12 exact = distance_hessian(found, x);
-    const Hessian12 longhand = hessian_from_implicit_function(found, x);
-    for (int i = 0; i < 12; ++i) ASSERT_NEAR(numeric_gradient[i], gradient(found)[i], 1e-5);
-    const double size = exact.norm();
-    ASSERT_LE((exact - exact.transpose()).norm(), 1e-12 * size);
-    ASSERT_LE((exact - longhand).norm(), 1e-9 * size / distance);
-    // Thin features bend the distance so fast that a difference of 1e-5 no longer resolves it.
-    if (!one_feature || size > 100) continue;
-    ASSERT_LE((exact - numeric).norm(), 1e-5 * size);
     ++seen[found.free_directions];
   }
   for (const int count : seen) EXPECT_GT(count, 200);
@@ -234,19 +175,6 @@ void compare_derivatives(Query query) {
 
 TEST(Proximity, VertexTriangleDerivatives) { compare_derivatives(closest_vertex_triangle); }
 TEST(Proximity, EdgeEdgeDerivatives) { compare_derivatives(closest_edge_edge); }
-
-// Contact happens at gaps of micrometres and less, where the terms in 1/d must cancel.
-TEST(Proximity, HessianStaysAccurateAtTinyDistances) {
-  for (const double distance : {1e-3, 1e-6, 1e-9, 1e-12}) {
-    const FourPoints x = {Vec3(0.2, 0.3, distance), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
-    const Closest found = closest(closest_vertex_triangle, x);
-    const Hessian12 hessian = distance_hessian(found, x);
-    // d = n . (x0 - x1): raising corner 2 of a right triangle by z tilts the normal by -z in x.
-    EXPECT_NEAR(hessian(0, 8), -1.0, 1e-9) << distance;
-    EXPECT_NEAR(hessian(8, 8), -distance, 1e-9) << distance;
-    EXPECT_NEAR(hessian(0, 0), 0, 1e-9) << distance;
-  }
-}
 
 }  // namespace
 }  // namespace weft::bsi
