@@ -13,12 +13,12 @@
 #include "bench/experiments.h"
 #include "bench/medians.h"
 #include "bench/method_ladders.h"
-#include "bench/plot.h"
 #include "bench/reference_run.h"
 #include "sim/accuracy/accuracy_choice.h"
 #include "sim/accuracy/error_monitor.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/view/plot.h"
 
 namespace weft::bench {
 
@@ -270,7 +270,7 @@ void plot(const Result& result, const std::filesystem::path& path) {
   chart.x.title = "error, m (RMS over particles)";
   chart.y.title = "CPU time, s";
   for (const std::string& method : accuracy_methods()) {
-    Series series{method, {}, {}};
+    PlotSeries series{method, {}, {}};
     std::vector<Row> rows;
     for (const Row& row : result.rows) {
       if (row.method == method && row.error && *row.error > 0) rows.push_back(row);

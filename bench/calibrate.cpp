@@ -6,7 +6,6 @@
 
 #include "bench/calibration_scenes.h"
 #include "bench/experiments.h"
-#include "bench/plot.h"
 #include "bench/reference_run.h"
 #include "sim/accuracy/accuracy_choice.h"
 #include "sim/accuracy/accuracy_pilot.h"
@@ -14,6 +13,7 @@
 #include "sim/case/case_checks.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
+#include "sim/view/plot.h"
 
 namespace weft::bench {
 
@@ -203,7 +203,7 @@ void plot(const std::vector<Rung>& rungs, const std::vector<CalibrationRow>& tab
   for (const Ladder& ladder : ladders) {
     for (const bool meetings : {false, true}) {
       const std::string name = std::string(ladder.method) + (meetings ? ", bodies meet" : "");
-      Series line{name, {}, {}}, marks{name + ": scenes", {}, {}, false};
+      PlotSeries line{name, {}, {}}, marks{name + ": scenes", {}, {}, false};
       for (const CalibrationRow& row : table) {
         if (std::string(row.method) != ladder.method || row.meetings != meetings) continue;
         line.x.push_back(row.setting);

@@ -8,11 +8,11 @@
 
 #include "bench/experiments.h"
 #include "bench/method_ladders.h"
-#include "bench/plot.h"
 #include "bench/reference_run.h"
 #include "sim/accuracy/accuracy_choice.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/view/plot.h"
 
 namespace weft::bench {
 
@@ -111,7 +111,7 @@ void plot(const Case& source, const std::vector<Row>& rows, const std::filesyste
   chart.x.title = "largest change of the energy, by the largest kinetic energy";
   chart.y.title = "CPU time, s";
   for (const Ladder& ladder : method_ladders()) {
-    Series series{ladder.name, {}, {}};
+    PlotSeries series{ladder.name, {}, {}};
     for (const Row& row : rows) {
       if (row.method != ladder.name || !row.largest || *row.largest <= 0) continue;
       series.x.push_back(*row.largest);

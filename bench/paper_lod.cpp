@@ -7,11 +7,11 @@
 
 #include "bench/experiments.h"
 #include "bench/medians.h"
-#include "bench/plot.h"
 #include "bsi/level_of_detail.h"
 #include "bsi/shapes.h"
 #include "gpu/renderer.h"
 #include "gpu/triangle_batch.h"
+#include "sim/view/plot.h"
 
 namespace weft::bench {
 
@@ -125,13 +125,13 @@ std::string csv(const std::vector<Setting>& all) {
   return text;
 }
 
-Plot chart(const std::vector<Setting>& all, std::size_t full_triangles) {
-  Series levels{"levels: picture", {}, {}};
-  Series levels_build{"levels: build", {}, {}};
-  Series pixels{"pixels: picture", {}, {}};
-  Series pixels_build{"pixels: build", {}, {}};
+sim::Plot chart(const std::vector<Setting>& all, std::size_t full_triangles) {
+  sim::PlotSeries levels{"levels: picture", {}, {}};
+  sim::PlotSeries levels_build{"levels: build", {}, {}};
+  sim::PlotSeries pixels{"pixels: picture", {}, {}};
+  sim::PlotSeries pixels_build{"pixels: build", {}, {}};
   for (const Setting& setting : all) {
-    for (Series* series : {&levels, &levels_build, &pixels, &pixels_build}) {
+    for (sim::PlotSeries* series : {&levels, &levels_build, &pixels, &pixels_build}) {
       const bool of_levels = series == &levels || series == &levels_build;
       const bool of_build = series == &levels_build || series == &pixels_build;
       if (setting.kind == (of_levels ? Setting::Kind::pixels : Setting::Kind::level)) continue;
@@ -161,8 +161,8 @@ int run_paper_lod(const PaperOptions& options) {
   }
   const std::string table = csv(all);
   std::fputs(table.c_str(), stdout);
-  write_text(table, options.directory / "paper_lod.csv");
-  write_svg(chart(all, experiment.full_triangles()), options.directory / "paper_lod.svg");
+  sim::write_text(table, options.directory / "paper_lod.csv");
+  sim::write_svg(chart(all, experiment.full_triangles()), options.directory / "paper_lod.svg");
   return 0;
 }
 

@@ -103,7 +103,7 @@ PaperFigure::PaperFigure(const std::string& scenes, const std::string& columns, 
 void PaperFigure::add(const CollisionScene& scene, const std::string& columns, double x) {
   const PaperTimes times = measure_passes(scene, passes_);
   right_ = right_ && times.same;
-  const auto add_point = [&](Series& series, double value) {
+  const auto add_point = [&](sim::PlotSeries& series, double value) {
     series.x.push_back(x);
     series.y.push_back(value);
   };
@@ -124,10 +124,11 @@ void PaperFigure::add(const CollisionScene& scene, const std::string& columns, d
 bool PaperFigure::write(const std::filesystem::path& directory, const std::string& name,
                         const std::string& title, const std::string& note,
                         const std::string& x_title) const {
-  Plot plot{title, note, {x_title}, {"time of a pass, ms"}, {by_bound_.begin(), by_bound_.end()}};
+  sim::Plot plot{
+      title, note, {x_title}, {"time of a pass, ms"}, {by_bound_.begin(), by_bound_.end()}};
   if (!brute_.x.empty()) plot.series.push_back(brute_);
-  write_text(csv_.str(), directory / (name + ".csv"));
-  write_svg(plot, directory / (name + ".svg"));
+  sim::write_text(csv_.str(), directory / (name + ".csv"));
+  sim::write_svg(plot, directory / (name + ".svg"));
   std::fputs(csv_.str().c_str(), stdout);
   if (!right_)
     std::fprintf(stderr, "%s: not all find the same candidates and hits\n", name.c_str());

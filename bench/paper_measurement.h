@@ -6,8 +6,8 @@
 #include <sstream>
 #include <string>
 
-#include "bench/plot.h"
 #include "bench/scenes.h"
+#include "sim/view/plot.h"
 
 namespace weft::bench {
 
@@ -33,9 +33,10 @@ class PaperFigure {
  private:
   int passes_;
   std::ostringstream csv_;
-  std::array<Series, 3> by_bound_{Series{"by spheres", {}, {}}, Series{"by boxes", {}, {}},
-                                  Series{"by spheres, then boxes", {}, {}}};
-  Series brute_{"brute force", {}, {}};
+  std::array<sim::PlotSeries, 3> by_bound_{sim::PlotSeries{"by spheres", {}, {}},
+                                           sim::PlotSeries{"by boxes", {}, {}},
+                                           sim::PlotSeries{"by spheres, then boxes", {}, {}}};
+  sim::PlotSeries brute_{"brute force", {}, {}};
   bool right_ = true;
 };
 

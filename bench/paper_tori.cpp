@@ -5,7 +5,7 @@
 #include "bench/approach.h"
 #include "bench/experiments.h"
 #include "bench/paper_measurement.h"
-#include "bench/plot.h"
+#include "sim/view/plot.h"
 
 namespace weft::bench {
 
@@ -32,7 +32,7 @@ bool run_approach(const PaperOptions& options) {
       << " vertices comes near another; distances of the centres at first contact, m; leaf: the "
          "longest edge of a quad\n"
       << "direction_x,direction_y,direction_z,found,expected,difference,leaf,steps,hits\n";
-  Series differences{"a direction", {}, {}, false};
+  sim::PlotSeries differences{"a direction", {}, {}, false};
   bool right = true;
   for (const Approach& a : approaches) {
     const double difference = a.found - a.expected;
@@ -43,15 +43,15 @@ bool run_approach(const PaperOptions& options) {
     differences.x.push_back(1e3 * a.expected);
     differences.y.push_back(1e3 * difference);
   }
-  const Plot plot{
+  const sim::Plot plot{
       "First contact of two tori from " + std::to_string(options.directions) + " directions",
       "a leaf is " + std::to_string(std::lround(1e3 * approaches.front().leaf)) +
           " mm; the meshes are inscribed, and touch later",
       {"distance of the centres at first contact, mm", false},
       {"found - expected, mm", false},
       {differences}};
-  write_text(csv.str(), options.directory / "paper_tori_approach.csv");
-  write_svg(plot, options.directory / "paper_tori_approach.svg");
+  sim::write_text(csv.str(), options.directory / "paper_tori_approach.csv");
+  sim::write_svg(plot, options.directory / "paper_tori_approach.svg");
   double worst = 0;
   for (const Approach& a : approaches) worst = std::max(worst, std::abs(a.found - a.expected));
   std::printf("%zu approaches; first contacts off by %.3g mm at most, a leaf is %.3g mm\n",

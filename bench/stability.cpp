@@ -9,13 +9,13 @@
 #include <sstream>
 
 #include "bench/experiments.h"
-#include "bench/heat_map.h"
 #include "bench/medians.h"
-#include "bench/plot.h"
 #include "bench/stability_cell.h"
 #include "bench/stability_grid.h"
 #include "bench/stability_verdict.h"
 #include "sim/case/case_text.h"
+#include "sim/view/heat_map.h"
+#include "sim/view/plot.h"
 
 namespace weft::bench {
 
@@ -243,8 +243,8 @@ int class_of(Outcome outcome) {
   return std::min(static_cast<int>(outcome), static_cast<int>(Outcome::too_slow));
 }
 
-HeatPanel panel_of(const Run& run, const std::string& method) {
-  HeatPanel panel;
+sim::HeatPanel panel_of(const Run& run, const std::string& method) {
+  sim::HeatPanel panel;
   panel.x_labels = run.slice.x_labels;
   for (std::size_t i = 0; i < run.results.size(); ++i) {
     if (method.empty() || run.slice.cells[i].method == method)
@@ -257,7 +257,7 @@ HeatPanel panel_of(const Run& run, const std::string& method) {
 // picture each and a panel a method.
 void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
   constexpr std::size_t sweeps_in_a_row = 4;
-  HeatMap map;
+  sim::HeatMap map;
   map.title = "Stability: what becomes of a run";
   map.classes = {{"finished, checked", "#009e73"},
                  {"inexact at its end", "#8fd3b6"},
@@ -271,16 +271,16 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
     if (run.slice.y_title.empty()) {
       if (map.rows.empty() || map.rows.back().panels.size() == sweeps_in_a_row)
         map.rows.push_back({});
-      HeatPanel panel = panel_of(run, "");
+      sim::HeatPanel panel = panel_of(run, "");
       panel.title = run.slice.name;
       panel.x_title = run.slice.x_title;
       panel.y_labels = run.slice.y_labels;
       map.rows.back().panels.push_back(std::move(panel));
       continue;
     }
-    HeatRow row{run.slice.name + " (across: " + run.slice.x_title + ")", {}};
+    sim::HeatRow row{run.slice.name + " (across: " + run.slice.x_title + ")", {}};
     for (const std::string& method : run.slice.methods) {
-      HeatPanel panel = panel_of(run, method);
+      sim::HeatPanel panel = panel_of(run, method);
       panel.title = method;
       if (row.panels.empty()) {
         panel.y_title = run.slice.y_title;
@@ -291,7 +291,7 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
     map.rows.push_back(std::move(row));
   }
   map.note = std::to_string(cells) + " runs; weft bench stability";
-  write_svg(map, path);
+  sim::write_svg(map, path);
 }
 
 // Returns the limit (s) for a run of 81 vertices on this machine, measured on the small grid.
@@ -346,7 +346,7 @@ int run_stability(const StabilityOptions& options) {
   double limit = limit_of(options);
   std::vector<Run> runs;
   const auto keep = [&] {
-    if (!options.csv.empty()) write_text(csv_of(runs), options.csv);
+    if (!options.csv.empty()) sim::write_text(csv_of(runs), options.csv);
     if (!options.plot.empty()) draw(runs, options.plot);
   };
   const std::vector<Slice> slices =

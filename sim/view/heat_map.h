@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace weft::bench {
+namespace weft::sim {
 
 struct HeatPanel {
   std::string title;
@@ -31,7 +31,7 @@ struct HeatMap {
 
 std::string svg_of(const HeatMap& map);
 
-// Writes it. Throws std::runtime_error, naming the path.
+// Writes it. Throws FileError, naming the path.
 void write_svg(const HeatMap& map, const std::filesystem::path& path);
 
-}  // namespace weft::bench
+}  // namespace weft::sim

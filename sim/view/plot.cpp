@@ -1,4 +1,4 @@
-#include "bench/plot.h"
+#include "sim/view/plot.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,10 @@
 #include <fstream>
 #include <limits>
 #include <sstream>
-#include <stdexcept>
 
-namespace weft::bench {
+#include "sim/base/file_error.h"
+
+namespace weft::sim {
 
 namespace {
 
@@ -85,10 +86,10 @@ class Scale {
   std::vector<double> ticks_;
 };
 
-Scale scale_of(const Plot& plot, const Axis& axis, std::vector<double> Series::*values,
+Scale scale_of(const Plot& plot, const PlotAxis& axis, std::vector<double> PlotSeries::*values,
                double begin, double end) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Series& series : plot.series) {
+  for (const PlotSeries& series : plot.series) {
     for (const double value : series.*values) {
       low = std::min(low, value);
       high = std::max(high, value);
@@ -135,7 +136,7 @@ void draw_titles(std::ostream& out, const Plot& plot) {
       << ") rotate(-90)\" text-anchor=\"middle\">" << escaped(plot.y.title) << "</text>\n";
 }
 
-void draw_series(std::ostream& out, const Series& series, const Scale& x, const Scale& y,
+void draw_series(std::ostream& out, const PlotSeries& series, const Scale& x, const Scale& y,
                  const char* colour, double legend_y) {
   const auto mark = [&](double px, double py) {
     out << "<circle cx=\"" << text_of(px) << "\" cy=\"" << text_of(py) << "\" r=\"3\" fill=\""
@@ -174,8 +175,8 @@ std::string escaped(const std::string& text) {
 }
 
 std::string svg_of(const Plot& plot) {
-  const Scale x = scale_of(plot, plot.x, &Series::x, left, width - right);
-  const Scale y = scale_of(plot, plot.y, &Series::y, height - bottom, top);
+  const Scale x = scale_of(plot, plot.x, &PlotSeries::x, left, width - right);
+  const Scale y = scale_of(plot, plot.y, &PlotSeries::y, height - bottom, top);
   std::ostringstream out;
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << width << "\" height=\"" << height
       << "\" viewBox=\"0 0 " << width << ' ' << height
@@ -195,11 +196,11 @@ void write_text(const std::string& text, const std::filesystem::path& path) {
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), failure);
   std::ofstream file(path, std::ios::binary);
   file << text;
-  if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!file.flush()) throw FileError(path.string() + ": cannot be written");
 }
 
 void write_svg(const Plot& plot, const std::filesystem::path& path) {
   write_text(svg_of(plot), path);
 }
 
-}  // namespace weft::bench
+}  // namespace weft::sim

@@ -1,12 +1,12 @@
-#include "bench/heat_map.h"
+#include "sim/view/heat_map.h"
 
 #include <algorithm>
 #include <cassert>
 #include <sstream>
 
-#include "bench/plot.h"
+#include "sim/view/plot.h"
 
-namespace weft::bench {
+namespace weft::sim {
 
 namespace {
 
@@ -133,4 +133,4 @@ void write_svg(const HeatMap& map, const std::filesystem::path& path) {
   write_text(svg_of(map), path);
 }
 
-}  // namespace weft::bench
+}  // namespace weft::sim

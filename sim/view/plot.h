@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
-namespace weft::bench {
+namespace weft::sim {
 
-struct Series {
+struct PlotSeries {
   std::string name;
   std::vector<double> x, y;  // of the same length; with logarithmic axes, positive
   bool line = true;          // false: marks alone
   bool dashed = false;
 };
 
-struct Axis {
+struct PlotAxis {
   std::string title;  // with its unit
   bool logarithmic = true;
 };
@@ -22,20 +22,20 @@ struct Axis {
 struct Plot {
   std::string title;
   std::string note;  // one line below the title
-  Axis x, y;
-  std::vector<Series> series;
+  PlotAxis x, y;
+  std::vector<PlotSeries> series;
 };
 
 // The chart as text. At least one series must have a point.
 std::string svg_of(const Plot& plot);
 
-// Writes it. Throws std::runtime_error, naming the path.
+// Writes it. Throws FileError, naming the path.
 void write_svg(const Plot& plot, const std::filesystem::path& path);
 
 // Returns the text escaped for an SVG file.
 std::string escaped(const std::string& text);
 
-// Writes text to a file, making its folder if need be. Throws std::runtime_error, naming the path.
+// Writes text to a file, making its folder if need be. Throws FileError, naming the path.
 void write_text(const std::string& text, const std::filesystem::path& path);
 
-}  // namespace weft::bench
+}  // namespace weft::sim
