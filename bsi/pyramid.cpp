@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -45,6 +46,8 @@ Pyramid::Pyramid(const Atlas& atlas, const PyramidParts& parts) : atlas_(atlas),
   // The last row may be read past its end.
   vertices_[0].resize(vertices_[0].size() + row_alignment);
   group_levels_ = ceil_log2(patches);
+  patch_order_.resize(patches);
+  std::iota(patch_order_.begin(), patch_order_.end(), 0);
   group_boxes_.resize((std::size_t{1} << group_levels_) - 1);
   point_views();
 }
@@ -406,12 +409,46 @@ TexelAddress Pyramid::first_unbounded() const {
   }
 }
 
+// Orders the patches by their places at the first rebuild: neighbours on a surface stay neighbours.
+void Pyramid::order_patches() {
+  if (is_ordered_) return;
+  is_ordered_ = true;
+  for (int level = 0; level < group_levels_; ++level) {
+    for (int u = 0; u < 1 << level; ++u) split_patches(level, u);
+  }
+}
+
+// Sorts the patches of a group along the longest side of the box around their centres, so that the
+// group's two parts lie side by side.
+void Pyramid::split_patches(int level, int u) {
+  const auto centre = [this](int patch, int axis) {
+    const BoxPatch& tree = patches_[patch];
+    return tree.low[axis] + tree.high[axis];  // twice the centre
+  };
+  const auto group = patches_of_group(level, u);
+  const auto begin = patch_order_.begin() + (group.data() - patch_order_.data());
+  const auto end = begin + static_cast<std::ptrdiff_t>(group.size());
+  float longest = -1;
+  int along = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::minmax_element(
+        begin, end, [&](int a, int b) { return centre(a, axis) < centre(b, axis); });
+    const float side = centre(*high, axis) - centre(*low, axis);
+    if (side > longest) along = axis;
+    longest = std::max(longest, side);
+  }
+  std::sort(begin, end, [&](int a, int b) {
+    return std::pair(centre(a, along), a) < std::pair(centre(b, along), b);
+  });
+}
+
 void Pyramid::rebuild_groups() {
+  order_patches();
   for (int level = 0; level < group_levels_; ++level) {
     for (int u = 0; u < 1 << level; ++u) {
-      const auto [begin, end] = patches_of_group(level, u);
-      Box whole = box(begin, 0, 0, 0);
-      for (int patch = begin + 1; patch < end; ++patch) whole = join(whole, box(patch, 0, 0, 0));
+      const auto patches = patches_of_group(level, u);
+      Box whole = box(patches[0], 0, 0, 0);
+      for (const int patch : patches.subspan(1)) whole = join(whole, box(patch, 0, 0, 0));
       group_boxes_[(std::size_t{1} << level) - 1 + u] = whole;
     }
   }

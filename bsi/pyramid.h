@@ -41,8 +41,9 @@ struct PyramidParts {
 // Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
 // blocks of one or two quads; block boundaries are block_boundary(k, quads, log). The last level
 // holds the leaf blocks. No block is empty. Above the patch tops of a body of several patches stand
-// groups: level k has 2^k of them, which join the patches from block_boundary(i, patches, k) to the
-// next boundary, never none.
+// groups: level k has 2^k of them, never empty, whose numbers of patches differ by one at most.
+// Groups go by place: each is split along the longest side of the box around its patches' centres,
+// as these lay at the first rebuild.
 //
 // The pyramid holds a box for every block, the vertices in float32, and what PyramidParts names.
 // Boxes lie inside their parents' exactly: a minimum rounds nothing. They bound the vertices
@@ -94,9 +95,11 @@ class Pyramid {
     return sphere(block.patch, block.level, block.u, block.v);
   }
   int group_levels() const { return group_levels_; }
-  // Patches [first, second) of the u-th group of a level above the patch tops.
-  std::array<int, 2> patches_of_group(int level, int u) const {
-    return {block_boundary(u, patch_count(), level), block_boundary(u + 1, patch_count(), level)};
+  // Returns the patches of the u-th group of a level above the patch tops.
+  std::span<const std::int32_t> patches_of_group(int level, int u) const {
+    const int begin = block_boundary(u, patch_count(), level);
+    return std::span(patch_order_)
+        .subspan(begin, block_boundary(u + 1, patch_count(), level) - begin);
   }
   const Box& group_box(int level, int u) const {
     return group_boxes_[(std::size_t{1} << level) - 1 + u];
@@ -152,6 +155,8 @@ class Pyramid {
   void store_tangents(int patch, int level, int v, BoundRow row);
   BoundRow row(Strip& strip, int level, int v) const;
   TexelAddress first_unbounded() const;
+  void order_patches();
+  void split_patches(int level, int u);
   void rebuild_groups();
   void rebuild_spheres(int patch, int threads);
   void tighten_spheres(int patch);
@@ -167,6 +172,8 @@ class Pyramid {
   std::vector<std::int32_t> boundaries_;   // of the columns of leaf blocks, patch after patch
   std::vector<std::size_t> first_boundary_;
   int group_levels_ = 0;
+  std::vector<std::int32_t> patch_order_;  // groups are runs of these
+  bool is_ordered_ = false;
   std::vector<BoxGroup> groups_;
   std::vector<TangentBounds> tangents_;
   std::vector<SphereGroup> spheres_;  // as groups_, or none

@@ -100,8 +100,7 @@ class PatchPairs {
               {node.level + 1, 2 * node.u + 1, node.levels}};
     }
     std::vector<Node> children;
-    const auto [begin, end] = pyramid.patches_of_group(node.level, node.u);
-    for (int patch = begin; patch < end; ++patch)
+    for (const int patch : pyramid.patches_of_group(node.level, node.u))
       children.push_back({node.levels, patch, node.levels});
     return children;
   }
@@ -109,8 +108,10 @@ class PatchPairs {
   void follow(const Node& a, const Node& b) {
     if (!overlap(box_of(first_, a), box_of(second_, b), query_.half_margin)) return;
     if (a.is_patch() && b.is_patch()) {
-      found_.push_back({{first_.tree().patches[a.u].first_level, 0, 0},
-                        {second_.tree().patches[b.u].first_level, 0, 0}});
+      // Within one body, pairs name the lower patch first; groups have them in any order.
+      const bool is_turned = query_.self && a.u > b.u;
+      found_.push_back({{first_.tree().patches[is_turned ? b.u : a.u].first_level, 0, 0},
+                        {second_.tree().patches[is_turned ? a.u : b.u].first_level, 0, 0}});
       return;
     }
     const bool itself = query_.self && a == b;

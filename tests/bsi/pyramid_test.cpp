@@ -188,22 +188,46 @@ void expect_bounds(const Pyramid& pyramid, const Ends& ends) {
 
 void expect_group_bounds(const Pyramid& pyramid) {
   for (int level = 0; level < pyramid.group_levels(); ++level) {
-    int next = 0;
+    std::vector<int> seen;
     for (int u = 0; u < 1 << level; ++u) {
-      const auto [begin, end] = pyramid.patches_of_group(level, u);
-      EXPECT_EQ(begin, next);
-      EXPECT_LT(begin, end);
-      next = end;
+      const auto patches = pyramid.patches_of_group(level, u);
+      EXPECT_FALSE(patches.empty());
+      seen.insert(seen.end(), patches.begin(), patches.end());
       Box whole = nothing();
-      for (int patch = begin; patch < end; ++patch) {
+      for (const int patch : patches) {
         enclose(whole, pyramid.box(patch, 0, 0, 0).low);
         enclose(whole, pyramid.box(patch, 0, 0, 0).high);
       }
       EXPECT_EQ(pyramid.group_box(level, u), whole);
     }
-    EXPECT_EQ(next, pyramid.patch_count());
+    std::sort(seen.begin(), seen.end());
+    for (int patch = 0; patch < pyramid.patch_count(); ++patch) EXPECT_EQ(seen[patch], patch);
+    EXPECT_EQ(static_cast<int>(seen.size()), pyramid.patch_count());
   }
   EXPECT_EQ(pyramid.group_levels() == 0, pyramid.patch_count() == 1);
+}
+
+// Patches in a row whose numbers jump about: each group is a part of the row.
+TEST(Pyramid, GroupsPatchesByPlace) {
+  constexpr int patches = 13;
+  std::vector<Vec3> texels;
+  for (int patch = 0; patch < patches; ++patch) {
+    const double place = 5 * patch % patches;
+    for (int texel = 0; texel < 4; ++texel)
+      texels.emplace_back(0.2 * (texel % 2), 0.1 * place, 0.2 * (texel / 2));
+  }
+  const Surface row = make_from_texels(patches, 2, 2, texels, false, false);
+  Pyramid pyramid(row.atlas);
+  ASSERT_EQ(pyramid.rebuild(row.positions), std::nullopt);
+  expect_group_bounds(pyramid);
+  ASSERT_EQ(pyramid.group_levels(), 4);
+  for (int level = 0; level < 4; ++level) {
+    for (int u = 0; u < 1 << level; ++u) {
+      const auto count = static_cast<float>(pyramid.patches_of_group(level, u).size());
+      const Box& box = pyramid.group_box(level, u);
+      EXPECT_NEAR(box.high[1] - box.low[1], 0.1F * (count - 1), 1e-5F) << level << ' ' << u;
+    }
+  }
 }
 
 // --- The blocks
