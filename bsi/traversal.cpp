@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "bsi/detail/aligned_vector.h"
+#include "bsi/detail/rounded_up.h"
 #include "bsi/kernels/point_descent_kernels.h"
 
 namespace weft::bsi {
@@ -24,13 +25,6 @@ std::size_t count_pairs(std::span<const LeafBlockPair> blocks) {
 
 namespace {
 
-// The smallest float32 number that is certain not to be less.
-float rounded_up(double value) {
-  const auto rounded = static_cast<float>(value);
-  if (static_cast<double>(rounded) >= value) return rounded;
-  return std::nextafter(rounded, std::numeric_limits<float>::infinity());
-}
-
 // A larger margin would change nothing, for no coordinate is larger than the limit, and might
 // overflow.
 double largest_margin_that_counts(double margin) {
@@ -42,23 +36,32 @@ std::uint64_t next_serial() {
   return ++last;
 }
 
-DescentQuery query_of(const Pyramid& first, const Pyramid& second, bool self,
+// `second`: the tree of a second pyramid, or that tree in space. The spheres that the bound needs
+// must be there.
+DescentQuery query_of(const Pyramid& first, const BoxTree& second, bool self,
                       const TraversalOptions& options) {
-  assert(first.is_built() && second.is_built());
+  assert(first.is_built());
   assert(options.margin >= 0 && std::isfinite(options.margin));
+  assert(options.bound == Bound::box || first.parts().spheres);
   DescentQuery query{};
   query.a = &first.tree();
-  query.b = &second.tree();
-  query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude());
-  query.sphere_reach = sphere_reach(query.half_margin, first.magnitude(), second.magnitude());
+  query.b = &second;
+  query.half_margin = half_margin(options.margin, first.magnitude(), second.magnitude);
+  query.sphere_reach = sphere_reach(query.half_margin, first.magnitude(), second.magnitude);
   query.bound = options.bound;
-  assert(query.bound == Bound::box || (first.parts().spheres && second.parts().spheres));
   query.self = self;
   query.serial = next_serial();
   query.triangles = options.leaf == Leaf::triangle;
   query.certificate_margin =
       self && options.certificate ? certificate_margin(options.margin, first.magnitude()) : -1.0;
   return query;
+}
+
+DescentQuery query_of(const Pyramid& first, const Pyramid& second, bool self,
+                      const TraversalOptions& options) {
+  assert(second.is_built());
+  assert(options.bound == Bound::box || second.parts().spheres);
+  return query_of(first, second.tree(), self, options);
 }
 
 bool overlap(const Box& a, const Box& b, float half) {
@@ -106,7 +109,9 @@ class PatchPairs {
   }
 
   void follow(const Node& a, const Node& b) {
-    if (!overlap(box_of(first_, a), box_of(second_, b), query_.half_margin)) return;
+    Box box_b = box_of(second_, b);
+    if (query_.b->placement != nullptr) box_b = placed_box(*query_.b, box_b);
+    if (!overlap(box_of(first_, a), box_b, query_.half_margin)) return;
     if (a.is_patch() && b.is_patch()) {
       // Within one body, pairs name the lower patch first; groups have them in any order.
       const bool is_turned = query_.self && a.u > b.u;
@@ -408,6 +413,16 @@ void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   traverse(pyramid, pyramid, query_of(pyramid, pyramid, true, options), options.threads, blocks,
            counters);
+}
+
+void dual_traversal(const Pyramid& first, const RigidPyramid& second,
+                    std::span<const RigidFrame> ends, const TraversalOptions& options,
+                    std::vector<LeafPair>& pairs, TraversalCounters& counters) {
+  PlacedTree placed;
+  second.place(ends, placed);
+  DescentQuery query = query_of(first, placed.tree, false, options);
+  query.sphere_reach = rounded_up(static_cast<double>(query.sphere_reach) + placed.beyond_spheres);
+  traverse(first, second.pyramid(), query, options, pairs, counters);
 }
 
 void append_pairs(const Pyramid& first, const Pyramid& second, Leaf leaf,

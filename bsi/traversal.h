@@ -8,6 +8,7 @@
 
 #include "bsi/leaf_pair.h"
 #include "bsi/pyramid.h"
+#include "bsi/rigid_pyramid.h"
 
 namespace weft::bsi {
 
@@ -86,6 +87,14 @@ void dual_traversal(const Pyramid& first, const Pyramid& second, const Traversal
                     std::vector<LeafBlockPair>& blocks, TraversalCounters& counters);
 void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafBlockPair>& blocks, TraversalCounters& counters);
+
+// Finds pairs (leaf of the first, leaf of the second) where the second has been moved rigidly: by
+// one frame, or from the first of two to the second. They are those of a pyramid that is rebuilt
+// from the vertices R p + t, at both ends of the path (swept), its magnitude being that of the
+// placed box of the whole body.
+void dual_traversal(const Pyramid& first, const RigidPyramid& second,
+                    std::span<const RigidFrame> ends, const TraversalOptions& options,
+                    std::vector<LeafPair>& pairs, TraversalCounters& counters);
 
 std::size_t count_pairs(std::span<const LeafBlockPair> blocks);
 // Appends the numbers of the leaves that a dual traversal found, or a self traversal, where the

@@ -58,11 +58,23 @@ struct BoxPatch {
   std::int32_t rows, cols;  // of the image
 };
 
+// Where a tree that was built in the frame of a rigid body lies in space: a point p of the frame is
+// at R p + t, at one or both ends of its path.
+struct BoxPlacement {
+  const double* positions;        // x, y and z of every particle in the frame, m
+  double rotation[2][3][3];       // by end, row and column
+  double translation[2][3];       // by end, m
+  float rotation_float[2][3][3];  // the same, rounded
+  float translation_float[2][3];
+  float rounding;  // m, no less than what float32 takes from a box of a block (rigid_pyramid.cpp)
+};
+
 // All that a descent reads.
 struct BoxTree {
   const BoxLevel* levels;
   const BoxPatch* patches;
   const std::int32_t* texel_to_particle;  // null: the particle is the texel
+  const BoxPlacement* placement;          // null: the tree was built where it lies
   std::int32_t swept;                     // 1 or 0
   float magnitude;                        // the largest |coordinate| of a vertex, m
 };

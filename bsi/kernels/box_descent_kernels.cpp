@@ -227,15 +227,19 @@ WEFT_INLINE unsigned near_by_boxes(const DescentQuery& query, const PairList& li
   const auto group_of = [](const BoxLevel& level, Place place) -> const BoxGroup& {
     return level.groups[block_at(level, place)];
   };
+  BoxGroup room;
+  const auto children_of_second = [&]() -> const BoxGroup& {
+    return in_space(*query.b, group_of(*list.b, second_of(pair)), room);
+  };
   const bool leaf_a = is_leaf(*list.a), leaf_b = is_leaf(*list.b);
   if (!leaf_a && !leaf_b) {
-    return overlap_of_children(group_of(*list.a, first_of(pair)),
-                               group_of(*list.b, second_of(pair)), query.half_margin);
+    return overlap_of_children(group_of(*list.a, first_of(pair)), children_of_second(),
+                               query.half_margin);
   }
   const NodePair nodes = nodes_of(list, pair);
   if (leaf_a) {
-    return overlap_of_box(box_of(*query.a, nodes.a, query.half_margin),
-                          group_of(*list.b, second_of(pair)), query.half_margin);
+    return overlap_of_box(box_of(*query.a, nodes.a, query.half_margin), children_of_second(),
+                          query.half_margin);
   }
   return as_children_of_first(overlap_of_box(box_of(*query.b, nodes.b, query.half_margin),
                                              group_of(*list.a, first_of(pair)), query.half_margin));
@@ -245,15 +249,18 @@ WEFT_INLINE unsigned near_by_spheres(const DescentQuery& query, const PairList& 
   const auto group_of = [](const BoxLevel& level, Place place) -> const SphereGroup& {
     return level.spheres[block_at(level, place)];
   };
+  SphereGroup room;
+  const auto children_of_second = [&]() -> const SphereGroup& {
+    return in_space(*query.b, group_of(*list.b, second_of(pair)), room);
+  };
   const bool leaf_a = is_leaf(*list.a), leaf_b = is_leaf(*list.b);
   if (!leaf_a && !leaf_b) {
-    return touch_of_children(group_of(*list.a, first_of(pair)), group_of(*list.b, second_of(pair)),
+    return touch_of_children(group_of(*list.a, first_of(pair)), children_of_second(),
                              query.sphere_reach);
   }
   const NodePair nodes = nodes_of(list, pair);
   if (leaf_a) {
-    return touch_of_sphere(sphere_of(*query.a, nodes.a), group_of(*list.b, second_of(pair)),
-                           query.sphere_reach);
+    return touch_of_sphere(sphere_of(*query.a, nodes.a), children_of_second(), query.sphere_reach);
   }
   return as_children_of_first(touch_of_sphere(
       sphere_of(*query.b, nodes.b), group_of(*list.a, first_of(pair)), query.sphere_reach));

@@ -17,7 +17,7 @@ struct NodePair {
 
 struct DescentQuery {
   const BoxTree* a;
-  const BoxTree* b;           // a itself in a self traversal
+  const BoxTree* b;           // a itself in a self traversal; it alone may be placed
   double certificate_margin;  // negative: the certificate is not to be used
   float half_margin;          // every box is widened by it
   float sphere_reach;         // spheres this far apart may hold leaves whose widened boxes overlap

@@ -3,6 +3,7 @@
 
 #include "bsi/detail/box_layout.h"
 #include "bsi/kernels/box_lanes.h"
+#include "bsi/kernels/placed_boxes.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 
@@ -141,12 +142,17 @@ WEFT_INLINE LaneSpheres sphere_of(const BoxTree& tree, BoxNode node) {
   const BoxPatch& patch = tree.patches[level.patch];
   float sphere[4];
   if (node.level == patch.first_level) {
-    for (int axis = 0; axis < 3; ++axis) sphere[axis] = patch.centre[axis];
-    sphere[3] = patch.radius;
+    SphereGroup own{}, room;
+    for (int axis = 0; axis < 3; ++axis) own.centre[axis][0] = patch.centre[axis];
+    own.radius[0] = patch.radius;
+    const SphereGroup& group = in_space(tree, own, room);
+    for (int axis = 0; axis < 3; ++axis) sphere[axis] = group.centre[axis][0];
+    sphere[3] = group.radius[0];
   } else {
     const BoxLevel& above = tree.levels[node.level - 1];
     const BoxNode parent = parent_of(above, node);
-    const SphereGroup& group = above.spheres[block_of(above, parent)];
+    SphereGroup room;
+    const SphereGroup& group = in_space(tree, above.spheres[block_of(above, parent)], room);
     const int child = child_number(above, node);
     for (int axis = 0; axis < 3; ++axis) sphere[axis] = group.centre[axis][child];
     sphere[3] = group.radius[child];
@@ -170,15 +176,23 @@ WEFT_INLINE WideBox box_of(const BoxTree& tree, BoxNode node, float half_margin)
   WideBox box;
   const BoxLevel& level = level_of(tree, node);
   const BoxPatch& patch = tree.patches[level.patch];
+  BoxGroup room;
   if (node.level == patch.first_level) {
+    BoxGroup own{};
     for (int axis = 0; axis < 3; ++axis) {
-      box.low[axis] = patch.low[axis] - half_margin;
-      box.high[axis] = patch.high[axis] + half_margin;
+      own.low[axis][0] = patch.low[axis];
+      own.high[axis][0] = patch.high[axis];
+    }
+    const BoxGroup& whole = in_space(tree, own, room);
+    for (int axis = 0; axis < 3; ++axis) {
+      box.low[axis] = whole.low[axis][0] - half_margin;
+      box.high[axis] = whole.high[axis][0] + half_margin;
     }
     return box;
   }
   const BoxLevel& above = tree.levels[node.level - 1];
-  const BoxGroup& group = above.groups[block_of(above, parent_of(above, node))];
+  const BoxGroup& group =
+      in_space(tree, above.groups[block_of(above, parent_of(above, node))], room);
   const int child = child_number(above, node);
   for (int axis = 0; axis < 3; ++axis) {
     box.low[axis] = group.low[axis][child] - half_margin;

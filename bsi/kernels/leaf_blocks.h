@@ -51,12 +51,24 @@ static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode 
                         LaneBoxes& boxes) {
   const BoxPatch& patch = tree.patches[level_of(tree, node).patch];
   const LeafQuads quads = quads_of(tree, node);
+  const VertexImage* images = patch.vertices;
+  LeafQuads there = quads;  // in the images
+  PlacedVertices placed[2];
+  VertexImage placed_images[2];
+  if (__builtin_expect(static_cast<long>(tree.placement != nullptr), 0) != 0) {
+    for (int end = 0; end <= tree.swept; ++end) {
+      place_vertices(tree, patch, quads, end, placed[end]);
+      placed_images[end].stride = 4;
+      for (int axis = 0; axis < 3; ++axis)
+        placed_images[end].component[axis] = placed[end].component[axis];
+    }
+    images = placed_images;
+    there.row = there.col = 0;
+  }
   for (int axis = 0; axis < 3; ++axis) {
     Quad low[2], high[2];
-    bound_corners(patch.vertices[0], axis, quads, query.triangles, false, low, high);
-    if (tree.swept != 0) {
-      bound_corners(patch.vertices[1], axis, quads, query.triangles, true, low, high);
-    }
+    bound_corners(images[0], axis, there, query.triangles, false, low, high);
+    if (tree.swept != 0) bound_corners(images[1], axis, there, query.triangles, true, low, high);
     boxes.low[axis] =
         __builtin_shufflevector(low[0], low[1], 0, 1, 2, 3, 4, 5, 6, 7) - query.half_margin;
     boxes.high[axis] =
