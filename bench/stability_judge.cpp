@@ -108,7 +108,7 @@ std::optional<std::string> Judge::check(double time, std::span<const double> y) 
 }
 
 std::optional<std::string> Judge::check_surfaces(double time, std::span<const double> y) {
-  dynamics_.expand(time, y, position_, velocity_);
+  dynamics_.expand_all(time, y, position_, velocity_);
   std::vector<CrossingSurface> surfaces;
   for (const SceneBody& body : scene_.bodies) {
     surfaces.push_back(

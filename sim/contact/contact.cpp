@@ -31,12 +31,14 @@ std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples,
 
 // A point of a feature is a convex combination of its corners, and strays no further than the one
 // of them that strays most.
-double Contact::stray_of(const Pair& pair, std::span<const double> stray) {
+double Contact::stray_of(const Pair& pair, const PathStray& stray) const {
   double side[2] = {0, 0};
   const int split = pair.edges ? 2 : 1;
   for (int i = 0; i < 4; ++i) {
     double& largest = side[i < split ? 0 : 1];
-    largest = std::max(largest, stray[pair.nodes[i]]);
+    const int node = pair.nodes[i];
+    largest = std::max(largest, is_dynamic(node) ? stray.particle[node]
+                                                 : stray.body[scene_.body_index_of_particle(node)]);
   }
   return side[0] + side[1];
 }
@@ -147,14 +149,32 @@ void Contact::visit_candidates(double reach, const Visit& visit) const {
     for (std::size_t i = 0; i < group.nodes.size(); ++i) visit(group.pair(i));
 }
 
-std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
+// Puts the obstacles' nodes of a group in place, each once after marks_.begin().
+void Contact::place_nodes(const PairGroup& group, const PlacedParticles& start,
+                          const PlacedParticles& end) {
+  const int number = search_.obstacles().of_body(group.body_b);
+  if (end.pose(number) == nullptr) return;
+  const RigidObstacle& obstacle = search_.obstacles().all()[number];
+  for (const bsi::FourParticles& nodes : group.nodes) {
+    for (const int node : nodes) {
+      if (node < obstacle.first_particle || !marks_.is_new(node)) continue;
+      end.place(obstacle, node);
+      if (!start.is_same(end)) start.place(obstacle, node);
+    }
+  }
+}
+
+std::optional<ContactFault> Contact::evaluate(const PlacedParticles& now,
                                               std::span<const Vec3> velocity, int threads) {
   clear();
-  if (const auto bad = search_.update(position))
+  if (const auto bad = search_.update(now))
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  if (friction_ > 0) find_spins(position, velocity);
+  const std::span<const Vec3> position = now.position();
+  if (friction_ > 0) find_spins(now, velocity);
+  if (!moving_obstacles_.empty()) marks_.begin(scene_.particle_count);
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
+    place_nodes(group, now, now);
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
     // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
@@ -177,13 +197,15 @@ std::optional<ContactFault> Contact::evaluate(std::span<const Vec3> position,
 }
 
 // Obstacles are rigid: any of their triangles tells how they turn.
-void Contact::find_spins(std::span<const Vec3> position, std::span<const Vec3> velocity) {
+void Contact::find_spins(const PlacedParticles& now, std::span<const Vec3> velocity) {
   for (const int b : moving_obstacles_) {
     const SceneBody& body = scene_.bodies[b];
     std::array<Vec3, 3> x, v;
     for (int k = 0; k < 3; ++k) {
       const int particle = body.mesh.triangles[0][k] + body.first_particle;
-      x[k] = position[particle];
+      const int number = search_.obstacles().of_body(b);
+      if (now.pose(number) != nullptr) now.place(search_.obstacles().all()[number], particle);
+      x[k] = now.position()[particle];
       v[k] = velocity[particle];
     }
     spins_[b] = rigid_spin(x, v);
@@ -355,6 +377,19 @@ void Contact::add_forces(std::span<Vec3> force) const {
   }
 }
 
+void Contact::find_loaded_obstacles(std::vector<int>& particles) const {
+  particles.clear();
+  const auto add = [&](const std::array<int, 4>& nodes) {
+    for (const int node : nodes) {
+      if (!is_dynamic(node)) particles.push_back(node);
+    }
+  };
+  for (const ContactPair& pair : pairs_) add(pair.nodes);
+  for (const MollifierForce& mollified : mollified_) add(mollified.nodes);
+  std::sort(particles.begin(), particles.end());
+  particles.erase(std::unique(particles.begin(), particles.end()), particles.end());
+}
+
 double Contact::energy() const {
   double sum = 0;
   for (const ContactPair& pair : pairs_) sum += pair.energy;
@@ -431,30 +466,34 @@ std::optional<double> Contact::smallest_gap() const {
       ->gap;
 }
 
-std::optional<ContactFault> Contact::check_path(std::span<const Vec3> start,
-                                                std::span<const Vec3> end, const PathStray& stray) {
+std::optional<ContactFault> Contact::check_path(const PlacedParticles& start,
+                                                const PlacedParticles& end,
+                                                const PathStray& stray) {
   return find_path_fault(start, end, {.gap = true, .stray = stray});
 }
 
-std::optional<ContactFault> Contact::check_crossing(std::span<const Vec3> start,
-                                                    std::span<const Vec3> end) {
+std::optional<ContactFault> Contact::check_crossing(const PlacedParticles& start,
+                                                    const PlacedParticles& end) {
   return find_path_fault(start, end, {.gap = false, .stray = {}});
 }
 
-std::optional<ContactFault> Contact::find_path_fault(std::span<const Vec3> start,
-                                                     std::span<const Vec3> end,
+std::optional<ContactFault> Contact::find_path_fault(const PlacedParticles& start,
+                                                     const PlacedParticles& end,
                                                      const PathDemand& demand) {
   if (const auto bad = search_.update_path(start, end, demand.stray.body)) {
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
+  if (!moving_obstacles_.empty()) marks_.begin(scene_.particle_count);
   for (const PairGroup& group : groups_within(0.0, 0.0)) {
+    place_nodes(group, start, end);
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
     statistics_.counters.ccd_calls += count;
     std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
     parallel_chunks(count, scene_.threads, [&](int first, int last) {
-      faults[first / chunk_size] = check_part(group, first, last, start, end, demand);
+      faults[first / chunk_size] =
+          check_part(group, first, last, start.position(), end.position(), demand);
     });
     for (const auto& fault : faults)
       if (fault) return fault;
@@ -470,10 +509,11 @@ std::optional<ContactFault> Contact::check_part(const PairGroup& group, std::siz
   // Half the thickness: both ends keep all of it, so a path that is refused truly cuts through
   // something.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
-  const std::span<const double> stray = demand.stray.particle;
+  const PathStray& stray = demand.stray;
   // The largest stray of the whole group; pair by pair it may be less.
   double largest = half;
-  if (!stray.empty()) largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];
+  if (!stray.body.empty())
+    largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];
   std::vector<int> unproved;
   bsi::find_unproved_paths(group.kind(), start, end,
                            std::span(group.nodes).subspan(first, last - first), largest,
@@ -486,7 +526,7 @@ std::optional<ContactFault> Contact::check_part(const PairGroup& group, std::siz
       return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
     }
     double separation = half;
-    if (!stray.empty()) separation += stray_of(pair, stray);
+    if (!stray.body.empty()) separation += stray_of(pair, stray);
     bsi::FourPoints from, to;
     for (int k = 0; k < 4; ++k) {
       from[k] = start[pair.nodes[k]];

@@ -30,7 +30,7 @@ struct ContactFault {
 };
 
 // How far (m) points may be from their straight paths, at the most: by body, the largest of its
-// particles, and by particle. Both empty where all paths are straight.
+// particles, and by dynamic particle. Both empty where all paths are straight.
 struct PathStray {
   std::span<const double> body, particle;
 };
@@ -56,11 +56,17 @@ class Contact {
 
   // Finds the pairs in reach and their forces. `position` and `velocity` are of all particles (m,
   // m/s).
-  [[nodiscard]] std::optional<ContactFault> evaluate(std::span<const Vec3> position,
+  [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedParticles& now,
                                                      std::span<const Vec3> velocity, int threads);
+  [[nodiscard]] std::optional<ContactFault> evaluate(std::span<const Vec3> position,
+                                                     std::span<const Vec3> velocity, int threads) {
+    return evaluate(PlacedParticles(position), velocity, threads);
+  }
   // The rest is about the last evaluate(); arrays are of the dynamic particles. The forces may be
   // wanted of all, obstacles too: they are added on the first force.size() particles.
   void add_forces(std::span<Vec3> force) const;
+  // Replaces `particles` by those of obstacles on which add_forces() would act, in order.
+  void find_loaded_obstacles(std::vector<int>& particles) const;
   double energy() const;
   // Adds (gamma^2 K + gamma D) * in, and its diagonal blocks.
   void add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const;
@@ -82,6 +88,7 @@ class Contact {
     Mat3 block;
   };
   Coupling definite_coupling(std::size_t pair, double gamma) const;
+  const RigidObstacles& obstacles() const { return search_.obstacles(); }
   // The search runs on this.
   const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return pairs_.size(); }
@@ -90,13 +97,18 @@ class Contact {
 
   // Is every pair of features certain to keep apart along the straight paths start -> end, and on
   // all paths no further from these than `stray`, and to end with a positive gap?
+  [[nodiscard]] std::optional<ContactFault> check_path(const PlacedParticles& start,
+                                                       const PlacedParticles& end,
+                                                       const PathStray& stray = {});
   [[nodiscard]] std::optional<ContactFault> check_path(std::span<const Vec3> start,
                                                        std::span<const Vec3> end,
-                                                       const PathStray& stray = {});
+                                                       const PathStray& stray = {}) {
+    return check_path(PlacedParticles(start), PlacedParticles(end), stray);
+  }
   // Checks the path to a place on a path that has been found free: no gap is demanded, at its end
   // or on the way, only that surfaces do not meet.
-  [[nodiscard]] std::optional<ContactFault> check_crossing(std::span<const Vec3> start,
-                                                           std::span<const Vec3> end);
+  [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedParticles& start,
+                                                           const PlacedParticles& end);
   // Smallest gap within the range at `position` (infinite where none is); a fault where one is not
   // positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
@@ -148,7 +160,9 @@ class Contact {
   double pair_area(const std::array<int, 4>& nodes, int split) const;
   double range_of(const PairGroup& group) const;
   bool is_dynamic(int particle) const { return particle < scene_.dynamic_particles; }
-  void find_spins(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  void find_spins(const PlacedParticles& now, std::span<const Vec3> velocity);
+  void place_nodes(const PairGroup& group, const PlacedParticles& start,
+                   const PlacedParticles& end);
   std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
   double normal_block(const ContactPair& pair, double gamma) const {
     return gamma * (gamma * pair.stiffness + pair.damping);
@@ -174,14 +188,14 @@ class Contact {
                  const ContactLaw& law, Found& found) const;
   void join(Found& part);
   void clear();
-  static double stray_of(const Pair& pair, std::span<const double> stray);
+  double stray_of(const Pair& pair, const PathStray& stray) const;
   // The conditions that a path must meet.
   struct PathDemand {
     bool gap = true;  // half the thickness on the way and all of it at the end
     PathStray stray;
   };
-  std::optional<ContactFault> find_path_fault(std::span<const Vec3> start,
-                                              std::span<const Vec3> end, const PathDemand& demand);
+  std::optional<ContactFault> find_path_fault(const PlacedParticles& start,
+                                              const PlacedParticles& end, const PathDemand& demand);
   std::optional<ContactFault> check_part(const PairGroup& group, std::size_t first,
                                          std::size_t last, std::span<const Vec3> start,
                                          std::span<const Vec3> end, const PathDemand& demand) const;
@@ -194,7 +208,8 @@ class Contact {
   std::vector<Vec3> rest_;                   // of all particles: edge lengths scale the mollifier
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
   std::vector<int> moving_obstacles_;        // bodies
-  std::vector<Vec3> spins_;                  // rad/s, by body; zero but of moving obstacles
+  PlacedMarks marks_;
+  std::vector<Vec3> spins_;  // rad/s, by body; zero but of moving obstacles
   std::vector<ContactPair> pairs_;
   std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 
@@ -140,6 +141,7 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
       statistics_(statistics),
       range_(scene.source.contact.range),
       slack_(search_slack(scene)),
+      obstacles_(scene),
       tracked_(scene.bodies.size()),
       placed_(scene.bodies.size(), 0),
       search_(std::move(search)) {
@@ -175,21 +177,77 @@ std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int 
   return scene_.bodies[body].first_particle + static_cast<int>(lost - points.begin());
 }
 
-std::optional<int> ContactSearch::track(std::span<const Vec3> position, bool from_start) {
+// A point p of the obstacle has gone by d + (R1 - R0) (p - middle), where d is the way of its
+// middle. The norm of R1 - R0 is its Frobenius norm over the square root of two: both singular
+// values that are not zero are the same.
+ContactSearch::Displacement ContactSearch::displacement(const RigidObstacle& obstacle,
+                                                        const RigidPose& snapshot,
+                                                        const RigidPose& now) {
+  Displacement moved;
+  moved.mean = now.place(obstacle.middle) - snapshot.place(obstacle.middle);
+  moved.residual = std::numbers::sqrt2 / 2 * (now.rotation - snapshot.rotation).norm() *
+                   obstacle.radius * (1 + 1e-9);
+  return moved;
+}
+
+std::optional<int> ContactSearch::track(const PlacedParticles& now, bool from_start) {
   for (const int b : moving_) {
-    Tracked& tracked = tracked_[b];
-    const std::span<const Vec3> from = from_start && !tracked.path_start.empty()
-                                           ? std::span<const Vec3>(tracked.path_start)
-                                           : tracked.snapshot;
-    const std::span<const Vec3> now = of_body(position, b);
-    const Vec3 sum = extend(tracked.box, now);
-    if (!from.empty()) tracked.now = displacement(from, now);
-    const bool is_near = tracked.box.min().minCoeff() > -lost_distance / 2 &&
-                         tracked.box.max().maxCoeff() < lost_distance / 2;
-    if (sum.allFinite() && is_near) continue;
-    if (const auto lost = find_lost(position, b)) return lost;
+    const int number = obstacles_.of_body(b);
+    bool is_finite = false;
+    if (now.pose(number) != nullptr) {
+      is_finite = track_pose(obstacles_.all()[number], now, from_start);
+    } else {
+      if (tracked_[b].pose) fill_snapshot(obstacles_.all()[number]);
+      is_finite = track_points(b, of_body(now.position(), b), from_start);
+    }
+    const Box& box = tracked_[b].box;
+    const bool is_near =
+        box.min().minCoeff() > -lost_distance / 2 && box.max().maxCoeff() < lost_distance / 2;
+    if (is_finite && is_near) continue;
+    if (now.pose(number) != nullptr) now.place_all(obstacles_.all()[number]);
+    if (const auto lost = find_lost(now.position(), b)) return lost;
   }
   return std::nullopt;
+}
+
+// Returns whether all positions are finite, as the function below.
+bool ContactSearch::track_pose(const RigidObstacle& obstacle, const PlacedParticles& now,
+                               bool from_start) {
+  Tracked& tracked = tracked_[obstacle.body];
+  const RigidPose& pose = *now.pose(obstacle.number);
+  if (!tracked.snapshot.empty()) {
+    now.place_all(obstacle);
+    return track_points(obstacle.body, of_body(now.position(), obstacle.body), from_start);
+  }
+  tracked.box.extend(obstacle.box(pose));
+  if (tracked.pose) {
+    tracked.now = displacement(
+        obstacle, from_start && tracked.path_start_pose ? *tracked.path_start_pose : *tracked.pose,
+        pose);
+  }
+  return pose.rotation.allFinite() && pose.translation.allFinite();
+}
+
+bool ContactSearch::track_points(int body, std::span<const Vec3> now, bool from_start) {
+  Tracked& tracked = tracked_[body];
+  const std::span<const Vec3> from = from_start && !tracked.path_start.empty()
+                                         ? std::span<const Vec3>(tracked.path_start)
+                                         : tracked.snapshot;
+  const Vec3 sum = extend(tracked.box, now);
+  if (!from.empty()) tracked.now = displacement(from, now);
+  return sum.allFinite();
+}
+
+// Turns the pose at which lists were built into positions: from now on these are given.
+void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
+  Tracked& tracked = tracked_[obstacle.body];
+  for (const Vec3& start : obstacle.held->start) {
+    tracked.snapshot.push_back(tracked.pose->place(start));
+    if (tracked.path_start_pose)
+      tracked.path_start.push_back(tracked.path_start_pose->place(start));
+  }
+  tracked.pose.reset();
+  tracked.path_start_pose.reset();
 }
 
 // By how much the distance of two points of its bodies may differ from that on the straight paths.
@@ -255,20 +313,20 @@ std::vector<char> ContactSearch::bodies_to_refresh() const {
   return marked;
 }
 
-std::optional<int> ContactSearch::update(std::span<const Vec3> position) {
+std::optional<int> ContactSearch::update(const PlacedParticles& now) {
   for (const int b : moving_) {
     tracked_[b].stray = 0;
     tracked_[b].box.setEmpty();
   }
-  if (const auto bad = track(position)) return bad;
+  if (const auto bad = track(now)) return bad;
   for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
-  find_neighbours(position);
-  refresh(position, position);
+  find_neighbours(now.position());
+  refresh(now, now);
   return std::nullopt;
 }
 
-std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
-                                              std::span<const Vec3> end,
+std::optional<int> ContactSearch::update_path(const PlacedParticles& start,
+                                              const PlacedParticles& end,
                                               std::span<const double> stray) {
   for (const int b : moving_) {
     tracked_[b].stray = stray.empty() ? 0 : stray[b];
@@ -280,7 +338,7 @@ std::optional<int> ContactSearch::update_path(std::span<const Vec3> start,
   if (const auto bad = track(start, true)) return bad;
   for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
   if (const auto bad = track(end)) return bad;
-  find_neighbours(end);
+  find_neighbours(end.position());
   refresh(start, end);
   return std::nullopt;
 }
@@ -373,13 +431,13 @@ ContactSearch::ListState ContactSearch::first_state(const CandidateList& list) {
   return state;
 }
 
-void ContactSearch::refresh(std::span<const Vec3> start, std::span<const Vec3> end) {
+void ContactSearch::refresh(const PlacedParticles& start, const PlacedParticles& end) {
   statistics_.counters.body_pairs += static_cast<std::int64_t>(lists_.size());
   if (!are_valid()) renew_lists(start, end);
   for (CandidateList& list : lists_) list.drift = drift(list);
 }
 
-void ContactSearch::renew_lists(std::span<const Vec3> start, std::span<const Vec3> end) {
+void ContactSearch::renew_lists(const PlacedParticles& start, const PlacedParticles& end) {
   const std::vector<char> marked = bodies_to_refresh();
   std::vector<char> stale(lists_.size(), 0);
   for (std::size_t l = 0; l < lists_.size(); ++l) {
@@ -396,19 +454,28 @@ void ContactSearch::renew_lists(std::span<const Vec3> start, std::span<const Vec
   if (!building_.empty()) build_lists(start, end);
 }
 
-void ContactSearch::refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end) {
+void ContactSearch::refresh_body(int body, const PlacedParticles& start,
+                                 const PlacedParticles& end) {
   Tracked& tracked = tracked_[body];
+  const int number = obstacles_.of_body(body);
+  const bool is_path = !start.is_same(end);
   tracked.path_length += tracked.largest();
   tracked.now = tracked.at_start = {};
-  const auto position = of_body(end, body);
-  if (scene_.bodies[body].moves) {
-    const auto from = of_body(start, body);
-    tracked.snapshot.assign(position.begin(), position.end());
-    tracked.path_start.clear();
-    if (start.data() != end.data()) tracked.path_start.assign(from.begin(), from.end());
-  }
-  tracked.bounds = sphere_around(of_body(start, body), position);
   tracked.pyramid_built = false;
+  tracked.path_start.clear();
+  if (const RigidPose* pose = end.pose(number)) {
+    tracked.snapshot.clear();
+    tracked.pose = *pose;
+    tracked.path_start_pose = is_path ? std::optional(*start.pose(number)) : std::nullopt;
+    tracked.bounds = obstacles_.all()[number].sphere(*start.pose(number), *pose);
+    return;
+  }
+  const auto from = of_body(start.position(), body), position = of_body(end.position(), body);
+  if (scene_.bodies[body].moves) {
+    tracked.snapshot.assign(position.begin(), position.end());
+    if (is_path) tracked.path_start.assign(from.begin(), from.end());
+  }
+  tracked.bounds = sphere_around(from, position);
 }
 
 // Empties a list that is to be built anew; true if the bounding spheres keep its bodies apart, so
@@ -435,23 +502,38 @@ bool ContactSearch::rule_out(std::size_t l) {
   return true;
 }
 
+BodyPath ContactSearch::path_of(int body, const PlacedParticles& start,
+                                const PlacedParticles& end) const {
+  BodyPath path{body, of_body(start.position(), body), of_body(end.position(), body)};
+  const int number = obstacles_.of_body(body);
+  const RigidPose *from = start.pose(number), *to = end.pose(number);
+  if (to == nullptr) return path;
+  const RigidObstacle& obstacle = obstacles_.all()[number];
+  if (search_.search->takes_frames()) {
+    path.obstacle = &obstacle;
+    path.frames = {obstacle.frame(*from), obstacle.frame(*to)};
+  } else {
+    start.place_all(obstacle);
+    end.place_all(obstacle);
+  }
+  return path;
+}
+
 // Rebuilds the pyramids of bodies whose lists are being built, where they have moved.
-void ContactSearch::rebuild_pyramids(std::span<const Vec3> start, std::span<const Vec3> end) {
+void ContactSearch::rebuild_pyramids(const PlacedParticles& start, const PlacedParticles& end) {
   PhaseTimer timer(statistics_.phases.rebuild);
   std::vector<BodyPath> paths;
   for (const PairQuery& query : queries_) {
     for (const int body : {query.body_a, query.body_b}) {
       if (tracked_[body].pyramid_built) continue;
       tracked_[body].pyramid_built = true;
-      const std::span<const Vec3> from = scene_.bodies[body].moves ? start : end;
-      paths.push_back({body, of_body(from, body), of_body(end, body)});
+      paths.push_back(path_of(body, scene_.bodies[body].moves ? start : end, end));
     }
   }
-  search_.search->rebuild(paths);
-  statistics_.counters.rebuilds += static_cast<std::int64_t>(paths.size());
+  statistics_.counters.rebuilds += search_.search->rebuild(paths);
 }
 
-void ContactSearch::find_quad_pairs(std::span<const Vec3> start, std::span<const Vec3> end) {
+void ContactSearch::find_quad_pairs(const PlacedParticles& start, const PlacedParticles& end) {
   rebuild_pyramids(start, end);
   bsi::TraversalCounters tests;
   PhaseTimer timer(statistics_.phases.traverse);
@@ -459,7 +541,26 @@ void ContactSearch::find_quad_pairs(std::span<const Vec3> start, std::span<const
   statistics_.counters.bound_tests += tests.bound_tests;
 }
 
-void ContactSearch::build_lists(std::span<const Vec3> start, std::span<const Vec3> end) {
+// Puts the corners of the quads that were found in place, of obstacles that have poses.
+void ContactSearch::place_found(const PlacedParticles& start, const PlacedParticles& end) {
+  marks_.begin(scene_.particle_count);
+  for (std::size_t i = 0; i < building_.size(); ++i) {
+    const int number = obstacles_.of_body(queries_[i].body_b);
+    if (end.pose(number) == nullptr) continue;
+    const RigidObstacle& obstacle = obstacles_.all()[number];
+    const bsi::Atlas& atlas = scene_.bodies[obstacle.body].atlas;
+    for (const bsi::LeafPair& pair : quad_pairs_[i]) {
+      for (const int corner : atlas.quad_particles(pair.b)) {
+        const int particle = obstacle.first_particle + corner;
+        if (!marks_.is_new(particle)) continue;
+        end.place(obstacle, particle);
+        if (!start.is_same(end)) start.place(obstacle, particle);
+      }
+    }
+  }
+}
+
+void ContactSearch::build_lists(const PlacedParticles& start, const PlacedParticles& end) {
   queries_.clear();
   for (const std::size_t l : building_) {
     queries_.push_back({lists_[l].body_a, lists_[l].body_b, reach(lists_[l])});
@@ -476,9 +577,11 @@ void ContactSearch::build_lists(std::span<const Vec3> start, std::span<const Vec
     find_quad_pairs(start, end);
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
+  if (!obstacles_.all().empty()) place_found(start, end);
   for (std::size_t i = 0; i < building_.size(); ++i) {
     CandidateList& list = lists_[building_[i]];
-    collect_features(scene_, start, end, quad_pairs_[i], reach(list), list, statistics_.counters);
+    collect_features(scene_, start.position(), end.position(), quad_pairs_[i], reach(list), list,
+                     statistics_.counters);
   }
 }
 

@@ -13,6 +13,7 @@
 #include "sim/base/statistics.h"
 #include "sim/contact/body_tree.h"
 #include "sim/contact/compute_choice.h"
+#include "sim/contact/rigid_obstacles.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -64,6 +65,10 @@ double search_slack(const Scene& scene);
 // neighbours whose bounding spheres lie further apart than the slack reach have an empty list until
 // they could have met.
 //
+// Obstacles that move as rigid bodies may be given by their poses. How far they have moved, and
+// where they are, is then bounded from these; their vertices are put in place only where lists are
+// built from them.
+//
 // Pairs all of whose vertices follow prescribed paths are left out: no force could part them.
 class ContactSearch {
  public:
@@ -71,15 +76,24 @@ class ContactSearch {
 
   // Makes the lists complete at `position` (all particles). Returns a particle that is not finite,
   // if any.
-  [[nodiscard]] std::optional<int> update(std::span<const Vec3> position);
+  [[nodiscard]] std::optional<int> update(const PlacedParticles& now);
+  [[nodiscard]] std::optional<int> update(std::span<const Vec3> position) {
+    return update(PlacedParticles(position));
+  }
   // Makes them complete for every point of the straight paths start -> end, and of all paths whose
   // points are never further from these than `stray` (m, by body; empty: zero).
+  [[nodiscard]] std::optional<int> update_path(const PlacedParticles& start,
+                                               const PlacedParticles& end,
+                                               std::span<const double> stray = {});
   [[nodiscard]] std::optional<int> update_path(std::span<const Vec3> start,
                                                std::span<const Vec3> end,
-                                               std::span<const double> stray = {});
+                                               std::span<const double> stray = {}) {
+    return update_path(PlacedParticles(start), PlacedParticles(end), stray);
+  }
 
   // The lists of neighbours, sorted by (body_a, body_b).
   std::span<const CandidateList> lists() const { return lists_; }
+  const RigidObstacles& obstacles() const { return obstacles_; }
   double slack() const { return slack_; }
   // The device that the search runs on. It changes once at the most: a device that fails hands over
   // to the CPU, whose answers are the same.
@@ -98,9 +112,11 @@ class ContactSearch {
     // for a body that does not move or has never had a list.
     std::vector<Vec3> snapshot;
     std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
-    double path_length = 0;        // displacements summed over the snapshots left behind, m
-    Displacement now;              // at the end of the path that is asked about
-    Displacement at_start;         // at its start; without a path, the same
+    // The same of a rigid obstacle that was given by its pose; it then has no positions here.
+    std::optional<RigidPose> pose, path_start_pose;
+    double path_length = 0;  // displacements summed over the snapshots left behind, m
+    Displacement now;        // at the end of the path that is asked about
+    Displacement at_start;   // at its start; without a path, the same
     double largest() const { return std::max(now.largest(), at_start.largest()); }
     Box box;           // around its points now, or their paths, without the stray
     double stray = 0;  // how far its points may be from the path that is asked about, m
@@ -120,8 +136,13 @@ class ContactSearch {
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
   // Finds where all moving bodies are now, seen from the ends, or from the starts, of the paths of
   // the lists. Extends their boxes.
-  std::optional<int> track(std::span<const Vec3> position, bool from_start = false);
+  std::optional<int> track(const PlacedParticles& now, bool from_start = false);
+  bool track_pose(const RigidObstacle& obstacle, const PlacedParticles& now, bool from_start);
+  bool track_points(int body, std::span<const Vec3> now, bool from_start);
+  void fill_snapshot(const RigidObstacle& obstacle);
   static Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now);
+  static Displacement displacement(const RigidObstacle& obstacle, const RigidPose& snapshot,
+                                   const RigidPose& now);
   std::optional<int> find_lost(std::span<const Vec3> position, int body) const;
   // Gives bodies that have left their boxes new ones, and brings the lists up to date with them.
   void find_neighbours(std::span<const Vec3> position);
@@ -137,13 +158,15 @@ class ContactSearch {
   bool is_valid(std::size_t list) const;
   bool are_valid() const;
   std::vector<char> bodies_to_refresh() const;
-  void refresh(std::span<const Vec3> start, std::span<const Vec3> end);
-  void renew_lists(std::span<const Vec3> start, std::span<const Vec3> end);
-  void refresh_body(int body, std::span<const Vec3> start, std::span<const Vec3> end);
+  void refresh(const PlacedParticles& start, const PlacedParticles& end);
+  void renew_lists(const PlacedParticles& start, const PlacedParticles& end);
+  void refresh_body(int body, const PlacedParticles& start, const PlacedParticles& end);
   bool rule_out(std::size_t list);
-  void rebuild_pyramids(std::span<const Vec3> start, std::span<const Vec3> end);
-  void find_quad_pairs(std::span<const Vec3> start, std::span<const Vec3> end);
-  void build_lists(std::span<const Vec3> start, std::span<const Vec3> end);
+  BodyPath path_of(int body, const PlacedParticles& start, const PlacedParticles& end) const;
+  void rebuild_pyramids(const PlacedParticles& start, const PlacedParticles& end);
+  void find_quad_pairs(const PlacedParticles& start, const PlacedParticles& end);
+  void place_found(const PlacedParticles& start, const PlacedParticles& end);
+  void build_lists(const PlacedParticles& start, const PlacedParticles& end);
   double reach(const CandidateList& list) const {
     return list.thickness + range_ + slack_ + stray(list);
   }
@@ -152,6 +175,8 @@ class ContactSearch {
   Statistics& statistics_;
   double range_ = 0;
   double slack_ = 0;
+  RigidObstacles obstacles_;
+  PlacedMarks marks_;
   std::vector<Tracked> tracked_;
   std::vector<int> moving_;   // bodies
   BodyTree tree_;             // of boxes with room to move in and half of the reach

@@ -32,7 +32,8 @@ class OpenGlSearch : public PairSearch {
 
   std::string device() const { return context_->device(); }
 
-  void rebuild(std::span<const BodyPath> paths) override {
+  // Obstacles that move are uploaded and rebuilt like all other bodies.
+  int rebuild(std::span<const BodyPath> paths) override {
     std::vector<gpu::BodyImage> images;
     for (const BodyPath& path : paths) {
       gpu::BodyImage image{.body = path.body, .start = path.start};
@@ -42,6 +43,7 @@ class OpenGlSearch : public PairSearch {
       images.push_back(image);
     }
     if (!images.empty()) pyramids_.rebuild(images);
+    return static_cast<int>(images.size());
   }
 
   // Boxes are not counted on the device.

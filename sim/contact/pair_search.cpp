@@ -9,20 +9,21 @@ namespace {
 
 class CpuSearch : public PairSearch {
  public:
-  explicit CpuSearch(const Scene& scene) : scene_(scene), pyramids_(scene.bodies.size()) {}
+  explicit CpuSearch(const Scene& scene) : scene_(scene), bodies_(scene.bodies.size()) {}
 
-  void rebuild(std::span<const BodyPath> paths) override {
+  bool takes_frames() const override { return true; }
+
+  int rebuild(std::span<const BodyPath> paths) override {
+    int built = 0;
     for (const BodyPath& path : paths) {
-      std::optional<bsi::Pyramid>& pyramid = pyramids_[path.body];
-      const SceneBody& body = scene_.bodies[path.body];
-      if (!pyramid)
-        pyramid.emplace(body.atlas, bsi::PyramidParts{.tangents = body.self_contact,
-                                                      .spheres = bound() != bsi::Bound::box});
-      const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
-                                       : pyramid->rebuild(path.end, threads());
-      assert(!bad && "positions are finite");
-      static_cast<void>(bad);
+      if (path.obstacle != nullptr) {
+        built += place(path);
+      } else {
+        rebuild(path);
+        ++built;
+      }
     }
+    return built;
   }
 
   void find(std::span<const PairQuery> queries, std::vector<std::vector<bsi::LeafPair>>& found,
@@ -32,22 +33,57 @@ class CpuSearch : public PairSearch {
       const PairQuery& query = queries[i];
       const bsi::TraversalOptions options{
           .margin = query.margin, .leaf = bsi::Leaf::quad, .bound = bound(), .threads = threads()};
-      const bsi::Pyramid& a = *pyramids_[query.body_a];
+      const bsi::Pyramid& a = *bodies_[query.body_a].pyramid;
+      const Searched& b = bodies_[query.body_b];
       found[i].clear();
       if (query.body_a == query.body_b) {
         bsi::self_traversal(a, options, found[i], counters);
+      } else if (!b.frames.empty()) {
+        bsi::dual_traversal(a, *b.rigid, b.frames, options, found[i], counters);
       } else {
-        bsi::dual_traversal(a, *pyramids_[query.body_b], options, found[i], counters);
+        bsi::dual_traversal(a, *b.pyramid, options, found[i], counters);
       }
     }
   }
 
  private:
+  // A body with the pyramids that it has needed so far.
+  struct Searched {
+    std::optional<bsi::Pyramid> pyramid;
+    std::optional<bsi::RigidPyramid> rigid;
+    std::vector<bsi::RigidFrame> frames;  // of the rigid one, where that is to be asked
+  };
+
+  void rebuild(const BodyPath& path) {
+    const SceneBody& body = scene_.bodies[path.body];
+    Searched& searched = bodies_[path.body];
+    searched.frames.clear();
+    std::optional<bsi::Pyramid>& pyramid = searched.pyramid;
+    if (!pyramid)
+      pyramid.emplace(body.atlas, bsi::PyramidParts{.tangents = body.self_contact,
+                                                    .spheres = bound() != bsi::Bound::box});
+    const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
+                                     : pyramid->rebuild(path.end, threads());
+    assert(!bad && "positions are finite");
+    static_cast<void>(bad);
+  }
+
+  // Returns 1 if the obstacle had no pyramid yet, else 0.
+  int place(const BodyPath& path) {
+    Searched& searched = bodies_[path.body];
+    const std::size_t ends = path.is_swept() ? 2 : 1;
+    searched.frames.assign(path.frames.end() - ends, path.frames.end());
+    if (searched.rigid) return 0;
+    searched.rigid.emplace(scene_.bodies[path.body].atlas, path.obstacle->own_positions(),
+                           bound() != bsi::Bound::box, threads());
+    return 1;
+  }
+
   bsi::Bound bound() const { return scene_.source.contact.bound; }
   int threads() const { return scene_.threads; }
 
   const Scene& scene_;
-  std::vector<std::optional<bsi::Pyramid>> pyramids_;  // made when first needed
+  std::vector<Searched> bodies_;
 };
 
 }  // namespace

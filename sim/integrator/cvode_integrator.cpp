@@ -401,9 +401,10 @@ std::optional<Failure> CvodeIntegrator::state_at(double time, std::span<double> 
   CVodeGetDky(self.cvode, time, 0, self.work);
   std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
   const double part = (time - self.previous_time) / (self.accepted_time - self.previous_time);
-  return settle_frame(self.dynamics, time, part,
-                      {self.previous_state, self.accepted_state, self.previous_position}, y,
-                      self.trial_position, self.scratch_velocity);
+  return settle_frame(
+      self.dynamics, time, part,
+      {self.previous_state, self.accepted_state, self.previous_position, self.previous_time}, y,
+      self.trial_position, self.scratch_velocity);
 }
 
 void CvodeIntegrator::restart(double time, std::span<const double> y) {

@@ -253,8 +253,9 @@ std::optional<Failure> OneStepIntegrator::state_at(double time, std::span<double
     y[half + i] =
         6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1;
   }
-  return settle_frame(dynamics_, time, s, {other_state_, state_, previous_position_}, y,
-                      interpolated_, scratch_velocity_);
+  return settle_frame(dynamics_, time, s,
+                      {other_state_, state_, previous_position_, previous_time_}, y, interpolated_,
+                      scratch_velocity_);
 }
 
 }  // namespace weft::sim

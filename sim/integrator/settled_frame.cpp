@@ -7,13 +7,15 @@ namespace weft::sim {
 std::optional<Failure> settle_frame(Dynamics& dynamics, double time, double part,
                                     const StepEnds& step, std::span<double> y,
                                     std::vector<Vec3>& position, std::vector<Vec3>& velocity) {
-  Contact* contact = dynamics.contact();
-  if (contact == nullptr) return std::nullopt;
+  if (dynamics.contact() == nullptr) return std::nullopt;
   dynamics.expand(time, y, position, velocity);
-  if (!contact->check_path(step.start_positions, position)) return std::nullopt;
+  const auto check = [&](bool gap) {
+    return dynamics.check_straight_path(step.start_time, step.start_positions, time, position, gap);
+  };
+  if (!check(true)) return std::nullopt;
   for (std::size_t i = 0; i < y.size(); ++i) y[i] = (1 - part) * step.start[i] + part * step.end[i];
   dynamics.expand(time, y, position, velocity);
-  const auto fault = contact->check_crossing(step.start_positions, position);
+  const auto fault = check(false);
   return fault ? std::optional(frame_failure(dynamics.scene(), *fault, time)) : std::nullopt;
 }
 

@@ -15,6 +15,7 @@ namespace weft::sim {
 struct StepEnds {
   std::span<const double> start, end;     // states
   std::span<const Vec3> start_positions;  // of all particles; empty without contact
+  double start_time = 0;                  // s
 };
 
 // Puts `y`, interpolated at `part` (0 .. 1) of a step, on the straight line between its ends where

@@ -302,7 +302,7 @@ bool StageSolver::Implementation::is_driven() const {
 
 // Velocities are measured against the fastest of the scene, prescribed ones included.
 bool StageSolver::Implementation::leaves_little(std::span<const double> residual) {
-  dynamics.expand(time, right_side, position, velocity);
+  dynamics.expand_all(time, right_side, position, velocity);
   double fastest = 0, largest = 0;
   for (const Vec3& v : velocity) fastest = std::max(fastest, v.squaredNorm());
   for (const Vec3& r : StateView::of(residual).velocity)

@@ -104,6 +104,7 @@ void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>&
   std::copy(state.velocity.begin(), state.velocity.end(), velocity.begin());
   std::vector<Vec3> moved, rate;
   for (const PrescribedMotion& held : scene_.prescribed) {
+    if (is_moving_obstacle(held)) continue;
     if (held.moves) {
       moved.resize(held.start.size());
       rate.resize(held.start.size());
@@ -112,6 +113,19 @@ void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>&
     for (std::size_t i = 0; i < held.particles.size(); ++i) {
       position[held.particles[i]] = held.moves ? moved[i] : held.start[i];
       velocity[held.particles[i]] = held.moves ? rate[i] : Vec3(Vec3::Zero());
+    }
+  }
+}
+
+void Dynamics::expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
+                          std::vector<Vec3>& velocity) const {
+  expand(time, y, position, velocity);
+  for (const PrescribedMotion& held : scene_.prescribed) {
+    if (!is_moving_obstacle(held)) continue;
+    const RigidPose pose = held.motion.pose(time, is_before_jump(time));
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      const int particle = held.particles[i];
+      pose.place(held.start[i], position[particle], velocity[particle]);
     }
   }
 }
@@ -172,11 +186,12 @@ PathStray Dynamics::path_stray(double from, double to) {
     if (stray > 0 && is_straight) {
       is_straight = false;
       body_stray_.assign(scene_.bodies.size(), 0.0);
-      particle_stray_.assign(scene_.particle_count, 0.0);
+      particle_stray_.assign(scene_.dynamic_particles, 0.0);
     }
     if (!(stray > 0)) continue;
     double& largest = body_stray_[scene_.body_index_of_particle(held.particles[0])];
     largest = std::max(largest, stray);
+    if (is_moving_obstacle(held)) continue;
     for (const int particle : held.particles) particle_stray_[particle] = stray;
   }
   if (is_straight) return {};
@@ -186,7 +201,39 @@ PathStray Dynamics::path_stray(double from, double to) {
 std::optional<ContactFault> Dynamics::check_path(double start_time, std::span<const Vec3> start,
                                                  double end_time, std::span<const Vec3> end) {
   assert(contact_);
-  return contact_->check_path(start, end, path_stray(start_time, end_time));
+  const PathStray stray = path_stray(start_time, end_time);
+  return contact_->check_path(placed(start_time, start, path_start_),
+                              placed(end_time, end, path_end_), stray);
+}
+
+std::optional<ContactFault> Dynamics::check_straight_path(double start_time,
+                                                          std::span<const Vec3> start,
+                                                          double end_time,
+                                                          std::span<const Vec3> end, bool gap) {
+  assert(contact_);
+  const PlacedParticles from = placed(start_time, start, path_start_);
+  const PlacedParticles to = placed(end_time, end, path_end_);
+  return gap ? contact_->check_path(from, to) : contact_->check_crossing(from, to);
+}
+
+// Where obstacles move, contact needs room to put their particles in.
+PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
+                                 Placing& placing) const {
+  const RigidObstacles& obstacles = contact_->obstacles();
+  if (obstacles.all().empty()) return position;
+  if (placing.position.empty()) placing.position.assign(position.begin(), position.end());
+  std::copy_n(position.begin(), scene_.dynamic_particles, placing.position.begin());
+  obstacles.find_poses(time, is_before_jump(time), placing.poses);
+  return {placing.position, {}, placing.poses};
+}
+
+// Evaluates contact at the positions and velocities that expand() has left.
+std::optional<ContactFault> Dynamics::evaluate_contact(double time) {
+  contact_->obstacles().find_poses(time, is_before_jump(time), poses_);
+  for (RigidPose& pose : poses_) {
+    if (load_) pose.velocity = pose.angular_velocity = Vec3::Zero();
+  }
+  return contact_->evaluate({position_, velocity_, poses_}, velocity_, threads_);
 }
 
 std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const double> y,
@@ -195,7 +242,7 @@ std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const 
   const Kinematics state = kinematics(time, y);
   add_forces(state, acceleration);
   if (contact_) {
-    if (auto fault = contact_->evaluate(position_, velocity_, threads_)) return fault;
+    if (auto fault = evaluate_contact(time)) return fault;
     contact_->add_forces(acceleration);
   }
   if (divide_by_mass(state, acceleration)) return std::nullopt;
@@ -321,7 +368,7 @@ Energies Dynamics::energies(double time, std::span<const double> y) {
   if (contact_) {
     expand(time, y, position_, velocity_);
     // A fault leaves no pairs in reach; the states recorded here have been accepted and have none.
-    static_cast<void>(contact_->evaluate(position_, velocity_, threads_));
+    static_cast<void>(evaluate_contact(time));
   }
   return energies_at_last_rate(time, y);
 }
@@ -338,19 +385,23 @@ double Dynamics::external_power(double time, std::span<const double> y) {
   return power;
 }
 
-void Dynamics::find_forces_on_all(double time, std::span<const double> y,
-                                  std::vector<Vec3>& force) {
+void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
+                                  std::vector<int>& loaded) {
   expand(time, y, position_, velocity_);
-  force.assign(position_.size(), Vec3::Zero());
   const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
+  force.resize(position_.size(), Vec3::Zero());
+  std::fill_n(force.begin(), count, Vec3::Zero());
+  for (const int particle : loaded) force[particle].setZero();
+  loaded.clear();
   const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
   for (const auto& each : forces_) {
     if (!each->is_external()) each->add_forces(state, std::span(force).first(count), threads_);
   }
   if (!contact_) return;
   // A fault leaves no pairs in reach; accepted states have none.
-  static_cast<void>(contact_->evaluate(position_, velocity_, threads_));
+  static_cast<void>(evaluate_contact(time));
   contact_->add_forces(force);
+  contact_->find_loaded_obstacles(loaded);
 }
 
 double Dynamics::largest_stretch(std::span<const Vec3> position) const {

@@ -117,18 +117,28 @@ class Dynamics {
   // y += factor rate(time), of moving pins alone.
   void advance_pins(double time, double factor, std::span<double> y) const;
   // Checks that every pair of surfaces is certain to keep apart from `start` at one time to `end`
-  // at a later one (positions of all particles, m). Free particles move on straight paths,
-  // prescribed ones on their own. Returns what stands in the way, if anything does. Precondition:
-  // contact is on.
+  // at a later one (positions of all particles, m, as expand() leaves them). Free particles move on
+  // straight paths, prescribed ones on their own. Returns what stands in the way, if anything does.
+  // Precondition: contact is on.
   [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
                                                        std::span<const Vec3> start, double end_time,
                                                        std::span<const Vec3> end);
+  // The same with prescribed particles on straight paths too. Without `gap`, surfaces need only
+  // not meet (Contact::check_crossing).
+  [[nodiscard]] std::optional<ContactFault> check_straight_path(double start_time,
+                                                                std::span<const Vec3> start,
+                                                                double end_time,
+                                                                std::span<const Vec3> end,
+                                                                bool gap);
 
-  // Positions and velocities of all particles, prescribed ones put where they belong. Both lists
-  // must be empty or come from an earlier call: obstacles at rest are written once, however many
-  // they are.
+  // Positions and velocities of all particles, prescribed ones put where they belong, but for
+  // obstacles that move: those stay where the lists have them. Both lists must be empty or come
+  // from an earlier call: obstacles at rest are written once, however many they are.
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
+  // The same with obstacles that move put where they belong: O(their particles).
+  void expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
+                  std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;
   // Computes the energies at (t, y). Evaluates contact anew where it is on.
   Energies energies(double time, std::span<const double> y);
@@ -141,8 +151,10 @@ class Dynamics {
   bool has_external_forces() const;
   // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
   // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor external
-  // ones. Not counted in the statistics' force evaluations.
-  void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force);
+  // ones. Not counted in the statistics' force evaluations. `loaded` are the particles of obstacles
+  // on which there are forces, in order. Both lists must be empty or come from an earlier call.
+  void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
+                          std::vector<int>& loaded);
   // Largest l / L - 1 over the edges of all bodies.
   double largest_stretch(std::span<const Vec3> position) const;
 
@@ -161,7 +173,17 @@ class Dynamics {
   bool is_before_jump(double time) const { return time > step_start_; }
   template <class Visit>
   void visit_moving_pins(const Visit& visit) const;
+  bool is_moving_obstacle(const PrescribedMotion& held) const {
+    return held.moves && !held.particles.empty() && held.particles[0] >= scene_.dynamic_particles;
+  }
   PathStray path_stray(double from, double to);
+  std::optional<ContactFault> evaluate_contact(double time);
+  // Positions with the poses that go with them.
+  struct Placing {
+    std::vector<Vec3> position;
+    std::vector<RigidPose> poses;
+  };
+  PlacedParticles placed(double time, std::span<const Vec3> position, Placing& placing) const;
 
   const Scene& scene_;
   Statistics& statistics_;
@@ -179,6 +201,8 @@ class Dynamics {
   double hardness_ = 1;
   std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
   std::vector<Vec3> position_, velocity_;  // of all, where the state does not do
+  std::vector<RigidPose> poses_;           // of the obstacles that move
+  Placing path_start_, path_end_;          // of a path, where obstacles move
   double step_start_ = std::numeric_limits<double>::infinity();  // s
   std::vector<double> body_stray_, particle_stray_;              // m
 };

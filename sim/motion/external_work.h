@@ -30,7 +30,7 @@ class ExternalWork {
 
   // True if wind or prescribed motion can do work at all. Otherwise the functions below cost
   // nothing.
-  bool is_possible() const { return !moved_.empty() || counts_external_; }
+  bool is_possible() const { return is_moved() || counts_external_; }
   // Takes the step that ends at (time, y). With prescribed motion it costs an evaluation of the
   // forces, with wind one of drag. Contact is then that of y.
   void add_step(double time, std::span<const double> y);
@@ -43,15 +43,28 @@ class ExternalWork {
   double held_gravitational_energy() const { return held_gravitational_energy_; }
 
  private:
+  // A particle of an obstacle and the force on it, N.
+  struct Load {
+    int particle = 0;
+    Vec3 force{0, 0, 0};
+  };
+  bool is_moved() const { return !moved_.empty() || obstacles_move_; }
   void measure(double time, std::span<const double> y);
+  template <class Visit>
+  void visit_loads(const Visit& visit) const;
 
   Dynamics& dynamics_;
-  std::vector<int> moved_;  // particles with prescribed motion
+  std::vector<int> moved_;  // dynamic particles with prescribed motion
+  bool obstacles_move_ = false;
   bool counts_external_ = false;
   double time_ = 0;
   double power_ = 0, last_power_ = 0;                          // W, of external forces
   std::vector<Vec3> force_, last_force_, place_, last_place_;  // of `moved_`
   std::vector<Vec3> all_forces_, position_, velocity_;         // of all particles
+  std::vector<int> loaded_particles_;
+  // Of obstacles that move: the forces by particle, in order, and the poses.
+  std::vector<Load> loads_, last_loads_;
+  std::vector<RigidPose> poses_, last_poses_;
   double work_ = 0, doubt_ = 0;
   double held_kinetic_energy_ = 0, held_gravitational_energy_ = 0;
 };

@@ -15,6 +15,9 @@ constexpr std::size_t most_blocks = 256;
 // A step that is too long is shortened to this share.
 constexpr double shortening = 0.8;
 
+// Part of a size that rounding cannot take.
+constexpr double beyond_rounding = 1e-9;
+
 }  // namespace
 
 MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
@@ -22,7 +25,8 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
       dynamics_(dynamics),
       range_(scene.source.contact.enabled ? scene.source.contact.range : 0),
       blocks_(scene.bodies.size()),
-      is_bounded_(scene.bodies.size(), 0) {
+      is_bounded_(scene.bodies.size(), 0),
+      obstacles_(scene) {
   for (const PrescribedMotion& held : scene.prescribed) {
     if (!held.moves || held.particles.empty()) continue;
     const int body = scene.body_index_of_particle(held.particles.front());
@@ -103,25 +107,27 @@ void MotionLimits::find_approaches(double time, double end, std::span<const doub
   }
 }
 
+void MotionLimits::make_blocks(int body) {
+  std::vector<Block>& blocks = blocks_[body];
+  if (!blocks.empty()) return;
+  const SceneBody& from = scene_.bodies[body];
+  const std::size_t count = from.mesh.triangles.size();
+  const std::size_t each = (count + most_blocks - 1) / most_blocks;
+  for (std::size_t first = 0; first < count; first += each) {
+    Block& block = blocks.emplace_back();
+    for (std::size_t t = first; t < std::min(first + each, count); ++t)
+      for (const int p : from.mesh.triangles[t]) block.particles.push_back(p + from.first_particle);
+    std::sort(block.particles.begin(), block.particles.end());
+    block.particles.erase(std::unique(block.particles.begin(), block.particles.end()),
+                          block.particles.end());
+  }
+}
+
 void MotionLimits::bound_blocks(int body) {
   if (is_bounded_[body] != 0) return;
   is_bounded_[body] = 1;
-  std::vector<Block>& blocks = blocks_[body];
-  if (blocks.empty()) {
-    const SceneBody& from = scene_.bodies[body];
-    const std::size_t count = from.mesh.triangles.size();
-    const std::size_t each = (count + most_blocks - 1) / most_blocks;
-    for (std::size_t first = 0; first < count; first += each) {
-      Block& block = blocks.emplace_back();
-      for (std::size_t t = first; t < std::min(first + each, count); ++t)
-        for (const int p : from.mesh.triangles[t])
-          block.particles.push_back(p + from.first_particle);
-      std::sort(block.particles.begin(), block.particles.end());
-      block.particles.erase(std::unique(block.particles.begin(), block.particles.end()),
-                            block.particles.end());
-    }
-  }
-  for (Block& block : blocks) {
+  make_blocks(body);
+  for (Block& block : blocks_[body]) {
     block.box.setEmpty();
     double square = 0;
     for (const int p : block.particles) {
@@ -132,11 +138,58 @@ void MotionLimits::bound_blocks(int body) {
   }
 }
 
+// Gives the blocks of an obstacle boxes around those that they start in.
+void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
+  if (is_bounded_[obstacle.body] != 0) return;
+  is_bounded_[obstacle.body] = 1;
+  const bool is_first = blocks_[obstacle.body].empty();
+  make_blocks(obstacle.body);
+  pose_ = obstacle.held->motion.pose(time);
+  for (Block& block : blocks_[obstacle.body]) {
+    if (is_first) {
+      for (const int p : block.particles)
+        block.start.extend(obstacle.held->start[p - obstacle.first_particle]);
+    }
+    block.box = box_around(block.start.center(), 0.5 * block.start.sizes(), pose_);
+    block.is_placed = false;
+  }
+}
+
+// The squared distance of a box to the nearest block of the obstacle in hand. A lower bound that is
+// no less than `enough` is returned as it is. Only the particles of blocks that might be nearest
+// are put in place.
+double MotionLimits::squared_distance(const Block& block, const RigidObstacle& obstacle,
+                                      double enough) {
+  std::vector<Block>& others = blocks_[obstacle.body];
+  distances_.clear();
+  for (const Block& other : others)
+    distances_.push_back(block.box.squaredExteriorDistance(other.box));
+  const auto nearest = std::min_element(distances_.begin(), distances_.end());
+  if (*nearest >= enough) return *nearest;
+  double square = std::numeric_limits<double>::infinity();
+  const auto measure = [&](std::size_t k) {
+    Block& other = others[k];
+    if (!other.is_placed) {
+      other.is_placed = true;
+      other.box.setEmpty();
+      for (const int p : other.particles)
+        other.box.extend(pose_.place(obstacle.held->start[p - obstacle.first_particle]));
+    }
+    square = std::min(square, block.box.squaredExteriorDistance(other.box));
+  };
+  measure(nearest - distances_.begin());
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    if (distances_[k] < square) measure(k);
+  }
+  return square;
+}
+
 // Adds the parts of a body that the obstacle may reach in a step of this length.
 void MotionLimits::add_approaches(const Moving& obstacle, int body, double time, double length,
                                   double travel) {
+  const RigidObstacle& rigid = obstacles_.all()[obstacles_.of_body(obstacle.body)];
   bound_blocks(body);
-  bound_blocks(obstacle.body);
+  turn_blocks(rigid, time);
   Eigen::AlignedBox3d all;
   for (const Block& other : blocks_[obstacle.body]) all.extend(other.box);
   const double reach =
@@ -144,11 +197,11 @@ void MotionLimits::add_approaches(const Moving& obstacle, int body, double time,
   for (const Block& block : blocks_[body]) {
     const double way = block.speed * length + travel;
     if (way <= approach_part * (block.box.exteriorDistance(all) - reach)) continue;
-    double square = std::numeric_limits<double>::infinity();
-    for (const Block& other : blocks_[obstacle.body])
-      square = std::min(square, block.box.squaredExteriorDistance(other.box));
+    const double enough = (way / approach_part + reach) * (1 + beyond_rounding);
     Approach approach{
-        .obstacle = &obstacle, .clearance = std::sqrt(square) - reach, .speed = block.speed};
+        .obstacle = &obstacle,
+        .clearance = std::sqrt(squared_distance(block, rigid, enough * enough)) - reach,
+        .speed = block.speed};
     if (way <= approach_part * approach.clearance) continue;
     for (const int p : block.particles) {
       const RigidMotion& motion = obstacle.held->motion;

@@ -55,7 +55,9 @@ class MotionLimits {
   };
   // A part of a body: the box around some of its triangles.
   struct Block {
-    Eigen::AlignedBox3d box;
+    Eigen::AlignedBox3d box;     // of an obstacle: a larger one until place() has been called
+    Eigen::AlignedBox3d start;   // of an obstacle, where its motion starts
+    bool is_placed = false;      // of an obstacle: `box` fits
     std::vector<int> particles;  // global
     double speed = 0;            // the largest, m/s
   };
@@ -70,7 +72,10 @@ class MotionLimits {
   double next_event(double time) const;
   void find_approaches(double time, double end, std::span<const double> y);
   void add_approaches(const Moving& obstacle, int body, double time, double length, double travel);
+  void make_blocks(int body);
   void bound_blocks(int body);
+  void turn_blocks(const RigidObstacle& obstacle, double time);
+  double squared_distance(const Block& block, const RigidObstacle& obstacle, double enough);
   bool is_short_enough(double time, double end);
   bool keeps_to_chord(const Moving& moving, const MotionBounds& bounds) const;
 
@@ -83,6 +88,9 @@ class MotionLimits {
   std::vector<char> is_bounded_;            // by body, in this step
   std::vector<Approach> approaches_;
   std::vector<Vec3> position_, velocity_;
+  RigidObstacles obstacles_;
+  RigidPose pose_;                 // of the obstacle in hand
+  std::vector<double> distances_;  // m^2, to its blocks
   const Moving* culprit_ = nullptr;
   std::optional<PrescribedPaths> paths_;  // with contact, where something moves
   std::optional<ContactFault> crossing_;  // of the last interval that was looked at

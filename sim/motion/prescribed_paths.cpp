@@ -32,6 +32,8 @@ PrescribedPaths::PrescribedPaths(const Scene& scene)
     : scene_(scene),
       motion_of_(scene.particle_count, -1),
       features_(scene.bodies.size()),
+      obstacles_(scene),
+      is_placed_(scene.bodies.size(), 0),
       stray_(scene.prescribed.size() + 1, 0.0),
       start_(scene.initial_position),
       end_(scene.initial_position) {
@@ -64,10 +66,16 @@ PrescribedPaths::PrescribedPaths(const Scene& scene)
                            features.motions.end());
   }
   std::vector<Box> boxes;
-  for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) {
-    const std::vector<int>& motions = features_[b].motions;
-    if (!motions.empty() && motions.back() > 0) moving_.push_back(b);
+  const int bodies = static_cast<int>(scene.bodies.size());
+  for (int b = 0; b < bodies; ++b) {
     boxes.push_back(swept_box(features_[b].vertices));
+    const std::vector<int>& motions = features_[b].motions;
+    if (motions.empty() || motions.back() == 0) continue;
+    for (int other = 0; other < bodies; ++other) {
+      if (!may_cross({std::min(b, other), std::max(b, other)})) continue;
+      moving_.push_back(b);
+      break;
+    }
   }
   tree_.build(std::move(boxes));
 }
@@ -88,26 +96,48 @@ bool PrescribedPaths::may_cross(const BodyPair& pair) const {
   return a != b || a.size() > 1;
 }
 
-void PrescribedPaths::place(int body, double from, double to) {
+void PrescribedPaths::place(int body) {
+  if (is_placed_[body] != 0) return;
+  is_placed_[body] = 1;
   for (const int m : features_[body].motions) {
     if (m == 0) continue;
     const PrescribedMotion& held = scene_.prescribed[m - 1];
-    stray_[m] = held.motion.bounds(from, to, held.radius).stray;
     moved_.resize(held.start.size());
     rates_.resize(held.start.size());
-    for (const auto& [time, position] : {std::pair(from, &start_), std::pair(to, &end_)}) {
+    for (const auto& [time, position] : {std::pair(from_, &start_), std::pair(to_, &end_)}) {
       held.motion.apply(time, held.start, moved_, rates_);
       for (std::size_t i = 0; i < moved_.size(); ++i) (*position)[held.particles[i]] = moved_[i];
     }
   }
 }
 
+// The particles of rigid obstacles are placed once a box around them meets another.
+Eigen::AlignedBox3d PrescribedPaths::box_of_paths(int body) {
+  const int number = obstacles_.of_body(body);
+  if (number < 0) {
+    place(body);
+    return swept_box(features_[body].vertices);
+  }
+  const RigidObstacle& obstacle = obstacles_.all()[number];
+  Box box;
+  for (const double time : {from_, to_}) box.extend(obstacle.box(obstacle.held->motion.pose(time)));
+  const Vec3 stray = Vec3::Constant(stray_[features_[body].motions.back()]);
+  return {box.min() - stray, box.max() + stray};
+}
+
 // The pairs of a body that moves and of those whose boxes its own meets, in order.
 std::vector<BodyPair> PrescribedPaths::pairs_that_move(double from, double to) {
+  from_ = from;
+  to_ = to;
   std::vector<Box> boxes;
   for (const int body : moving_) {
-    place(body, from, to);
-    boxes.push_back(swept_box(features_[body].vertices));
+    is_placed_[body] = 0;
+    for (const int m : features_[body].motions) {
+      if (m == 0) continue;
+      const PrescribedMotion& held = scene_.prescribed[m - 1];
+      stray_[m] = held.motion.bounds(from, to, held.radius).stray;
+    }
+    boxes.push_back(box_of_paths(body));
   }
   tree_.move(moving_, boxes);
   std::vector<BodyPair> pairs;
@@ -150,7 +180,10 @@ Eigen::AlignedBox3d PrescribedPaths::swept_box(const Particles& particles) const
   return box;
 }
 
-std::optional<ContactFault> PrescribedPaths::check(const BodyPair& pair) const {
+std::optional<ContactFault> PrescribedPaths::check(const BodyPair& pair) {
+  for (const int body : {pair.a, pair.b}) {
+    if (std::ranges::binary_search(moving_, body)) place(body);
+  }
   const Features &a = features_[pair.a], &b = features_[pair.b];
   if (!swept_box(a.vertices).intersects(swept_box(b.vertices))) return std::nullopt;
   const auto as_arrays = [](const std::vector<int>& vertices) {

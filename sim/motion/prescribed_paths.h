@@ -8,6 +8,7 @@
 
 #include "sim/contact/body_tree.h"
 #include "sim/contact/contact.h"
+#include "sim/contact/rigid_obstacles.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -36,8 +37,9 @@ class PrescribedPaths {
   bool moves(int body, double from, double to) const;
   bool may_cross(const BodyPair& pair) const;
   std::vector<BodyPair> pairs_that_move(double from, double to);
-  void place(int body, double from, double to);
-  std::optional<ContactFault> check(const BodyPair& pair) const;
+  void place(int body);
+  Eigen::AlignedBox3d box_of_paths(int body);
+  std::optional<ContactFault> check(const BodyPair& pair);
   template <class First, class Second>
   std::optional<ContactFault> check_kind(bool edges, const std::vector<First>& first,
                                          const std::vector<Second>& second) const;
@@ -48,9 +50,12 @@ class PrescribedPaths {
   bool is_rigid(const std::array<int, 4>& nodes) const;
 
   const Scene& scene_;
-  std::vector<int> motion_of_;       // by particle; -1: free, 0: at rest
-  std::vector<Features> features_;   // by body
-  std::vector<int> moving_;          // bodies that have features with a motion
+  std::vector<int> motion_of_;      // by particle; -1: free, 0: at rest
+  std::vector<Features> features_;  // by body
+  RigidObstacles obstacles_;
+  std::vector<int> moving_;          // bodies that have features with a motion and may cross others
+  std::vector<char> is_placed_;      // by body, within the interval in hand
+  double from_ = 0, to_ = 0;         // s, that interval
   BodyTree tree_;                    // of the boxes of the features' paths
   std::vector<double> stray_;        // m, by motion, within the interval in hand
   std::vector<Vec3> start_, end_;    // m, by particle

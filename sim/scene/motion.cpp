@@ -51,6 +51,19 @@ Eigen::Matrix3d rotation_from_degrees(const Vec3& rotation_deg) {
   return angle_axis(rotation_deg * radians_per_degree).toRotationMatrix();
 }
 
+// Out of line: where it is inlined, the compiler may fuse other products and sums.
+[[gnu::noinline]] void RigidPose::place(const Vec3& start, Vec3& position, Vec3& rate) const {
+  const Vec3 arm = rotation * (start - centre);
+  position = arm + centre + translation;
+  rate = velocity + angular_velocity.cross(arm);
+}
+
+Vec3 RigidPose::place(const Vec3& start) const {
+  Vec3 position, rate;
+  place(start, position, rate);
+  return position;
+}
+
 RigidMotion::RigidMotion(const MotionCase& motion, const Vec3& centre)
     : centre_(motion.centre.value_or(centre)),
       velocity_(motion.velocity),
@@ -63,14 +76,16 @@ RigidMotion::RigidMotion(const MotionCase& motion, const Vec3& centre)
   }
 }
 
-RigidMotion::Pose RigidMotion::pose(double time, bool before_jump) const {
-  return keys_.empty() ? constant_velocity_pose(time, before_jump) : keyframe_pose(time);
+RigidPose RigidMotion::pose(double time, bool before_jump) const {
+  RigidPose pose = keys_.empty() ? constant_velocity_pose(time, before_jump) : keyframe_pose(time);
+  pose.centre = centre_;
+  return pose;
 }
 
-RigidMotion::Pose RigidMotion::constant_velocity_pose(double time, bool before_jump) const {
+RigidPose RigidMotion::constant_velocity_pose(double time, bool before_jump) const {
   const double elapsed =
       std::clamp(time, start_time_, std::max(start_time_, stop_time_)) - start_time_;
-  Pose pose;
+  RigidPose pose;
   pose.rotation = angle_axis(angular_velocity_ * elapsed).toRotationMatrix();
   pose.translation = velocity_ * elapsed;
   if (before_jump ? time > start_time_ && time <= stop_time_
@@ -81,8 +96,8 @@ RigidMotion::Pose RigidMotion::constant_velocity_pose(double time, bool before_j
   return pose;
 }
 
-RigidMotion::Pose RigidMotion::keyframe_pose(double time) const {
-  Pose pose;
+RigidPose RigidMotion::keyframe_pose(double time) const {
+  RigidPose pose;
   const auto after = std::upper_bound(keys_.begin(), keys_.end(), time,
                                       [](double t, const Key& key) { return t < key.time; });
   if (after == keys_.begin() || after == keys_.end()) {
@@ -110,18 +125,14 @@ RigidMotion::Pose RigidMotion::keyframe_pose(double time) const {
 void RigidMotion::apply(double time, std::span<const Vec3> start, std::span<Vec3> position,
                         std::span<Vec3> velocity, bool before_jump) const {
   assert(start.size() == position.size() && start.size() == velocity.size());
-  const Pose now = pose(time, before_jump);
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    const Vec3 arm = now.rotation * (start[i] - centre_);
-    position[i] = arm + centre_ + now.translation;
-    velocity[i] = now.velocity + now.angular_velocity.cross(arm);
-  }
+  const RigidPose now = pose(time, before_jump);
+  for (std::size_t i = 0; i < start.size(); ++i) now.place(start[i], position[i], velocity[i]);
 }
 
 void RigidMotion::rates(double time, std::span<const Vec3> start, std::span<Vec3> velocity,
                         std::span<Vec3> acceleration, bool before_jump) const {
   assert(start.size() == velocity.size() && start.size() == acceleration.size());
-  const Pose now = pose(time, before_jump);
+  const RigidPose now = pose(time, before_jump);
   for (std::size_t i = 0; i < start.size(); ++i) {
     const Vec3 arm = now.rotation * (start[i] - centre_);
     const Vec3 turning = now.angular_velocity.cross(arm);
@@ -188,7 +199,7 @@ MotionBounds RigidMotion::keyframe_bounds(double from, double to, double radius)
 }
 
 Vec3 RigidMotion::velocity_at(double time, const Vec3& place) const {
-  const Pose now = pose(time);
+  const RigidPose now = pose(time);
   return now.velocity + now.angular_velocity.cross(place - centre_ - now.translation);
 }
 

@@ -26,6 +26,21 @@ struct MotionEvent {
   bool jumps = false;  // the velocity does, too
 };
 
+// Where a rigid motion has put its points at one time, and how they go on.
+struct RigidPose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Vec3 centre{0, 0, 0};
+  Vec3 translation{0, 0, 0};
+  Vec3 velocity{0, 0, 0};
+  Vec3 angular_velocity{0, 0, 0};  // rad/s
+  Vec3 acceleration{0, 0, 0};
+  Vec3 angular_acceleration{0, 0, 0};  // rad/s^2
+
+  // Moves one point (m) and gives its velocity (m/s). A point gets the same bits whoever asks.
+  void place(const Vec3& start, Vec3& position, Vec3& rate) const;
+  Vec3 place(const Vec3& start) const;
+};
+
 // x(t) = R(t) (x0 - centre) + centre + d(t). With keyframes each stretch between two frames is
 // eased by 6 s^5 - 15 s^4 + 10 s^3, so that velocity and acceleration are continuous and zero at
 // the frames. The rotation between two frames is a turn about one axis: where their rotation
@@ -38,6 +53,9 @@ class RigidMotion {
   // `centre` is used where the case names none.
   RigidMotion(const MotionCase& motion, const Vec3& centre);
 
+  // Returns the pose at a time. Where the velocity jumps it has the one after the jump, or with
+  // `before_jump` the one before.
+  RigidPose pose(double time, bool before_jump = false) const;
   // Moves points and gives their velocities (m, m/s). Sizes must agree. Where the velocity jumps it
   // is the one after the jump, or with `before_jump` the one before.
   void apply(double time, std::span<const Vec3> start, std::span<Vec3> position,
@@ -65,17 +83,8 @@ class RigidMotion {
     Vec3 translation{0, 0, 0};
     Vec3 rotation{0, 0, 0};  // rotation vector, rad
   };
-  struct Pose {
-    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-    Vec3 translation{0, 0, 0};
-    Vec3 velocity{0, 0, 0};
-    Vec3 angular_velocity{0, 0, 0};  // rad/s
-    Vec3 acceleration{0, 0, 0};
-    Vec3 angular_acceleration{0, 0, 0};  // rad/s^2
-  };
-  Pose pose(double time, bool before_jump = false) const;
-  Pose constant_velocity_pose(double time, bool before_jump) const;
-  Pose keyframe_pose(double time) const;
+  RigidPose constant_velocity_pose(double time, bool before_jump) const;
+  RigidPose keyframe_pose(double time) const;
   MotionBounds constant_velocity_bounds(double from, double to, double radius) const;
   MotionBounds keyframe_bounds(double from, double to, double radius) const;
 

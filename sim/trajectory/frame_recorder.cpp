@@ -212,7 +212,7 @@ double FrameRecorder::add_frame(double time, std::span<const double> y,
   const Energies energies = dynamics_.energies(time, y);
   const CostTimer cost(cost_);
   const PhaseTimer timer(dynamics_.statistics().phases.record);
-  dynamics_.expand(time, y, position_, velocity_);
+  dynamics_.expand_all(time, y, position_, velocity_);
   const double largest_stretch = dynamics_.largest_stretch(position_);
   const std::vector<std::span<const Vec3>> velocities = scene_.source.output.velocity
                                                             ? split_by_body(scene_, velocity_)

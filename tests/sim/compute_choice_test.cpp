@@ -130,7 +130,7 @@ TEST(ComputeChoice, ShippedCasesTakeTheSameStepsByEveryBound) {
 class BreakingSearch : public PairSearch {
  public:
   explicit BreakingSearch(const Scene& scene) : sound_(make_cpu_search(scene)) {}
-  void rebuild(std::span<const BodyPath> paths) override { sound_->rebuild(paths); }
+  int rebuild(std::span<const BodyPath> paths) override { return sound_->rebuild(paths); }
   void find(std::span<const PairQuery> queries, std::vector<std::vector<bsi::LeafPair>>& found,
             bsi::TraversalCounters& counters) override {
     if (++calls_ == 3) throw std::runtime_error("out of memory");

@@ -22,7 +22,7 @@ void expect_nothing_passes_through(const std::string& name, const Overrides& ove
       smallest_gap = std::min(smallest_gap, dynamics.contact()->smallest_gap().value_or(1));
     }
     ASSERT_EQ(integrator->state_at(frame, y), std::nullopt);
-    dynamics.expand(frame, y, position, velocity);
+    dynamics.expand_all(frame, y, position, velocity);
     ASSERT_EQ(crossings(*scene, position), 0) << "t = " << frame;
     EXPECT_LT(dynamics.largest_stretch(position), 0.05);
   }

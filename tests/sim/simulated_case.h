@@ -67,7 +67,7 @@ class SimulatedCase {
   // Returns all particles, prescribed ones where they belong.
   std::vector<Vec3> positions(double time, const std::vector<double>& y) const {
     std::vector<Vec3> position, velocity;
-    dynamics_.expand(time, y, position, velocity);
+    dynamics_.expand_all(time, y, position, velocity);
     return position;
   }
   std::vector<Vec3> positions_at(double time) { return positions(time, advance_to(time)); }
