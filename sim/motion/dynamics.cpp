@@ -23,6 +23,11 @@ double Energies::total() const {
 
 Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
                    std::vector<std::unique_ptr<Force>> forces)
+    : Dynamics(scene, statistics, std::move(forces),
+               scene.source.contact.enabled ? choose_search(scene) : ChosenSearch{}) {}
+
+Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
+                   std::vector<std::unique_ptr<Force>> forces, ChosenSearch search)
     : scene_(scene),
       statistics_(statistics),
       threads_(scene.threads),
@@ -35,7 +40,7 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   for (int i = 0; i < scene.dynamic_particles; ++i) {
     if (scene.pinned[i] != 0) held_.push_back(i);
   }
-  if (scene.source.contact.enabled) contact_.emplace(scene, statistics, choose_search(scene));
+  if (scene.source.contact.enabled) contact_.emplace(scene, statistics, std::move(search));
   std::vector<std::vector<int>> neighbours(scene.dynamic_particles);
   for (const auto& force : forces_) force->add_couplings(neighbours);
   const auto pattern = std::make_shared<const BlockPattern>(neighbours);

@@ -55,6 +55,9 @@ class Dynamics {
       : Dynamics(scene, statistics, make_forces(scene)) {}
   // With these forces instead of those of the scene; contact and mass damping come on top.
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces);
+  // With contact, which searches by `search`.
+  Dynamics(const Scene& scene, Statistics& statistics, ChosenSearch search)
+      : Dynamics(scene, statistics, make_forces(scene), std::move(search)) {}
 
   const Scene& scene() const { return scene_; }
   int particle_count() const { return scene_.dynamic_particles; }
@@ -159,6 +162,8 @@ class Dynamics {
   double largest_stretch(std::span<const Vec3> position) const;
 
  private:
+  Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces,
+           ChosenSearch search);
   // Returns the state of the dynamic particles, with held ones where they belong. Valid as long as
   // y and until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
