@@ -44,6 +44,13 @@ std::string far_obstacles(int count) {
   return text;
 }
 
+// A torus of 512 x 512 vertices that turns, 100 m away.
+std::string turning_torus() {
+  return "[[obstacle]]\nname = \"turning\"\n" + place(100, 0, 0) +
+         "shape = { type = \"torus\", major_radius = 0.6, minor_radius = 0.25, resolution = [512, "
+         "512] }\nmotion = { angular_velocity_deg = [0, 90, 180] }\n";
+}
+
 // In a square grid, 1 m apart.
 std::string small_sheets(int count) {
   const int side = static_cast<int>(std::sqrt(count));
@@ -97,6 +104,8 @@ SkippingPair apart(int count) {
 std::vector<SkippingPair> skipping_pairs() {
   return {far(100, 1.05),
           far(1000, 1.1),
+          {"turning-512", "a torus of 512 x 512 vertices that turns 100 m from a drape of 17 x 17",
+           case_text(1, true, drape()), case_text(1, true, drape() + turning_torus()), 0},
           apart(100),
           apart(400),
           apart(1600),
