@@ -149,12 +149,24 @@ void Contact::visit_candidates(double reach, const Visit& visit) const {
     for (std::size_t i = 0; i < group.nodes.size(); ++i) visit(group.pair(i));
 }
 
-// Puts the obstacles' nodes of a group in place, each once after marks_.begin().
+void Contact::begin_placing() {
+  const std::size_t obstacles = search_.obstacles().all().size();
+  if (obstacles > 0) marks_.begin(scene_.particle_count + static_cast<int>(obstacles));
+}
+
+// Puts the obstacles' nodes of a group in place, each once after begin_placing(). Obstacles of few
+// vertices are put in place as a whole, which costs less than to look at every node.
 void Contact::place_nodes(const PairGroup& group, const PlacedParticles& start,
                           const PlacedParticles& end) {
   const int number = search_.obstacles().of_body(group.body_b);
   if (end.pose(number) == nullptr) return;
   const RigidObstacle& obstacle = search_.obstacles().all()[number];
+  if (obstacle.held->start.size() <= group.nodes.size()) {
+    if (!marks_.is_new(scene_.particle_count + number)) return;
+    end.place_all(obstacle);
+    if (!start.is_same(end)) start.place_all(obstacle);
+    return;
+  }
   for (const bsi::FourParticles& nodes : group.nodes) {
     for (const int node : nodes) {
       if (node < obstacle.first_particle || !marks_.is_new(node)) continue;
@@ -172,7 +184,7 @@ std::optional<ContactFault> Contact::evaluate(const PlacedParticles& now,
   PhaseTimer timer(statistics_.phases.narrow_phase);
   const std::span<const Vec3> position = now.position();
   if (friction_ > 0) find_spins(now, velocity);
-  if (!moving_obstacles_.empty()) marks_.begin(scene_.particle_count);
+  begin_placing();
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
     place_nodes(group, now, now);
     const int count = static_cast<int>(group.nodes.size());
@@ -484,7 +496,7 @@ std::optional<ContactFault> Contact::find_path_fault(const PlacedParticles& star
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  if (!moving_obstacles_.empty()) marks_.begin(scene_.particle_count);
+  begin_placing();
   for (const PairGroup& group : groups_within(0.0, 0.0)) {
     place_nodes(group, start, end);
     const int count = static_cast<int>(group.nodes.size());

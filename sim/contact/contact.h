@@ -161,6 +161,7 @@ class Contact {
   double range_of(const PairGroup& group) const;
   bool is_dynamic(int particle) const { return particle < scene_.dynamic_particles; }
   void find_spins(const PlacedParticles& now, std::span<const Vec3> velocity);
+  void begin_placing();
   void place_nodes(const PairGroup& group, const PlacedParticles& start,
                    const PlacedParticles& end);
   std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;

@@ -72,8 +72,8 @@ void PlacedParticles::place_all(const RigidObstacle& obstacle) const {
   for (const int particle : obstacle.held->particles) place(obstacle, particle);
 }
 
-void PlacedMarks::begin(int particles) {
-  mark_.resize(particles, now_);
+void PlacedMarks::begin(int count) {
+  mark_.resize(count, now_);
   if (++now_ != 0) return;
   std::fill(mark_.begin(), mark_.end(), 0);
   now_ = 1;

@@ -87,13 +87,14 @@ class PlacedParticles {
   std::span<const RigidPose> poses_;
 };
 
-// Tells which particles have been put in place since begin().
+// Tells which particles, or other numbers, come for the first time since begin().
 class PlacedMarks {
  public:
-  void begin(int particles);
-  bool is_new(int particle) {
-    const bool is_first = mark_[particle] != now_;
-    mark_[particle] = now_;
+  // Numbers are below `count`.
+  void begin(int count);
+  bool is_new(int number) {
+    const bool is_first = mark_[number] != now_;
+    mark_[number] = now_;
     return is_first;
   }
 
