@@ -58,8 +58,8 @@ struct BoxPatch {
   std::int32_t rows, cols;  // of the image
 };
 
-// Where a tree that was built in the frame of a rigid body lies in space: a point p of the frame is
-// at R p + t, at one or both ends of its path.
+// The place in space of a tree that was built in the frame of a rigid body: a point p of the frame
+// is at R p + t, at one or both ends of its path.
 struct BoxPlacement {
   const double* positions;        // x, y and z of every particle in the frame, m
   double rotation[2][3][3];       // by end, row and column

@@ -112,7 +112,7 @@ class ContactSearch {
     // for a body that does not move or has never had a list.
     std::vector<Vec3> snapshot;
     std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
-    // The same of a rigid obstacle that was given by its pose; it then has no positions here.
+    // A rigid obstacle that was given by its pose has poses here in place of both.
     std::optional<RigidPose> pose, path_start_pose;
     double path_length = 0;  // displacements summed over the snapshots left behind, m
     Displacement now;        // at the end of the path that is asked about

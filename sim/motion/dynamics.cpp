@@ -221,7 +221,7 @@ std::optional<ContactFault> Dynamics::check_straight_path(double start_time,
   return gap ? contact_->check_path(from, to) : contact_->check_crossing(from, to);
 }
 
-// Where obstacles move, contact needs room to put their particles in.
+// Contact needs room to put the particles of obstacles in that move.
 PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
                                  Placing& placing) const {
   const RigidObstacles& obstacles = contact_->obstacles();

@@ -126,8 +126,8 @@ class Dynamics {
   [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
                                                        std::span<const Vec3> start, double end_time,
                                                        std::span<const Vec3> end);
-  // The same with prescribed particles on straight paths too. Without `gap`, surfaces need only
-  // not meet (Contact::check_crossing).
+  // Checks the path with prescribed particles on straight lines too. Without `gap`, surfaces need
+  // only not meet (Contact::check_crossing).
   [[nodiscard]] std::optional<ContactFault> check_straight_path(double start_time,
                                                                 std::span<const Vec3> start,
                                                                 double end_time,
@@ -139,7 +139,7 @@ class Dynamics {
   // from an earlier call: obstacles at rest are written once, however many they are.
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
-  // The same with obstacles that move put where they belong: O(their particles).
+  // Puts obstacles that move where they belong, too: O(their particles).
   void expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
                   std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;

@@ -62,7 +62,7 @@ class ExternalWork {
   std::vector<Vec3> force_, last_force_, place_, last_place_;  // of `moved_`
   std::vector<Vec3> all_forces_, position_, velocity_;         // of all particles
   std::vector<int> loaded_particles_;
-  // Of obstacles that move: the forces by particle, in order, and the poses.
+  // Forces on the particles of obstacles that move, in order, and the poses of these.
   std::vector<Load> loads_, last_loads_;
   std::vector<RigidPose> poses_, last_poses_;
   double work_ = 0, doubt_ = 0;

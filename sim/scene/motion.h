@@ -26,7 +26,7 @@ struct MotionEvent {
   bool jumps = false;  // the velocity does, too
 };
 
-// Where a rigid motion has put its points at one time, and how they go on.
+// A rigid motion at one time: it tells where points are and how they go on.
 struct RigidPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Vec3 centre{0, 0, 0};
