@@ -16,10 +16,21 @@ ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double
     if (is_pin) moved_.insert(moved_.end(), held.particles.begin(), held.particles.end());
     obstacles_move_ |= !is_pin;
   }
-  counts_external_ = dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.isZero());
+  counts_external_ =
+      dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.isZero());
   force_.resize(moved_.size());
   place_ = last_place_ = last_force_ = force_;
   if (is_possible()) measure(time, y);
+}
+
+void ExternalWork::transfer(StateArchive& archive) {
+  std::size_t loads = loads_.size();
+  archive(time_, power_, force_, place_, work_, doubt_, held_kinetic_energy_,
+          held_gravitational_energy_, loads);
+  loads_.resize(loads);
+  for (Load& load : loads_) archive(load.particle, load.force);
+  if (archive.reads() && obstacles_move_)
+    dynamics_.contact()->obstacles().find_poses(time_, false, poses_);
 }
 
 void ExternalWork::add_step(double time, std::span<const double> y) {

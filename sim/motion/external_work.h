@@ -23,10 +23,7 @@ class ExternalWork {
  public:
   // `y`: the state at `time`, s. The dynamics must outlive it.
   ExternalWork(Dynamics& dynamics, std::span<const double> y, double time = 0);
-  void transfer(StateArchive& archive) {
-    archive(time_, power_, force_, place_, work_, doubt_, held_kinetic_energy_,
-            held_gravitational_energy_);
-  }
+  void transfer(StateArchive& archive);
 
   // True if wind or prescribed motion can do work at all. Otherwise the functions below cost
   // nothing.

@@ -123,9 +123,9 @@ void Simulation::Implementation::expand() const {
   if (is_expanded) return;
   is_expanded = true;
   if (inner_state.empty())
-    dynamics.expand(integrator->time(), integrator->state(), position, velocity);
+    dynamics.expand_all(integrator->time(), integrator->state(), position, velocity);
   else
-    dynamics.expand(inner_time, inner_state, position, velocity);
+    dynamics.expand_all(inner_time, inner_state, position, velocity);
 }
 
 std::vector<Vec3> Simulation::Implementation::of_body(std::string_view body,

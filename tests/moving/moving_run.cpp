@@ -81,7 +81,7 @@ class Watched {
 
   void look(double time, std::span<const double> state) {
     std::vector<sim::Vec3> position, velocity;
-    sim_.dynamics().expand(time, state, position, velocity);
+    sim_.dynamics().expand_all(time, state, position, velocity);
     ++outcome_.states;
     outcome_.crossings = sim::crossings(sim_.scene(), position);
     outcome_.crossing_time = time;
