@@ -93,42 +93,44 @@ Table describe(TimeCase& target) {
       target;
   return {{
       field("method", choice(&method, named_methods()),
-            "Which integrator; docs/guide.md says which is for what. cvode: BDF of variable order "
-            "and step; arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
-            "asks; euler: backward Euler; static: equilibria under gravity that grows from nothing "
-            "and motions that proceed, one a frame; implicit_midpoint: fixed steps, to compare; "
-            "verlet: explicit steps, for motion without damping or contact."),
+            "Integrator; docs/guide.md says when to use which. cvode: BDF of variable order and "
+            "step. arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
+            "demands. euler: backward Euler. static: one equilibrium per frame, under gravity that "
+            "grows from zero and motions that proceed. implicit_midpoint: fixed steps, for "
+            "comparison. verlet: explicit steps, for motion without damping or contact."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("accuracy", &accuracy, "m", positive,
-            "The error wanted: the largest, over frames and bodies, of the root mean square over "
-            "a body's vertices of their distance from where exact integration in time of the same "
-            "mesh would have them. Chooses the method, unless that is given, and its tolerances or "
-            "step, by a calibration: short of chaos, mostly within a factor 3.")
+            "Error to aim for. The error of a body in a frame is the root mean square, over its "
+            "vertices, of the distance from the exact integration in time of the same mesh; the "
+            "largest one counts. A calibration chooses the method, unless that is given, and its "
+            "tolerances or step. Unless the motion is chaotic, the error is mostly within a factor "
+            "3 of this.")
           .with_default("none: tolerances as given"),
       field("position_tolerance", &position_tolerance, "m", positive,
-            "Error of a position allowed per step, or left in the solution of an implicit one of "
-            "fixed length; "
-            "with contact at most 0.005 of contact.range.")
+            "Position error allowed per step. With fixed steps of an implicit method: position "
+            "error allowed in the solution of each step's equations. With contact at most 0.005 of "
+            "contact.range.")
           .not_with("accuracy"),
       field("velocity_tolerance", &velocity_tolerance, "m/s", positive,
-            "Error of a velocity allowed per step; with contact at most 0.5 /s of contact.range.")
-          .with_default("100 /s of position_tolerance")
+            "Velocity error allowed per step; with contact at most 0.5 /s times contact.range.")
+          .with_default("100 /s times position_tolerance")
           .not_with("accuracy"),
       field("relative_tolerance", &relative_tolerance, "", {0, 1, true, true},
-            "Error allowed per step as a fraction of the speed.")
+            "Velocity error allowed per step in addition, as a fraction of the speed.")
           .not_with("accuracy"),
       field("step", &step, "s", positive,
-            "Fixed step; longer than minimum_step, at most the duration; implicit_midpoint needs "
-            "one. verlet chooses a share of the longest stable one, which it follows, as the root "
-            "of relative_tolerance.")
+            "Length of fixed steps: longer than minimum_step, at most the duration. "
+            "implicit_midpoint needs one. Without one, verlet takes a share of the longest stable "
+            "step at the time; the share grows as the square root of relative_tolerance.")
           .with_default("chosen by the tolerances")
           .only_for("method", {"euler", "implicit_midpoint", "verlet"})
           .not_with("accuracy"),
       field("newton", &newton, "", at_least(0),
-            "Newton iterations of a step: 1 is the linearly implicit step; 0: until they converge "
-            "to the tolerances. With contact and a pin or obstacle that moves, more where these "
-            "leave a particle's velocity wrong by over a tenth of the fastest.")
+            "Newton iterations per step. 1: linearly implicit steps. 0: iterations until they "
+            "converge to the tolerances. With contact and a moving pin or obstacle, further "
+            "iterations follow while a particle's velocity is wrong by more than a tenth of the "
+            "fastest.")
           .only_for("method", {"euler", "implicit_midpoint"})
           .not_with("accuracy"),
       field("maximum_order", &order, "", {1, 5},
@@ -137,7 +139,8 @@ Table describe(TimeCase& target) {
           .only_for("method", {"cvode"})
           .not_with("accuracy"),
       field("minimum_step", &minimum_step, "s", positive,
-            "A step that must be shorter than this stops the run; less than a frame."),
+            "Shortest step; less than the time between frames. A run that needs a shorter one "
+            "stops."),
       field("maximum_step", &maximum_step, "s", positive, "Longest step.")
           .with_default("no limit")
           .only_for("method", {"cvode", "arkode", "euler"}),
@@ -145,7 +148,7 @@ Table describe(TimeCase& target) {
             choice(&preconditioner, {{PreconditionerChoice::automatic, "automatic"},
                                      {PreconditionerChoice::block_jacobi, "block_jacobi"},
                                      {PreconditionerChoice::multigrid, "multigrid"}}),
-            "Advanced: how linear systems are preconditioned. The choice changes the run time."),
+            "Advanced: preconditioner of the linear systems. The choice changes the run time."),
   }};
 }
 
@@ -162,32 +165,33 @@ Table describe(ContactCase& target) {
   auto& [enabled, range, stiffness, damping_time, friction, friction_speed, search_slack, bound] =
       target;
   return {{
-      field("enabled", &enabled, "Whether bodies feel each other, themselves and obstacles."),
-      field("range", &range, "m", positive, "Gap at which the contact force starts."),
+      field("enabled", &enabled,
+            "Enables contact of bodies with each other, themselves and obstacles."),
+      field("range", &range, "m", positive, "Gap below which the contact force acts."),
       field("stiffness", &stiffness, "N/m^3", positive,
-            "Strength of the barrier per area, whatever the meshes."),
+            "Strength of the barrier per area, independent of the meshes."),
       field("damping_time", &damping_time, "s", not_negative,
-            "Contact damping as a fraction of the contact stiffness; without it runs are slow."),
+            "Contact damping as a time times the contact stiffness. Runs without it are slow."),
       field("friction", &friction, "", not_negative, "Coulomb coefficient."),
       field("friction_speed", &friction_speed, "m/s", positive,
             "Sliding speed from which friction has its full force."),
       field("search_slack", &search_slack, "m", positive,
-            "Extra distance of the contact search, so that its result lasts for many steps.")
+            "Distance that the contact search adds to the range, so that its result serves many "
+            "steps.")
           .with_default("a quarter of the mean edge"),
-      field(
-          "bound",
-          choice(&bound, {{bsi::Bound::sphere, "sphere"},
-                          {bsi::Bound::box, "box"},
-                          {bsi::Bound::sphere_then_box, "sphere_then_box"}}),
-          "What the search compares above the leaves of the hierarchy. The result does not depend "
-          "on it."),
+      field("bound",
+            choice(&bound, {{bsi::Bound::sphere, "sphere"},
+                            {bsi::Bound::box, "box"},
+                            {bsi::Bound::sphere_then_box, "sphere_then_box"}}),
+            "Bounding volumes that the search compares above the leaves of the hierarchy. The "
+            "result does not depend on it."),
   }};
 }
 
 Table describe(OutputCase& target) {
   auto& [velocity, step_energies] = target;
   return {{
-      field("velocity", &velocity, "Record velocities too."),
+      field("velocity", &velocity, "Record velocities."),
       field("step_energies", &step_energies,
             "Record the energies after every step of the integrator, not only those of frames."),
   }};
@@ -196,28 +200,26 @@ Table describe(OutputCase& target) {
 Table describe(ComputeCase& target) {
   auto& [threads, backend, cpu_limit, memory_limit] = target;
   return {{
-      field(
-          "threads", &threads, "", {1, 1024},
-          "Threads of one run; the result does not depend on it. auto: one for each 4096 vertices "
-          "of bodies that are simulated, at least one and at most the processor's."),
+      field("threads", &threads, "", {1, 1024},
+            "Threads of a run; the result does not depend on it. auto: one per 4096 vertices of "
+            "simulated bodies, at least one and at most one per processor."),
       field(
           "backend",
           choice(&backend, {{ComputeBackend::automatic, "auto"},
                             {ComputeBackend::gpu, "gpu"},
                             {ComputeBackend::osmesa, "osmesa"},
                             {ComputeBackend::cpu, "cpu"}}),
-          "What finds the candidates of contact: a graphics processor, OpenGL on the CPU (a check "
-          "of the shaders, slow), the CPU, or whichever of graphics processor and CPU is measured "
-          "to be faster. The result does not depend on it."),
+          "Device that finds the candidate pairs of contact. gpu: a graphics processor. osmesa: "
+          "OpenGL on the CPU, a slow check of the shaders. cpu: the CPU. auto: graphics processor "
+          "or CPU, whichever is measured to be faster. The result does not depend on it."),
       field("cpu_limit", &cpu_limit, "s", positive,
-            "CPU time that the run may take, all threads together, but for what --estimate-error "
-            "takes: "
-            "beyond it, the run ends with its last state, says how far it came, and counts as "
-            "failed.")
+            "CPU time that the run may take, all threads together, without that of "
+            "--estimate-error. A run that exceeds it ends with its last state, reports how far it "
+            "came, and counts as failed.")
           .with_default("no limit"),
       field("memory_limit", &memory_limit, "MiB", positive,
-            "Memory that the scene may need by its estimate, which weft check prints; a case that "
-            "needs more is refused before any of it is taken.")
+            "Memory that the scene may need by its estimate, which weft check prints. A case that "
+            "needs more is refused before any memory is taken.")
           .with_default("nine tenths of the machine's"),
   }};
 }
@@ -246,7 +248,8 @@ Table describe(MaterialCase& target) {
       field("bend_stiffness", &bend, "N/m", not_negative, "Springs that skip one vertex.")
           .with_default("0")
           .only_for("membrane", {"springs"}),
-      field("bending_stiffness", &bending_stiffness, "N m", not_negative, "Of the plate."),
+      field("bending_stiffness", &bending_stiffness, "N m", not_negative,
+            "Bending stiffness of the plate."),
       field("mass_damping", &mass_damping, "1/s", not_negative,
             "Damping force per mass and velocity."),
       field("stiffness_damping", &stiffness_damping, "s", not_negative,
@@ -254,9 +257,9 @@ Table describe(MaterialCase& target) {
       field("bending_damping", &bending_damping, "s", not_negative,
             "Damping of bending as a time times its stiffness."),
       field("normal_drag", &normal_drag, "", not_negative,
-            "Drag coefficient of air across the surface."),
+            "Drag coefficient of air that moves across the surface."),
       field("tangential_drag", &tangential_drag, "", not_negative,
-            "Drag coefficient of air along the surface."),
+            "Drag coefficient of air that moves along the surface."),
   }};
   result.name = &name;
   return result;
@@ -266,26 +269,25 @@ Table describe(ShapeCase& target) {
   auto& [type, size, resolution, radius, length, major_radius, minor_radius, path, dataset, wrap_u,
          wrap_v, location] = target;
   Table result{{
-      field(
-          "type",
-          choice(&type, {{ShapeType::rectangle, "rectangle"},
-                         {ShapeType::cylinder, "cylinder"},
-                         {ShapeType::torus, "torus"},
-                         {ShapeType::sphere, "sphere"},
-                         {ShapeType::blob, "blob"},
-                         {ShapeType::file, "file"}}),
-          "A rectangle in the x-y plane; a cylinder or a torus around the z axis; a sphere of "
-          "six sewn patches; a blob, a sphere with dents, of 48; positions from an HDF5 file. All "
-          "are centred on the origin.")
+      field("type",
+            choice(&type, {{ShapeType::rectangle, "rectangle"},
+                           {ShapeType::cylinder, "cylinder"},
+                           {ShapeType::torus, "torus"},
+                           {ShapeType::sphere, "sphere"},
+                           {ShapeType::blob, "blob"},
+                           {ShapeType::file, "file"}}),
+            "A rectangle in the x-y plane; a cylinder or a torus around the z axis; a sphere of "
+            "six sewn patches; a blob, which is a sphere with dents, of 48 patches; or positions "
+            "from an HDF5 file. All but those from a file are centred on the origin.")
           .needed(),
       field("size", &size, "m", positive, "Lengths along x (columns) and y (rows).")
           .needed()
           .entries(2, 2)
           .only_for("type", {"rectangle"}),
       field("resolution", &resolution, "", at_least(2),
-            "Vertices [rows, cols], at least 2, or 3 along a closed axis (cols of a cylinder, both "
-            "of a torus); sphere: [n] along an edge of each of its six patches; blob: [n] "
-            "columns and 2 n - 1 rows of each of its 48.")
+            "Vertices [rows, cols]: at least 2, or 3 along a closed axis (cols of a cylinder, both "
+            "of a torus). sphere: [n] along an edge of each of its six patches. blob: [n] columns "
+            "and 2 n - 1 rows of each of its 48 patches.")
           .needed()
           .entries(1, 2)
           .only_for("type", {"rectangle", "cylinder", "torus", "sphere", "blob"}),
@@ -295,18 +297,19 @@ Table describe(ShapeCase& target) {
       field("length", &length, "m", positive, "Length along z.")
           .needed()
           .only_for("type", {"cylinder"}),
-      field("major_radius", &major_radius, "m", positive, "From the axis to the tube's centre.")
+      field("major_radius", &major_radius, "m", positive,
+            "Distance from the axis to the tube's centre.")
           .needed()
           .only_for("type", {"torus"}),
       field("minor_radius", &minor_radius, "m", positive,
-            "Of the tube; less than the major radius.")
+            "Radius of the tube; less than the major radius.")
           .needed()
           .only_for("type", {"torus"}),
       field("path", &path, "HDF5 file, relative to the case file.")
           .needed()
           .only_for("type", {"file"}),
       field("dataset", &dataset,
-            "Name of the positions in it, in m: [rows, cols, 3] or [patches, rows, cols, 3].")
+            "Name of the dataset of positions, in m: [rows, cols, 3] or [patches, rows, cols, 3].")
           .needed()
           .only_for("type", {"file"}),
       field("wrap_u", &wrap_u, "Join the last column to the first.").only_for("type", {"file"}),
@@ -319,7 +322,8 @@ Table describe(ShapeCase& target) {
 Table describe(KeyframeCase& target) {
   auto& [time, translation, rotation] = target;
   return {{
-      field("time", &time, "s", not_negative, "When; later than the keyframe before.").needed(),
+      field("time", &time, "s", not_negative, "Time of the keyframe; later than the one before.")
+          .needed(),
       field("translation", &translation, "m", any, "Displacement from the start."),
       field("rotation_deg", &rotation, "degrees", any,
             "Rotation from the start about the centre: axis times angle."),
@@ -335,12 +339,14 @@ Table describe(MotionCase& target) {
           .not_with("keyframes"),
       field("centre", &centre, "m", any, "Centre of the rotation.")
           .with_default("the mean of the moved points at the start"),
-      field("start_time", &start, "s", not_negative, "At rest before.").not_with("keyframes"),
-      field("stop_time", &stop, "s", positive, "At rest after; later than start_time.")
+      field("start_time", &start, "s", not_negative, "Start of the motion; at rest before.")
+          .not_with("keyframes"),
+      field("stop_time", &stop, "s", positive,
+            "End of the motion, later than start_time; at rest after.")
           .with_default("never")
           .not_with("keyframes"),
       field("keyframes", tables(&keyframes),
-            "Places to pass through, instead of constant velocities."),
+            "Poses to pass through, instead of constant velocities."),
   }};
   result.location = &location;
   return result;
@@ -356,17 +362,20 @@ Table describe(PinCase& target) {
           .entries(1, 4)
           .out_of({"first_row", "last_row", "first_col", "last_col"}),
       field("rows", &rows, "", any,
-            "First and last row of a block, from 0, or from -1 backwards; alone: whole rows.")
+            "First and last row of a block, counted from 0, or from -1 backwards. Without cols: "
+            "whole rows.")
           .entries(2, 2),
       field("cols", &cols, "", any,
-            "First and last column of a block, from 0, or from -1 backwards; alone: whole columns.")
+            "First and last column of a block, counted from 0, or from -1 backwards. Without rows: "
+            "whole columns.")
           .entries(2, 2),
       field("patch", &patch, "", at_least(0),
-            "Which patch corners, edges, rows and cols are counted in."),
+            "Patch in which corners, edges, rows and cols are counted."),
       field("region_min", &region_min, "m", any,
-            "Least corner of a box in space; holds what is in it at the start."),
-      field("region_max", &region_max, "m", any, "Greatest corner of the box."),
-      field("motion", table(&motion), "How the held vertices move; without it they stay."),
+            "Lower corner of a box in space. The pin holds all vertices that are in the box at the "
+            "start."),
+      field("region_max", &region_max, "m", any, "Upper corner of the box."),
+      field("motion", table(&motion), "Motion of the held vertices; without it they stay at rest."),
   }};
   result.location = &location;
   return result;
@@ -376,22 +385,28 @@ Table describe(BodyCase& target) {
   auto& [name, shape, material, stretch, position, rotation, velocity, angular_velocity, thickness,
          self_contact, pin, location] = target;
   Table result{{
-      field("name", &name, "Unique among bodies and obstacles.").needed().named_with_letters(),
-      field("shape", table(&shape), "Its shape at rest, and at the start but for stretch.")
+      field("name", &name, "Name, unique among bodies and obstacles.")
+          .needed()
+          .named_with_letters(),
+      field("shape", table(&shape),
+            "Shape without strain; the body starts in it unless it is stretched.")
           .needed(),
       field("material", &material, "Name of a [material.NAME].")
           .with_default("the only material")
           .named_with_letters(),
       field("stretch", &stretch, "", positive,
-            "Factors along the axes of the shape, before the rotation: the body starts stretched."),
-      field("position", &position, "m", any, "Added to the shape after the rotation."),
-      field("rotation_deg", &rotation, "degrees", any, "About the origin: axis times angle."),
-      field("velocity", &velocity, "m/s", any, "At the start."),
+            "Factors by which the body starts stretched along the axes of the shape, before the "
+            "rotation."),
+      field("position", &position, "m", any, "Translation, after the rotation."),
+      field("rotation_deg", &rotation, "degrees", any,
+            "Rotation about the origin: axis times angle."),
+      field("velocity", &velocity, "m/s", any, "Velocity at the start."),
       field("angular_velocity_deg", &angular_velocity, "degrees/s", any,
-            "At the start, about the body's centre: axis times rate."),
-      field("thickness", &thickness, "m", not_negative, "Distance kept between its two sides."),
-      field("self_contact", &self_contact, "Whether it feels itself."),
-      field("pin", tables(&pin), "Vertices held in place or moved; all that any selector names."),
+            "Angular velocity at the start, about the body's centre: axis times rate."),
+      field("thickness", &thickness, "m", not_negative,
+            "Thickness in contact: two surfaces stay farther apart than the mean of theirs."),
+      field("self_contact", &self_contact, "Enables contact of the body with itself."),
+      field("pin", tables(&pin), "Vertices held in place or moved: all that any selector names."),
   }};
   result.location = &location;
   return result;
@@ -400,12 +415,16 @@ Table describe(BodyCase& target) {
 Table describe(ObstacleCase& target) {
   auto& [name, shape, position, rotation, thickness, motion, location] = target;
   Table result{{
-      field("name", &name, "Unique among bodies and obstacles.").needed().named_with_letters(),
-      field("shape", table(&shape), "Its shape.").needed(),
-      field("position", &position, "m", any, "Added to the shape after the rotation."),
-      field("rotation_deg", &rotation, "degrees", any, "About the origin: axis times angle."),
-      field("thickness", &thickness, "m", not_negative, "Distance kept between its two sides."),
-      field("motion", table(&motion), "How it moves; without it it stays."),
+      field("name", &name, "Name, unique among bodies and obstacles.")
+          .needed()
+          .named_with_letters(),
+      field("shape", table(&shape), "Shape of the obstacle.").needed(),
+      field("position", &position, "m", any, "Translation, after the rotation."),
+      field("rotation_deg", &rotation, "degrees", any,
+            "Rotation about the origin: axis times angle."),
+      field("thickness", &thickness, "m", not_negative,
+            "Thickness in contact: two surfaces stay farther apart than the mean of theirs."),
+      field("motion", table(&motion), "Motion of the obstacle; without it it stays at rest."),
   }};
   result.location = &location;
   return result;
@@ -417,16 +436,17 @@ Table describe(Case& target) {
   auto& [title, time, world, contact, output, compute, material, body, obstacle, path, resolved,
          method_given, method_location, accuracy_location, choice] = target;
   return {{
-      field("title", &title, "What the case shows."),
-      field("time", table(&time), "How long, how often recorded, how exactly."),
-      field("world", table(&world), "What surrounds the bodies."),
-      field("contact", table(&contact), "How surfaces keep apart."),
-      field("output", table(&output), "What is recorded."),
-      field("compute", table(&compute), "What the run may use."),
+      field("title", &title, "Short description of the case."),
+      field("time", table(&time), "Integration in time: duration, frames, method and tolerances."),
+      field("world", table(&world), "Gravity and air."),
+      field("contact", table(&contact), "Contact between surfaces."),
+      field("output", table(&output), "Quantities that are recorded beside the positions."),
+      field("compute", table(&compute), "Resources of the run."),
       field("material", tables(&material, true),
-            "What bodies are made of. Without any there is one of defaults, named \"default\"."),
-      field("body", tables(&body), "What moves. At least one.").needed(),
-      field("obstacle", tables(&obstacle), "What stays, or moves as it is told."),
+            "Materials of bodies. A case without any has one of defaults, named \"default\"."),
+      field("body", tables(&body), "Bodies that are simulated; at least one.").needed(),
+      field("obstacle", tables(&obstacle),
+            "Surfaces that stay at rest or follow a prescribed motion."),
   }};
 }
 
