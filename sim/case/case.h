@@ -1,6 +1,6 @@
-// A case file as data: one struct a table. Each struct's fields are described once, in
-// case_schema.cpp (key, unit, limits, meaning); the parser, the JSON schema and the reference page
-// all read that description.
+// A case file as data: one struct per table. case_schema.cpp describes each struct's fields once
+// (key, unit, limits, meaning). The parser, the JSON schema and the reference page all read that
+// description.
 #pragma once
 
 #include <optional>
@@ -12,15 +12,15 @@
 
 namespace weft::sim {
 
-// The place a value came from, for messages; line 0 means it was not in a file (a default or
-// --set).
+// The place in the text that a value came from, for messages. Line 0 marks a value that no file
+// contains (a default or --set).
 struct SourceLocation {
   std::string file;
   int line = 0;
   int column = 0;
 };
 
-// Described in sim/case/time_methods.cpp.
+// Methods of time integration; time_methods.cpp lists their properties.
 enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet };
 enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
 
@@ -28,12 +28,12 @@ struct TimeCase {
   TimeMethod method = TimeMethod::cvode;
   double duration = 1.0;                     // s, > 0
   double frames_per_second = 60.0;           // 1/s, > 0
-  std::optional<double> accuracy;            // m; chooses the method and what is set below
-  double position_tolerance = 1e-5;          // m, local error a step
+  std::optional<double> accuracy;            // m; chooses the method and the values below
+  double position_tolerance = 1e-5;          // m, local error per step
   std::optional<double> velocity_tolerance;  // m/s; default 100 /s * position_tolerance
   double relative_tolerance = 1e-4;          // of the speed
   std::optional<double> step;                // s, of fixed steps
-  int newton = 0;                            // Newton iterations of a step; 0: to convergence
+  int newton = 0;                            // Newton iterations per step; 0: to convergence
   int maximum_order = 2;                     // BDF order, 1..5
   double minimum_step = 1e-7;                // s
   std::optional<double> maximum_step;        // s
@@ -109,8 +109,8 @@ struct MotionCase {
   SourceLocation location;
 };
 
-// Holds every vertex that any selector names; rows and cols together name the block of both, one
-// alone whole rows or columns.
+// Holds every vertex that any selector names. Rows and cols together select a block; one of them
+// alone selects whole rows or columns.
 struct PinCase {
   std::vector<std::string>
       corners;  // "first_first", "first_last", "last_first", "last_last" (row_col), or "all"
@@ -156,7 +156,7 @@ struct OutputCase {
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };
 
 struct ComputeCase {
-  std::optional<int> threads;                          // nothing: auto
+  std::optional<int> threads;                          // absent: chosen by the number of vertices
   ComputeBackend backend = ComputeBackend::automatic;  // of the contact search
   std::optional<double> cpu_limit;                     // s
   std::optional<double> memory_limit;                  // MiB; default nine tenths of the machine's
@@ -173,14 +173,15 @@ struct Case {
   std::vector<BodyCase> body;          // [[body]]
   std::vector<ObstacleCase> obstacle;  // [[obstacle]]
 
-  std::string path;  // of the file, for relative paths and messages
-  // The case as TOML with every default and override, for the trajectory; what an accuracy has
-  // chosen stands in its place.
+  std::string path;  // of the case file; base of relative paths
+  // The case as TOML with every default and override, as trajectories store it. In place of
+  // time.accuracy it has the values which that chose.
   std::string resolved_text;
-  // Facts of the text that choose_accuracy() (sim/accuracy/accuracy_choice.h) needs.
+  // Facts about the text that choose_accuracy() (sim/accuracy/accuracy_choice.h) needs.
   bool method_given = false;
   SourceLocation method_location, accuracy_location;
-  // The choice of time.accuracy and its reason; empty without it, and until it is made.
+  // The choice that time.accuracy made, with its reason; empty before the choice, and without
+  // time.accuracy.
   std::string accuracy_choice;
   bool awaits_accuracy() const { return time.accuracy && accuracy_choice.empty(); }
 };

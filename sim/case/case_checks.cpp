@@ -15,14 +15,13 @@ namespace weft::sim {
 
 namespace {
 
-// Limits from measurements: looser tolerances let a state through whose
-// strain is nonsense, without any sign of it.
+// Measured limits: looser tolerances silently let states with nonsensical strain through.
 constexpr double position_tolerance_per_range = 0.005;
 constexpr double velocity_tolerance_per_range = 0.5;  // 1/s
 // Orders 3 to 5 go wrong on undamped cloth and at loose tolerances.
 constexpr int highest_unconditional_order = 2;
 constexpr double high_order_tolerance = 1e-6;  // m
-// 0.005 * 2e-3 and 1e-5 differ in the last bit.
+// Comparisons allow for rounding: 0.005 * 2e-3 and 1e-5 differ in the last bit.
 constexpr double rounding = 1 + 1e-9;
 
 class Checker {
@@ -91,7 +90,7 @@ class Checker {
     }
   }
 
-  // Returns the key that breaks the rule: the first if the case gives it, else the second.
+  // Returns the path to blame: the first if the case gives it, else the second.
   std::string first_given(const std::string& first, const std::string& second) const {
     return locations_.given(first) ? first : second;
   }
@@ -116,7 +115,7 @@ class Checker {
     if (!case_.contact.enabled || traits_of(case_.time.method).is_explicit) return;
     const double range = case_.contact.range;
     const double position_limit = position_tolerance_limit(case_);
-    // An accuracy sets the tolerance later, within the limit.
+    // time.accuracy sets the tolerance later and keeps to this limit.
     if (!case_.awaits_accuracy() && case_.time.position_tolerance > position_limit * rounding) {
       fail(first_given("time.position_tolerance", "contact.range"),
            "a position_tolerance of " + number_text(case_.time.position_tolerance) +
@@ -135,7 +134,7 @@ class Checker {
     }
   }
 
-  // Bodies and obstacles share their names: both are bodies of the trajectory.
+  // Bodies and obstacles share one set of names, since both are bodies of the trajectory.
   void names() const {
     std::map<std::string, std::string> owners;  // name -> heading
     const auto claim = [&](const std::string& name, const std::string& path) {
@@ -152,7 +151,7 @@ class Checker {
     }
   }
 
-  // Refuses a case that takes too much memory, at the shape that takes most of it.
+  // Refuses a case that needs too much memory, at its largest shape.
   void memory() const {
     const SceneSize size = size_of_case(case_);
     const std::string reason = reason_of_memory(case_, size);

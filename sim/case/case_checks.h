@@ -8,14 +8,14 @@
 
 namespace weft::sim {
 
-// Throws CaseError at the value that breaks a rule. Every value alone is within its limits
-// (case_schema.h) and every body has the name of a material already.
+// Throws CaseError, placed at the value that breaks a rule. Preconditions: every single value is
+// within its limits (case_schema.h), and every body names a material.
 void check_case(const Case& target, const Locations& locations);
 
-// The largest time.position_tolerance with which contact is sound, m; infinite without contact.
+// The largest time.position_tolerance (m) at which contact is sound; infinite without contact.
 double position_tolerance_limit(const Case& target);
 
-// Notice for a step that is longer than the time between frames; empty for others.
+// A notice if the fixed step is longer than the time between frames; otherwise empty.
 std::string long_step_notice(const TimeCase& time);
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// The JSON schema and the reference page, from the same description as the reader.
+// Writes the JSON schema and the reference page from the description that the reader uses.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -18,7 +18,7 @@ constexpr const char* identifier_pattern = "^[A-Za-z0-9_-]+$";
 
 Json table_schema(const Table& table);
 
-// The limits of a number in words.
+// The schema of a number with its limits.
 Json number_schema(const Field& field, const char* type) {
   Json schema{{"type", type}};
   const Limits& limits = field.limits;
@@ -37,7 +37,7 @@ Json array_schema(Json items, std::size_t least, std::size_t most) {
   return schema;
 }
 
-// One overload a kind of member: its type and, where it has a default of its own, that.
+// The schema of a field, with its default if one is stored; one overload per kind of member.
 struct FieldSchema {
   const Field& field;
 
@@ -106,11 +106,11 @@ struct FieldSchema {
   }
 };
 
-// Which keys one value of a switch needs and forbids.
+// The rule for one value of a switch: the keys that it requires and those that it forbids.
 Json switch_schema(const Table& table, const Field& switch_field, const std::string& value) {
   const auto& choice = std::get<Choice>(switch_field.member);
   Json condition{{"properties", {{switch_field.key, {{"const", value}}}}}};
-  // An absent key has its default: the condition then holds for it too.
+  // The condition also holds for an absent key whose default is this value.
   const bool is_default = !switch_field.required && choice.names[choice.get()] == value;
   if (!is_default) condition["required"] = {switch_field.key};
   Json needed = Json::array();
@@ -130,7 +130,7 @@ Json switch_schema(const Table& table, const Field& switch_field, const std::str
   return {{"if", std::move(condition)}, {"then", std::move(consequence)}};
 }
 
-// Rules between the keys of one table: switches, and keys that rule others out.
+// Adds the rules between the keys of one table: switches, and keys that rule others out.
 void add_key_rules(const Table& table, Json& schema) {
   for (const Field& field : table.fields) {
     if (const auto* choice = std::get_if<Choice>(&field.member)) {
@@ -181,7 +181,7 @@ std::string meaning_cell(const Field& field) {
 
 void write_page(const Table& table, const std::string& path, std::string& page);
 
-// The section of one table inside another.
+// Writes the section of one table inside another.
 struct Section {
   const Field& field;
   const std::string& path;

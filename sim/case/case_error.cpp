@@ -4,7 +4,7 @@ namespace weft::sim {
 
 namespace {
 
-// `file:line:col: message`, without the parts that are not known, and the hint on its own line.
+// Builds `file:line:col: message` from the parts that are known, and puts the hint on its own line.
 std::string format(const SourceLocation& where, const std::string& message,
                    const std::string& hint) {
   std::string text = where.file;

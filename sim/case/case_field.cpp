@@ -1,4 +1,4 @@
-// The parts of a description: limits, fields, tables, and their words.
+// Limits, fields and tables of the schema, and their wording.
 #include <algorithm>
 #include <cmath>
 
@@ -95,7 +95,7 @@ std::string count_text(const Field& field, const std::string& noun) {
   return count + ' ' + noun + 's';
 }
 
-// One overload a kind of member.
+// The expected values in words; one overload per kind of member.
 struct ExpectedText {
   const Field& field;
 

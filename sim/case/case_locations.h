@@ -8,20 +8,20 @@
 
 namespace weft::sim {
 
-// Places by path (case_schema.h), which the reader fills in, for messages of the rules that compare
-// values.
+// Places of keys and values by path (case_schema.h). The reader fills them in; the rules that
+// compare values need them for their messages.
 class Locations {
  public:
-  // A place that is nowhere in the text is reported as the first character of `file`.
+  // A path without any place is reported as the first character of `file`.
   explicit Locations(std::string file) : file_(std::move(file)) {}
 
   void add(const std::string& path, const SourceLocation& key, const SourceLocation& value) {
     places_.insert_or_assign(path, Place{key, value});
   }
-  // True if the case gives this path, rather than leaving it to a default.
+  // True if the text or an override gives this path a value.
   bool given(const std::string& path) const { return places_.contains(path); }
-  // Return the place of the key or of the value (for a table: its header). Where there is none,
-  // they return those of the nearest table around it.
+  // Return the place of the key or of the value; the value of a table is its header. For a path
+  // without a place they return the place of the nearest table around it.
   SourceLocation key(const std::string& path) const;
   SourceLocation value(const std::string& path) const;
 

@@ -41,19 +41,19 @@ class Override {
   const std::string& key() const { return keys_[position_]; }
   bool at_last_key() const { return position_ + 1 == keys_.size(); }
 
-  // A value that knows the override as its source.
+  // Parses a TOML document whose values carry the override as their source.
   toml::table parsed(const std::string& text) const {
     return toml::parse(std::string_view(text), std::string_view(source_));
   }
-  // Parses the override's value. Text that is not TOML becomes a string, and so does any other
-  // value for a key that takes a string.
+  // Parses the override's value. Text that is not TOML becomes a string; so does any value of a key
+  // that takes a string.
   toml::table value(bool wants_string) const {
     try {
       toml::table document = parsed("value = " + value_);
       const bool usable = document.size() == 1 && (!wants_string || document["value"].is_string());
       if (usable) return document;
     } catch (const toml::parse_error&) {
-      // Falls through to the string, whose type the reader then judges.
+      // The text is taken as a string, whose type the reader judges.
     }
     try {
       return parsed("value = " + toml_string(value_));
@@ -67,7 +67,7 @@ class Override {
     table.insert_or_assign(toml::key(name, std::move(region)), std::move(*document.get("value")));
   }
 
-  // The table or array under the current key; an absent table is made.
+  // Return the table or array under the current key. An absent table is created.
   toml::table& child_table() {
     if (table_->get(key()) == nullptr) set(*table_, key(), parsed("value = {}"));
     toml::table* child = table_->get(key())->as_table();
@@ -89,7 +89,7 @@ class Override {
     return *child->as_array();
   }
 
-  // One key further into the tree, or the end of it.
+  // Goes one key further into the tree, or sets the value at the last key.
   void step() {
     const Field* field = schema_.find(key());
     if (field == nullptr) {
@@ -120,13 +120,13 @@ class Override {
     }
   }
 
-  // Goes from the list of a [list.NAME] to one entry, or to a new value of it.
+  // Goes from the list of a [list.NAME] to one entry, or sets that entry as a whole.
   void enter_named(toml::table& list) {
     const std::string list_key = key();
     ++position_;
     std::vector<std::string> names;
     for (auto&& [name, node] : list) names.emplace_back(name.str());
-    // The material that stands in where a case has none can be changed too.
+    // The default material of a case without any can be changed too.
     if (names.empty()) names.emplace_back("default");
     if (std::find(names.begin(), names.end(), key()) == names.end()) {
       fail("the case has no " + in_quotes(list_key + '.' + key()), name_hint(key(), names));
@@ -142,7 +142,7 @@ class Override {
     ++position_;
   }
 
-  // Goes from a list of tables to the entry with this name, else with this index.
+  // Goes from a list of tables to the entry with this name or, if there is none, with this index.
   void enter_entry(toml::array& list) {
     const std::string list_key = key();
     ++position_;
@@ -178,7 +178,7 @@ class Override {
     if (!is_array) {
       fail(in_quotes(key()) + " has no keys of its own", "expected " + expected_text(field));
     }
-    // The entries beside it stay as they are by default.
+    // The other entries keep their defaults.
     const std::string by_default = value_text(field);
     if (table_->get(key()) == nullptr && !by_default.empty()) {
       set(*table_, key(), parsed("value = " + by_default));
@@ -200,7 +200,7 @@ class Override {
     if (list.empty()) return "";
     return "expected an index from 0 to " + std::to_string(list.size() - 1);
   }
-  // list.size() where the key is no index of it.
+  // Returns the index that the key names, or list.size() if it names none.
   std::size_t index_key(const toml::array& list) const {
     std::size_t index = 0;
     const char* end = key().data() + key().size();
@@ -208,9 +208,9 @@ class Override {
     return error == std::errc() && stop == end ? std::min(index, list.size()) : list.size();
   }
 
-  toml::table* table_;  // where the walk is in the tree ...
-  Table schema_;        // ... and in the schema
-  Case prototype_;      // what the schema describes while the walk lasts
+  toml::table* table_;  // position in the tree
+  Table schema_;        // description of that table
+  Case prototype_;      // storage that schema_ points into
   std::string source_;
   std::vector<std::string> keys_;
   std::string value_;

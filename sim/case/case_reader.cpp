@@ -19,13 +19,14 @@ namespace weft::sim {
 
 namespace {
 
-// Largest case file, bytes: room for a hundred thousand keyframes. toml++ takes two seconds for it.
+// Largest case file, bytes. It holds a hundred thousand keyframes, and toml++ parses it in two
+// seconds.
 constexpr std::size_t longest_case = std::size_t{8} << 20;
 
 void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations);
 
-// Says what a field takes, with the header of its tables.
+// The values that a field takes; for a table, its header.
 std::string wanted(const Field& field, const std::string& path) {
   if (const auto* list = std::get_if<TableList>(&field.member)) {
     return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));
@@ -34,7 +35,7 @@ std::string wanted(const Field& field, const std::string& path) {
   return expected_text(field);
 }
 
-// Reads one value into one member. Errors stand at the value, or at the entry of an array.
+// Reads one value into one member. Errors are placed at the value, or at the entry of an array.
 class ValueReader {
  public:
   ValueReader(const Field& field, const toml::node& node, std::string path, Locations& locations)
@@ -151,7 +152,8 @@ class ValueReader {
                     name_hint(name, names));
   }
 
-  // Most 0: any number of entries.
+  // Returns the array after checking its number of entries and recording their places. `most` = 0
+  // allows any number.
   const toml::array& array(std::size_t least, std::size_t most) const {
     const auto* source = node_.as_array();
     if (source == nullptr) fail_kind();
@@ -199,7 +201,7 @@ class ValueReader {
   Locations& locations_;
 };
 
-// The first key, in the order of the text, that the table does not have.
+// Throws at the first key in the text that the table does not have.
 void refuse_unknown_keys(const toml::table& source, const Table& target, const std::string& path) {
   const toml::key* first = nullptr;
   for (auto&& [key, node] : source) {
@@ -214,7 +216,7 @@ void refuse_unknown_keys(const toml::table& source, const Table& target, const s
                   name_hint(name, target.keys()));
 }
 
-// Keys that do not go with the table's other keys. Errors stand at the key.
+// Throws at a key that the table's other keys rule out.
 void refuse_misplaced_keys(const Table& target, const std::string& path,
                            const Locations& locations) {
   for (const Field& field : target.fields) {
@@ -236,7 +238,7 @@ void refuse_misplaced_keys(const Table& target, const std::string& path,
   }
 }
 
-// Errors stand at the table's header.
+// Throws at the table's header if it lacks a required key.
 void require_keys(const toml::table& source, const Table& target, const std::string& path) {
   for (const Field& field : target.fields) {
     if (!field.required || !applies(field, target) || source.contains(field.key)) continue;
@@ -263,7 +265,8 @@ void read_table(const toml::table& source, const Table& target, const std::strin
   refuse_misplaced_keys(target, path, locations);
 }
 
-// A body without a material takes the only one there is, made of defaults where there is none.
+// A body without a material takes the only one that the case has. A case without any gets one of
+// defaults.
 void choose_materials(Case& target, const Locations& locations) {
   if (target.material.empty()) {
     target.material.emplace_back().name = "default";
@@ -303,7 +306,7 @@ Case parse_case(const std::string& text, const std::string& path,
 }
 
 Case read_case(const std::string& path, const std::vector<std::string>& overrides) {
-  std::error_code ignored;  // a path that cannot be looked at fails to open below
+  std::error_code ignored;  // an inaccessible path fails to open below
   if (std::filesystem::is_directory(path, ignored)) {
     throw CaseError({path}, "is a directory", "expected a case file");
   }

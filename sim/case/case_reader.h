@@ -9,21 +9,23 @@
 
 namespace weft::sim {
 
-// Reads and checks a case file of at most 8 MiB. `overrides` are "key.path=TOML value" (as
-// `--set`), applied in order: tables by key, array entries by name or, where no entry has that
-// name, by index from 0
-// ("body.sheet.thickness=2e-3", "contact.friction=0.3", "body.0.position.2=1"); strings may go
-// unquoted. An override may make a key that the text leaves out, never a list's entry.
+// Reads and checks a case file of at most 8 MiB.
 //
-// Throws CaseError, with the nearest name or what was expected, on anything unknown, missing, of
-// the wrong type or impossible. Its place is
-//   the key      of what is unknown or does not belong there,
-//   the value    of a wrong type, number or name, and the entry where it is in an array,
+// `overrides` are "KEY=VALUE" as for `--set`, applied in order: KEY is a path with dots, VALUE a
+// TOML value, whose strings may go unquoted. Entries of lists are named by their name or, if no
+// entry has it, by their index from 0: "body.sheet.thickness=2e-3", "contact.friction=0.3",
+// "body.0.position.2=1". An override may add a key that the text does not have, but no entry of a
+// list.
+//
+// Throws CaseError, with the nearest name or the expected values, on anything unknown, missing, of
+// the wrong type or impossible. The place of the error is
+//   the key      that is unknown or does not belong there,
+//   the value    of a wrong type, number or name; in an array, the entry,
 //   the header   of the table that lacks a key (line 1 for the case itself),
-//   "--set KEY=VALUE", line 0, for what an override brought in.
-// A scene that needs more memory than compute.memory_limit by its estimate (memory_estimate.h) is
-// refused at the resolution of its largest shape.
-// Sizes of images that are only known once a file shape is opened are checked by the scene.
+//   "--set KEY=VALUE", line 0, if an override brought in the fault.
+// A scene whose estimated memory (memory_estimate.h) exceeds compute.memory_limit is refused at the
+// resolution of its largest shape. The scene checks shapes from files, whose sizes are known only
+// once the files are opened.
 Case read_case(const std::string& path, const std::vector<std::string>& overrides = {});
 Case parse_case(const std::string& text, const std::string& path,
                 const std::vector<std::string>& overrides = {});

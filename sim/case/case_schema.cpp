@@ -84,8 +84,8 @@ TableList tables(std::vector<Struct>* target, bool named = false) {
           [target] { return describe(target->emplace_back()); }};
 }
 
-// Every describe() below takes its struct apart by a structured binding: a member that is added to
-// case.h and not described here does not compile.
+// Every describe() below unpacks its struct by a structured binding. A member that is added to
+// case.h but not described here therefore does not compile.
 
 Table describe(TimeCase& target) {
   auto& [method, duration, frames, accuracy, position_tolerance, velocity_tolerance,

@@ -13,23 +13,23 @@ namespace weft::sim {
 
 namespace {
 
-// Keeps every index of a body within an int with room to spare.
+// Upper limit of a body's vertices; it keeps every index well within an int.
 constexpr int most_vertices = 100'000'000;
 
-// Wide enough for what any resolution asks for.
+// Size of a shape's image; 64 bits hold any resolution that an int can express.
 struct ImageSize {
   std::int64_t patches;
   std::int64_t rows;
   std::int64_t cols;
 
-  // Returns the number of vertices as a double, which every product of three sizes fits into.
+  // Number of vertices. The product of three sizes may exceed 64 bits, so it is a double.
   double vertices() const {
     return static_cast<double>(patches) * static_cast<double>(rows) * static_cast<double>(cols);
   }
 };
 
-// Returns the size of a shape's image; nothing for a file, whose size is known once it is opened.
-// Precondition: the resolution has been checked.
+// Returns the size of a shape's image; nothing for a shape from a file, whose size is known only
+// once it is opened. Precondition: the resolution is checked.
 std::optional<ImageSize> image_size(const ShapeCase& shape) {
   if (shape.type == ShapeType::file) return std::nullopt;
   const std::int64_t n = shape.resolution[0];
@@ -129,7 +129,8 @@ class PinChecker {
     }
   }
 
-  // Negative places can be compared with positive ones only where the size is known.
+  // Refuses an empty range. A negative index compares with a positive one only if the size is
+  // known.
   void order(const std::string& key, const std::vector<int>& range) const {
     if (range.empty()) return;
     std::int64_t first = range[0];
@@ -172,7 +173,7 @@ void check_shape(const ShapeCase& shape, const std::string& path, const std::str
                  const Locations& locations) {
   if (shape.type == ShapeType::file) {
     const auto file = std::filesystem::path(case_path).parent_path() / shape.path;
-    std::error_code ignored;  // what cannot be looked at is not a usable file either
+    std::error_code ignored;  // an inaccessible path is no usable file either
     if (std::filesystem::is_regular_file(file, ignored)) return;
     throw CaseError(locations.value(join_path(path, "path")), "no file " + in_quotes(shape.path),
                     "expected an HDF5 file, here " + file.string());

@@ -9,16 +9,16 @@
 
 namespace weft::sim {
 
-// Throw CaseError at the value that breaks a rule; at the pin's header where it chooses nothing.
-// `path` is the place of the shape or pin in the case (case_schema.h), `case_path` the file that a
-// shape's own path is relative to.
+// Throw CaseError, placed at the value that breaks a rule, or at the header of a pin that selects
+// nothing. `path` is the path of the shape or pin in the case (case_schema.h). The path of a file
+// shape is relative to the case file `case_path`.
 void check_shape(const ShapeCase& shape, const std::string& path, const std::string& case_path,
                  const Locations& locations);
 void check_pin(const PinCase& pin, const ShapeCase& shape, const std::string& path,
                const Locations& locations);
 
-// Vertices that a shape asks for, counting those along seams once for each patch; nothing for a
-// file, whose size is known once it is opened.
+// Number of vertices of a shape; vertices on a seam count once for each patch. Empty for a shape
+// from a file, whose size is known only once the file is opened.
 std::optional<double> vertices_of(const ShapeCase& shape);
 
 }  // namespace weft::sim

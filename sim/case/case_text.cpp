@@ -36,7 +36,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return at(a.size(), b.size());
 }
 
-// Length in bytes of the UTF-8 sequence at `start`; 0 where there is none.
+// Length in bytes of the UTF-8 sequence at `start`; 0 if there is no valid one.
 std::size_t utf8_length(const std::string& text, std::size_t start) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
@@ -93,7 +93,7 @@ std::optional<std::string> nearest_name(const std::string& name,
     const std::size_t shorter = std::min(name.size(), candidate.size());
     const std::size_t longer = std::max(name.size(), candidate.size());
     const std::size_t most = std::max<std::size_t>(1, longer / 3);
-    if (longer - shorter > most) continue;  // so many edits are needed at the least
+    if (longer - shorter > most) continue;  // the distance is at least this difference
     const std::size_t distance = edit_distance(name, candidate);
     if (distance > most) continue;
     if (!best || distance < best_distance) {

@@ -24,7 +24,7 @@ SourceLocation place_in(const std::string& text, std::size_t byte, const std::st
 }  // namespace
 
 std::size_t find_deep_key(const std::string& text) {
-  // Only a key has so many points between two of these separators.
+  // Between two of these separators, only a key contains that many points.
   constexpr std::string_view separators = "\n=,[]{}#";
   std::size_t start = 0;
   int points = 0;
@@ -76,7 +76,8 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
   try {
     return toml::parse(std::string_view(text), std::string_view(path));
   } catch (const toml::parse_error& error) {
-    // "Error while parsing key-value pair: expected value, saw '\n'": the second half is a hint.
+    // The message reads like "Error while parsing key-value pair: expected value, saw '\n'"; its
+    // second half becomes the hint.
     const std::string description(error.description());
     const std::size_t hint = description.find(": expected");
     const SourceLocation where{path, static_cast<int>(error.source().begin.line),

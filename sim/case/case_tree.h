@@ -10,23 +10,23 @@
 
 namespace weft::sim {
 
-// Throws CaseError with the place of a syntax error, or of a key with more parts than toml++ can
-// take.
+// Parses TOML. Throws CaseError at the place of a syntax error, or of a key with more than a
+// thousand parts.
 toml::table parse_toml(const std::string& text, const std::string& path);
 
-// Applies one `KEY=VALUE` (see read_case). Throws CaseError, placed at "--set KEY=VALUE" with line
-// 0, on a key that no case has, an entry that this case does not have, or a path through a value.
-// Every value it sets knows the override as its source.
+// Applies one `KEY=VALUE` (see read_case); the values it sets carry the override as their source.
+// Throws CaseError, placed at "--set KEY=VALUE" with line 0, on an unknown key, an entry that this
+// case does not have, or a path that continues beyond a value.
 void apply_override(toml::table& root, const std::string& text);
 
-// Line 0 for what came from an override, whose file is then `--set KEY=VALUE`.
+// The place of a node. A node from an override has line 0 and the file `--set KEY=VALUE`.
 SourceLocation location_of(const toml::source_region& source);
 
-// Finds a key of more than a thousand parts (a.a.a...) in TOML text, as its first byte; npos:
-// nowhere. toml++ makes a table for each part and overruns the stack on some ten thousand.
+// Returns the first byte of a key with more than a thousand parts (a.a.a...) in TOML text, or npos
+// if there is none. toml++ makes a table for each part and overruns the stack at some ten thousand.
 std::size_t find_deep_key(const std::string& text);
 
-// "a string", "a table", ...: what a value is, for messages.
+// The kind of a value for messages: "a string", "a table", ...
 std::string kind_of(const toml::node& node);
 
 }  // namespace weft::sim

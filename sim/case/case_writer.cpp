@@ -17,7 +17,7 @@ std::string toml_array(const Entries& entries, Text text) {
   return '[' + list + ']';
 }
 
-// The value of a member that is not a table; empty for one that is absent.
+// The TOML text of a member; empty for a table and for an absent value.
 struct ValueText {
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
   std::string operator()(const int* value) const { return std::to_string(*value); }
@@ -57,7 +57,7 @@ bool is_table(const Field& field) {
          std::holds_alternative<TableList>(field.member);
 }
 
-// Tells whether a key that rules this one out is in use.
+// True if the key that rules this one out has a value.
 bool is_excluded(const Field& field, const Table& table) {
   if (field.excluded_by.empty()) return false;
   const Field& other = *table.find(field.excluded_by);
@@ -89,7 +89,7 @@ struct TableWriter {
   void operator()(const Choice&) const {}
 };
 
-// Values first: in TOML, what follows a table's header belongs to that table.
+// Writes values before tables: in TOML, everything after a table's header belongs to that table.
 void write_table(const Table& table, const std::string& header, std::string& text) {
   for (const Field& field : table.fields) {
     if (is_table(field) || !applies(field, table) || is_excluded(field, table)) continue;
@@ -134,7 +134,7 @@ std::string toml_string(const std::string& text) {
 }
 
 std::string case_text(const Case& source) {
-  Case copy = source;  // descriptions point into what they could change
+  Case copy = source;  // describe() takes a case that it could change
   std::string text;
   if (!source.accuracy_choice.empty()) {
     text = "# time.accuracy: " + source.accuracy_choice + '\n';

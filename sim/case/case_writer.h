@@ -8,12 +8,12 @@
 
 namespace weft::sim {
 
-// The case with every default written out, in the order of case_schema.cpp;
-// defaults that are worked out later stand as comments. Parsed again next to the same files, it
-// gives an equal case and the same text, bit for bit.
+// Writes the case with every default, in the order of case_schema.cpp; computed defaults become
+// comments. Parsed again next to the same files, the text gives an equal case and, bit for bit, the
+// same text.
 std::string case_text(const Case& source);
 
-// The value of a field as TOML; empty for a table, a list without entries or an absent value.
+// The value of a field as TOML; empty for a table, an empty list or an absent value.
 std::string value_text(const Field& field);
 
 // A TOML basic string, quoted and escaped, on one line.

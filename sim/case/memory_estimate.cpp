@@ -18,10 +18,10 @@ constexpr double mebibyte = 1 << 20;
 // Bytes of a process without a scene: libraries, tables, a trajectory's buffers.
 constexpr double process_memory = 16 * mebibyte;
 
-// Bytes per vertex, measured by the resident size of runs of 129 x 129 and 257 x 257 vertices.
+// Bytes per vertex, from the resident size of runs with 129 x 129 and 257 x 257 vertices.
 constexpr double geometry_and_state = 1200;
 constexpr double implicit_matrix = 1300;   // with multigrid and vectors
-constexpr double bending_stencils = 1500;  // and what they add to the matrix
+constexpr double bending_stencils = 1500;  // with their matrix entries
 constexpr double contact_search = 2000;    // edges, pyramid, candidates, pairs in reach
 constexpr double obstacle_geometry = 300;
 constexpr double obstacle_contact = 900;
@@ -82,7 +82,7 @@ std::size_t largest_shape(const Case& source, const SceneSize& size) {
 double default_memory_limit() {
   double bytes =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  // "max" where the group has no limit: not a number.
+  // A group without a limit says "max", which does not parse as a number.
   for (const char* path :
        {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
     double group = 0;

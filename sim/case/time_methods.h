@@ -1,4 +1,4 @@
-// The methods of time integration: one line each, read by all who ask about a method's nature.
+// The properties of the methods of time integration, one line per method.
 #pragma once
 
 #include <span>
@@ -8,21 +8,21 @@
 namespace weft::sim {
 
 struct TimeMethodTraits {
-  // Lengths of steps: given by `time.step`, chosen by the method, either of these, or one load a
-  // frame.
+  // How step lengths come about: given by `time.step`, chosen by the method, either of these, or
+  // one load step per frame.
   enum class Steps { fixed, chosen, either, loads };
 
   TimeMethod method;
   const char* name;   // of `time.method`
   const char* title;  // in words, for weft check
-  int order;          // of convergence in the step; the highest that time.maximum_order allows
+  int order;          // of convergence; for cvode the largest time.maximum_order
   Steps steps;
-  bool is_explicit;    // takes no matrix
-  bool is_calibrated;  // `time.accuracy` may set its tolerance by the table
+  bool is_explicit;    // needs no stiffness matrix
+  bool is_calibrated;  // `time.accuracy` may choose its tolerance from the calibration table
   bool finds_equilibria() const { return steps == Steps::loads; }
 };
 
-// In the order of TimeMethod. Their makers are in sim/integrator/integrator.cpp.
+// In the order of TimeMethod. sim/integrator/integrator.cpp makes the integrators.
 std::span<const TimeMethodTraits> time_methods();
 const TimeMethodTraits& traits_of(TimeMethod method);
 

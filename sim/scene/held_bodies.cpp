@@ -7,8 +7,8 @@ namespace weft::sim {
 
 namespace {
 
-// By body. Vertices that follow different motions do not make a rigid surface, which contact and
-// its friction take an obstacle for.
+// Marks, by body, those that are held as a whole. Vertices that follow different motions are no
+// rigid surface, as contact and its friction assume of obstacles.
 std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
   std::vector<char> is_held, moves(scene.bodies.size(), 0);
   std::vector<int> pin_count(scene.bodies.size(), 0);
@@ -27,7 +27,7 @@ std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMoti
   return is_held;
 }
 
-// The parts of `all` that belong to bodies, in another order of these.
+// Returns values by particle in a new order of bodies.
 template <class Value>
 std::vector<Value> reordered(const std::vector<Value>& all, const std::vector<SceneBody>& bodies,
                              const std::vector<int>& order) {

@@ -17,7 +17,8 @@ Eigen::AngleAxisd angle_axis(const Vec3& rotation_vector) {
   return {angle, angle > 0 ? Vec3(rotation_vector / angle) : Vec3(Vec3::UnitX())};
 }
 
-// Rotation vector of the turn that leads from one orientation to another, both rotation vectors.
+// Rotation vector of the rotation that leads from one orientation to another, both given as
+// rotation vectors.
 Vec3 turn_between(const Vec3& from, const Vec3& to) {
   if (from.cross(to).norm() <= 1e-12 * from.norm() * to.norm()) return to - from;
   const Eigen::AngleAxisd shortest(Eigen::Quaterniond(angle_axis(to)) *
@@ -25,13 +26,13 @@ Vec3 turn_between(const Vec3& from, const Vec3& to) {
   return shortest.axis() * shortest.angle();
 }
 
-// The easing between two keyframes, s in 0 .. 1, and its first two derivatives.
+// The easing between two keyframes for s in 0 .. 1, and its first two derivatives.
 double eased(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
 double eased_slope(double s) { return 30 * s * s * (1 - s) * (1 - s); }
 double eased_curvature(double s) { return 60 * s * (1 - s) * (1 - 2 * s); }
 
-// The largest of both in an interval: the slope rises to the middle and falls from there; the
-// curvature has its extremes, +-10 / sqrt(3), at (3 -+ sqrt(3)) / 6.
+// The largest slope and curvature in an interval. The slope rises up to the middle and then falls.
+// The curvature has its extremes, +-10 / sqrt(3), at (3 -+ sqrt(3)) / 6.
 double largest_slope(double from, double to) { return eased_slope(std::clamp(0.5, from, to)); }
 double largest_curvature(double from, double to) {
   double largest = std::max(std::abs(eased_curvature(from)), std::abs(eased_curvature(to)));
@@ -42,7 +43,7 @@ double largest_curvature(double from, double to) {
   return largest;
 }
 
-// No point of an arc is further from where it began than its length and its diameter.
+// Bounds the distance between two points of an arc by its length and its diameter.
 double arc_travel(double angle, double radius) { return radius * std::min(angle, 2.0); }
 
 }  // namespace
@@ -158,10 +159,14 @@ MotionBounds RigidMotion::bounds(double from, double to, double radius) const {
                        : keyframe_bounds(from, to, radius);
 }
 
-// On a path of length L, a point is at most 2 q (1 - q) L from the point of its chord at the part q
-// of the time where its speed is bounded by L / h; with an acceleration of at most a throughout,
-// q (1 - q) a h^2 / 2, and where it would have to go on moving for that, twice the way it then
-// would go more; and never further than both ends are from where it goes.
+// Three bounds hold for the distance between a point and uniform motion along its chord, at the
+// fraction q of an interval of length h:
+// - 2 q (1 - q) h v for a speed of at most v;
+// - q (1 - q) a h^2 / 2 for an acceleration of at most a throughout. If the point rests for a part
+//   of the interval, it is compared with one that moves on; this adds at most twice the way moved
+//   in that part;
+// - the travel, which bounds the distance from any place on the path to both its ends.
+// The result is the least of their maxima over q.
 MotionBounds RigidMotion::constant_velocity_bounds(double from, double to, double radius) const {
   const double begin = std::max(from, start_time_), end = std::min(to, stop_time_);
   if (!(begin < end)) return {};

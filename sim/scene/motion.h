@@ -11,19 +11,19 @@
 
 namespace weft::sim {
 
-// Upper bounds of how far points move in an interval of time, over all points within the radius
-// asked for.
+// Upper bounds of the motion of points in an interval of time, over all points within a given
+// radius.
 struct MotionBounds {
-  double angle = 0;         // rad, turned
-  double travel = 0;        // m, from where a point is at the start
-  double stray = 0;         // m, from the point of its chord at the same part of the time
-  double acceleration = 0;  // m/s^2, where the velocity does not jump
+  double angle = 0;         // rad, of the rotation
+  double travel = 0;        // m, distance from a point's place at the start
+  double stray = 0;         // m, distance from uniform motion along the chord
+  double acceleration = 0;  // m/s^2, apart from jumps of the velocity
 };
 
 // A time at which a motion changes its course.
 struct MotionEvent {
   double time = 0;     // s
-  bool jumps = false;  // the velocity does, too
+  bool jumps = false;  // the velocity is discontinuous
 };
 
 // A rigid motion at one time: it tells where points are and how they go on.
@@ -50,7 +50,7 @@ struct RigidPose {
 class RigidMotion {
  public:
   RigidMotion() = default;
-  // `centre` is used where the case names none.
+  // `centre` is the default centre, used if the case gives none.
   RigidMotion(const MotionCase& motion, const Vec3& centre);
 
   // Returns the pose at a time. Where the velocity jumps it has the one after the jump, or with
@@ -60,21 +60,20 @@ class RigidMotion {
   // is the one after the jump, or with `before_jump` the one before.
   void apply(double time, std::span<const Vec3> start, std::span<Vec3> position,
              std::span<Vec3> velocity, bool before_jump = false) const;
-  // The rates of both (m/s, m/s^2).
+  // Computes velocities (m/s) and accelerations (m/s^2).
   void rates(double time, std::span<const Vec3> start, std::span<Vec3> velocity,
              std::span<Vec3> acceleration, bool before_jump = false) const;
 
   // The first start, stop or keyframe after `time`, if any.
   std::optional<MotionEvent> next_event(double time) const;
-  // Returns bounds for points up to `radius` (m) from the centre at the start, from one time to a
-  // later one. All are zero where nothing moves in between. Never too small, whatever events lie in
-  // between.
+  // Returns bounds for points up to `radius` (m) from the centre at t = 0, from one time to a later
+  // one. They hold across any events in between. All are zero if nothing moves in between.
   MotionBounds bounds(double from, double to, double radius) const;
-  // Velocity of a point that is at `place` and moved along (m/s, after a jump), and how far from
-  // the centre such a point starts (m).
+  // Velocity (m/s, after a jump) of a moved point that is at `place`, and its distance from the
+  // centre at t = 0 (m).
   Vec3 velocity_at(double time, const Vec3& place) const;
   double distance_from_centre(double time, const Vec3& place) const;
-  // The largest distance of these from the centre: the radius of points that start there.
+  // Largest distance (m) of these points from the centre.
   double radius_of(std::span<const Vec3> start) const;
 
  private:

@@ -9,9 +9,10 @@
 
 namespace weft::sim {
 
-// Particles of the body (local indices, sorted, each once) named by corners, edges, row and column
-// ranges (both given: where they meet) or the box; several selectors add up. Throws CaseError when
-// a range lies outside the image, a wrapped axis has no such edge, or nothing is selected.
+// Returns the particles of the body (local indices, sorted, each once) that corners, edges, ranges
+// of rows and columns, or the box select. Row and column ranges together select the block where
+// they meet; several selectors add up. Throws CaseError if a range lies outside the image, a closed
+// axis has no such edge, or nothing is selected.
 std::vector<int> select_pinned(const PinCase& pin, const bsi::Atlas& atlas,
                                std::span<const Vec3> positions);
 

@@ -49,14 +49,15 @@ bsi::Surface make_shape(const ShapeCase& shape, const Case& source) {
   throw CaseError(shape.location, "shape type without a builder");
 }
 
-// Area of each particle: a third of every triangle around it.
+// Area of each particle (m^2): a third of every triangle around it. Throws CaseError at a triangle
+// without area.
 std::vector<double> particle_areas(const SceneBody& body, const SourceLocation& where) {
   std::vector<double> area(body.particle_count(), 0.0);
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = body.mesh.triangles[t];
     const Vec3 u = body.rest[b] - body.rest[a], v = body.rest[c] - body.rest[a];
     const double doubled = u.cross(v).norm();
-    // A triangle this thin has no usable rest shape: its stiffness would swamp every other.
+    // A triangle this thin is refused: its stiffness would swamp that of every other.
     if (!(doubled > 1e-10 * (u.squaredNorm() + v.squaredNorm()))) {
       const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
       throw CaseError(where, "the rest shape of \"" + body.name +
@@ -75,8 +76,8 @@ Vec3 mean_of(std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-// The check of the case (case_checks.cpp) again, now that it is known what the files hold up to
-// this shape, which is the next one that is built.
+// Repeats the memory check of case_checks.cpp with the sizes of files that are known by now: those
+// of all shapes up to this one, which is built next.
 void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertices) {
   if (shape.type != ShapeType::file) return;
   SceneSize size = size_of_case(scene.source);
@@ -100,7 +101,8 @@ SceneBody make_body(const std::string& name, const ShapeCase& shape, const Scene
   } catch (const std::invalid_argument& error) {
     throw CaseError(shape.location, error.what());
   }
-  // Edges and owners take five times as much memory as triangles.
+  // Without contact, edges and owners are dropped: they take five times as much memory as
+  // triangles.
   if (!source.contact.enabled) {
     bsi::Mesh triangles;
     triangles.triangles.swap(body.mesh.triangles);
@@ -194,15 +196,16 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
   }
 }
 
-// Work is cut into chunks of 2048 particles (parallel.h). Two threads were 1.3 times as fast as one
-// at 4225 particles and 1.4 times at 9409; below, waiting for each other costs more than they save,
-// and tens of times as much where others use the cores.
+// Returns the default number of threads. Work is cut into chunks of 2048 particles
+// (sim/base/parallel.h). Two threads are 1.3 times as fast as one at 4225 particles and 1.4 times
+// at 9409. For smaller scenes the threads wait longer for each other than they save, and tens of
+// times as long where others use the cores (docs/decisions/0025).
 int threads_that_pay(int particles) {
   constexpr int particles_a_thread = 4096;
   return std::clamp(particles / particles_a_thread, 1, omp_get_num_procs());
 }
 
-// Prescribed particles start where their motion says.
+// Puts prescribed particles where their motion is at t = 0.
 void apply_initial_motions(Scene& scene) {
   for (const PrescribedMotion& held : scene.prescribed) {
     std::vector<Vec3> position(held.start), velocity(held.start.size(), Vec3::Zero());

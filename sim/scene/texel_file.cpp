@@ -21,7 +21,7 @@ namespace {
 using hdf5::Access;
 using hdf5::Handle;
 
-// A pipe; each end is closed once.
+// A pipe that closes each end exactly once.
 class Pipe {
  public:
   Pipe() {
@@ -46,7 +46,7 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-// False where the other end is gone.
+// Writes all bytes; false if the other end is closed.
 bool send(int pipe, const void* data, std::size_t size) {
   const auto* bytes = static_cast<const char*>(data);
   while (size > 0) {
@@ -59,7 +59,7 @@ bool send(int pipe, const void* data, std::size_t size) {
   return true;
 }
 
-// False where less than that comes.
+// Reads `size` bytes; false if fewer arrive.
 bool receive(int pipe, void* data, std::size_t size) {
   auto* bytes = static_cast<char*>(data);
   while (size > 0) {
@@ -72,7 +72,8 @@ bool receive(int pipe, void* data, std::size_t size) {
   return true;
 }
 
-// The first bytes in the pipe: the size of the image, or without patches that of a message.
+// The first bytes in the pipe: the size of the image or, if that is zero, the length of the error
+// message that follows.
 struct Header {
   std::int64_t patches = 0, rows = 0, cols = 0;
   std::int64_t message = 0;
@@ -91,7 +92,7 @@ herr_t append_image(hid_t file, const char* name, const H5O_info_t* info, void* 
   return 0;
 }
 
-// The message names the images that the file does have.
+// Returns a message that names the images which the file does have.
 std::string describe_missing(hid_t file, const std::string& dataset) {
   std::vector<std::string> images;
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, append_image, &images, H5O_INFO_BASIC);

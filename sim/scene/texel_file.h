@@ -9,15 +9,16 @@
 
 namespace weft::sim {
 
-// Vertices of a shape, m: by patch, row and column.
+// Vertices of a shape, m, ordered by patch, row and column.
 struct TexelFile {
   int patches = 0, rows = 0, cols = 0;
   std::vector<Vec3> texels;
 };
 
-// Reads a dataset [rows, cols, 3] or [patches, rows, cols, 3]. Throws FileError, also for a file
-// that HDF5 crashes on (a process of its own reads it), and, before memory is taken, for one that
-// stores less than its shape claims or whose numbers take more than `most_bytes`.
+// Reads a dataset [rows, cols, 3] or [patches, rows, cols, 3]. A separate process reads the file,
+// since HDF5 crashes on some damaged files. Throws FileError, also for a crash. A file that stores
+// less than its shape claims, or whose numbers take more than `most_bytes`, is refused before
+// memory is taken.
 TexelFile read_texels(const std::string& path, const std::string& dataset,
                       double most_bytes = std::numeric_limits<double>::infinity());
 
