@@ -196,10 +196,8 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
   }
 }
 
-// Returns the default number of threads. Work is cut into chunks of 2048 particles
-// (sim/base/parallel.h). Two threads are 1.3 times as fast as one at 4225 particles and 1.4 times
-// at 9409. For smaller scenes the threads wait longer for each other than they save, and tens of
-// times as long where others use the cores (docs/decisions/0025).
+// Returns the default number of threads. With fewer particles per thread, threads wait longer for
+// each other than they save (docs/decisions/0025).
 int threads_that_pay(int particles) {
   constexpr int particles_a_thread = 4096;
   return std::clamp(particles / particles_a_thread, 1, omp_get_num_procs());

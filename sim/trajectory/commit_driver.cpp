@@ -25,7 +25,7 @@ struct CommitFile : H5FD_t {
   haddr_t end_of_allocation = 0;
   haddr_t size = 0;  // of the file on disk
   haddr_t commit_mark = HADDR_UNDEF;
-  std::string failure;  // of the disk; nothing more is written then
+  std::string failure;  // reason of the first failed write; none follows it
   std::map<haddr_t, std::vector<unsigned char>> pending;  // metadata by address, not overlapping
   std::unordered_set<haddr_t> written;                    // addresses of metadata on disk
 };
@@ -41,7 +41,7 @@ herr_t report(const char* function, int error) {
   return -1;
 }
 
-// HDF5 is not told of a full disk: it would leave objects open that it can never close.
+// Records a failed write. HDF5 is not told: it would leave objects open that it can never close.
 void remember_failure(CommitFile& file, int error) { file.failure = std::strerror(error); }
 
 void write_to_disk(CommitFile& file, haddr_t address, const unsigned char* bytes,
@@ -70,7 +70,7 @@ void resize_on_disk(CommitFile& file, haddr_t size) {
   file.size = size;
 }
 
-// Drops what is pending in [address, address + size): newer bytes replace it.
+// Drops pending bytes in [address, address + size), which newer bytes replace.
 void forget_pending(CommitFile& file, haddr_t address, std::size_t size) {
   const haddr_t end = address + size;
   auto entry = file.pending.upper_bound(address);
@@ -90,8 +90,8 @@ void forget_pending(CommitFile& file, haddr_t address, std::size_t size) {
   }
 }
 
-// Writes what is pending, in the order the header promises. After a failure each write is skipped,
-// so that no later one can overtake the one that failed.
+// Writes pending metadata in the order that the header promises. After a failure it skips every
+// write, so no later one overtakes the failed one.
 void commit(CommitFile& file) {
   const auto write_where = [&](auto&& condition) {
     for (const auto& [address, bytes] : file.pending) {
@@ -104,7 +104,7 @@ void commit(CommitFile& file) {
   const auto is_new = [&](haddr_t address) { return !file.written.contains(address); };
 
   write_where([&](haddr_t address) { return !is_special(address) && is_new(address); });
-  // Readers refuse a file shorter than its superblock says.
+  // The file grows first: readers refuse one that is shorter than its superblock says.
   if (file.size < file.end_of_allocation) resize_on_disk(file, file.end_of_allocation);
   write_where([](haddr_t address) { return address == superblock_address; });
   write_where([&](haddr_t address) { return !is_special(address) && !is_new(address); });
@@ -144,7 +144,7 @@ herr_t close_file(H5FD_t* base) {
 }
 
 herr_t query_features(const H5FD_t*, unsigned long* flags) {
-  // No accumulation of metadata: the driver must see each piece as it is.
+  // Metadata is not accumulated: the driver must see each piece separately.
   *flags = H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
   return 0;
 }
@@ -175,7 +175,7 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
         pread(file.descriptor, bytes + done, size - done, static_cast<off_t>(address + done));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return report(__func__, errno);
-    if (count == 0) break;  // beyond the end: zeros, as in a sparse file
+    if (count == 0) break;  // bytes beyond the end are zero, as in a sparse file
     done += static_cast<std::size_t>(count);
   }
   std::fill(bytes + done, bytes + size, static_cast<unsigned char>(0));
@@ -191,7 +191,7 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
   return 0;
 }
 
-// noexcept: an exception (no memory) must not unwind through HDF5.
+// The function is noexcept: an exception (no memory) must not unwind through HDF5.
 herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, std::size_t size,
                    const void* buffer) noexcept {
   CommitFile& file = as_commit_file(base);
@@ -210,7 +210,8 @@ herr_t flush_file(H5FD_t* base, hid_t, hbool_t) {
   return 0;
 }
 
-// Growing is done by commit, shrinking by close_file, after the superblock has been written.
+// Does nothing: commit() grows the file, and close_file() shrinks it after the superblock is
+// written.
 herr_t truncate_file(H5FD_t*, hid_t, hbool_t) { return 0; }
 
 H5FD_class_t make_driver_class() {

@@ -8,7 +8,7 @@
 
 namespace weft::sim {
 
-// It keeps the images of a body one after the other, as the file holds them: float32, by texel.
+// Frames as the file holds them: the images of a body one after the other, float32, by texel.
 class FrameBatch {
  public:
   // `bodies` is kept by reference.
@@ -18,17 +18,17 @@ class FrameBatch {
   void add(double time, const std::vector<std::span<const Vec3>>& positions,
            const std::vector<std::span<const Vec3>>& velocities, std::span<const double> series,
            std::span<const double> step_rows);
-  // Forgets the frames and keeps their memory for others.
+  // Forgets the frames but keeps their memory for others.
   void clear();
 
   int frames() const { return static_cast<int>(times_.size()); }
   // Returns the memory that the frames take, bytes.
   std::size_t bytes() const;
   const std::vector<double>& times() const { return times_; }
-  // The list is empty for a body that does not move.
+  // Images of a body, frame by frame; empty for a body that does not move.
   const std::vector<float>& positions(std::size_t body) const { return positions_[body]; }
   const std::vector<float>& velocities(std::size_t body) const { return velocities_[body]; }
-  // The values of one of `columns` series, a frame or a step each.
+  // The values of one of `columns` series: one per frame, or one per step.
   std::vector<double> series(std::size_t column, std::size_t columns) const;
   std::vector<double> steps(std::size_t column, std::size_t columns) const;
 
@@ -39,7 +39,7 @@ class FrameBatch {
   std::vector<std::vector<float>> positions_, velocities_;
 };
 
-// Appends the image of a body, float32 by texel.
+// Appends the image of a body, float32 by texel, from values by particle.
 void append_texels(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
                    std::vector<float>& texels);
 

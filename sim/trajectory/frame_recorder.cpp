@@ -11,10 +11,10 @@ namespace {
 
 using Series = TrajectoryWriter::Series;
 
-// A kill loses at most the frames of this wall time, s.
+// Wall time between commits, s: a killed run loses at most the frames of this time.
 constexpr double commit_interval = 0.25;
 
-// The counters and times of a frame: one line each.
+// Counters and times of a frame, one line each.
 struct StatisticColumn {
   const char* name;
   const char* units;
@@ -90,7 +90,7 @@ std::vector<std::span<const Vec3>> split_by_body(const Scene& scene, std::span<c
   return parts;
 }
 
-// Energies, then what the step took.
+// The series of energies, as named() orders their values.
 std::vector<Series> energy_series(const Dynamics& dynamics) {
   std::vector<Series> series{
       {"energy_kinetic", "J"}, {"energy_gravitational", "J"}, {"energy_contact", "J"}};
@@ -114,7 +114,7 @@ std::vector<Series> step_series(const Dynamics& dynamics) {
   return series;
 }
 
-// The names are those of the series.
+// Energies with the names of their series.
 std::vector<std::pair<std::string, double>> named(const Energies& energies) {
   std::vector<std::pair<std::string, double>> values{
       {"energy_kinetic", energies.kinetic},

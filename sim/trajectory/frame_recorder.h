@@ -1,4 +1,4 @@
-// The numbers that a run records, and how they follow from its state.
+// The numbers that a run records, computed from its state.
 #pragma once
 
 #include <string>
@@ -11,29 +11,31 @@
 
 namespace weft::sim {
 
-// Writes frames (positions, energies, counters, times) and, between them, one row a step.
+// Writes frames (positions, energies, counters, times) and one row per step between them.
 class FrameRecorder {
  public:
-  // `more` series follow those of every run. What frames cost, but for their energies, is added to
-  // `cost`, which must outlive the recorder; making it and adding steps is not.
+  // The series `more` follow those that every run has. The cost of frames, without that of their
+  // energies, is added to `cost`, which must outlive the recorder. The constructor and add_step()
+  // are not counted.
   FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
                 Cost& cost, const std::vector<TrajectoryWriter::Series>& more = {});
 
-  // Adds a row of /steps about the last step. It is written with the next frame.
+  // Adds a row about the last step to /steps. It is written with the next frame.
   void add_step(const Simulation& simulation);
-  // A frame of the state `y` at `time`, and a value for each of the series `more`. Returns the
+  // Adds a frame of the state `y` at `time`, with a value for each series of `more`. Returns the
   // largest stretch in it.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
                    std::span<const double> more = {});
-  // Frames are committed about four times a second, and before a `pause` (s) that would be longer.
+  // Commits the frames if a `pause` (s) would make them wait longer than a quarter of a second, the
+  // usual time between commits.
   void commit_before_pause(double pause);
   void commit();
   // Commits, and writes how the run ended.
   void finish(const RunEnd& end);
   int frames() const { return writer_.frames(); }
-  // The energies of the last frame, J, have the names of their series.
+  // Energies of the last frame (J) with the names of their series.
   const std::vector<std::pair<std::string, double>>& energies() const { return energies_; }
-  // Throws FileError unless the file is still where it was made.
+  // Throws FileError unless the path still names the recorder's file.
   void check_in_place() const { writer_.check_in_place(); }
 
  private:

@@ -8,15 +8,15 @@ namespace {
 using hdf5::Handle;
 using hdf5::make_space;
 
-// A group below /frame has as many links as fit into one page of metadata, with their names.
+// Links of a group below /frame: as many as fit, with their names, into one page of metadata.
 constexpr int links_per_group = 128;
 constexpr int frame_name_length = 8;
 constexpr int body_name_length = 16;
-// Three levels, so that no group outgrows its page before the two-millionth frame.
+// Groups have three levels, so none outgrows its page before the two-millionth frame.
 constexpr int frames_per_shelf = links_per_group * links_per_group;
 
-// Links stay in the object header (the commit driver relies on it), which has room for `links` of
-// them at once.
+// Properties of a group whose links stay in its object header, as the commit driver requires. The
+// header has room for `links` of them from the start.
 Handle growing_group_properties(int links, int name_length) {
   Handle properties(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_link_phase_change(properties.get(), 65535, 0);
@@ -26,7 +26,8 @@ Handle growing_group_properties(int links, int name_length) {
   return properties;
 }
 
-// Bodies at rest have no views: their links would take room in the header of every frame.
+// Counts the bodies that have views. Bodies at rest have none: their links would take room in the
+// header of every frame.
 int moving_count(const std::vector<TrajectoryBody>& bodies) {
   return static_cast<int>(std::ranges::count_if(bodies, &TrajectoryBody::moves));
 }
@@ -68,8 +69,8 @@ void FrameViews::open_groups() {
   }
 }
 
-// Makes a dataset [texels, 3] that shows one frame of `source`. All readers of ParaView understand
-// it, which is not so for XDMF hyperslabs.
+// Makes a virtual dataset [texels, 3] that shows one frame of `source`. All readers of ParaView
+// understand it, unlike XDMF hyperslabs.
 std::string FrameViews::link_view(hid_t group, const std::string& group_name,
                                   const TrajectoryBody& body, const std::string& source) const {
   const std::string action = "write frame " + std::to_string(frame_);

@@ -1,4 +1,4 @@
-// Datasets that show one frame of one body each, for ParaView. Private to sim/.
+// Virtual datasets that each show one frame of one body, for ParaView. Private to sim/.
 #pragma once
 
 #include <string>
@@ -13,21 +13,20 @@ namespace weft::sim {
 // The shape of one frame: [rows, cols, 3] or [patches, rows, cols, 3].
 std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas);
 
-// The group /frame, which grows by a group a frame. Throws FileError.
+// The group /frame, which gets one group per frame. Functions throw FileError.
 class FrameViews {
  public:
-  // `bodies` is kept by reference, `file` is the open file. Makes the group /frame.
+  // Creates the group /frame. `bodies` is kept by reference; `file` is the open file.
   FrameViews(const hdf5::Access& access, hid_t file, const std::vector<TrajectoryBody>& bodies,
              bool velocity);
 
-  // Adds the views of the next frame, the first of which is 0, and returns its surfaces for the
-  // sidecar.
+  // Adds the views of the next frame, counted from 0, and returns its surfaces for the sidecar.
   std::vector<XdmfSurface> add_frame();
   // Closes the groups, so that the file can be closed.
   void close();
 
  private:
-  // Makes the groups that the next frame lies in, where it is the first in them.
+  // Makes the groups above the next frame if it is the first one in them.
   void open_groups();
   std::string link_view(hid_t group, const std::string& group_name, const TrajectoryBody& body,
                         const std::string& source) const;
@@ -38,7 +37,7 @@ class FrameViews {
   const std::vector<TrajectoryBody>& bodies_;
   bool has_velocity_;
   int frame_ = 0;
-  // These are the properties of groups of frames and of groups of bodies.
+  // Properties of groups that hold frames, and of groups that hold bodies.
   hdf5::Handle of_frames_, of_bodies_;
   hdf5::Handle frame_group_, shelf_group_, block_group_;
 };

@@ -1,4 +1,4 @@
-// JSON as it goes to standard output.
+// JSON for standard output.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,9 +6,9 @@
 
 namespace weft::sim {
 
-// Indented by two. Bytes that are not UTF-8 (a name in an old encoding) become the replacement
-// character; the control characters U+007F to U+009F, which JSON allows as they are and terminals
-// obey, become escapes, which mean the same.
+// Returns JSON text, indented by two. Bytes that are not UTF-8 (a name in an old encoding) become
+// the replacement character. The control characters U+007F to U+009F, which JSON allows but
+// terminals obey, become escapes of the same meaning.
 inline std::string json_text(const nlohmann::ordered_json& object) {
   const std::string raw = object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   constexpr const char* digits = "0123456789abcdef";

@@ -26,11 +26,11 @@ struct TrajectoryBody {
   double thickness = 0;  // m
 };
 
-// The end of a run: how it came and what the run cost.
+// The end of a run: its status and its cost.
 struct RunEnd {
   std::string status;  // "done", "failed" or "interrupted"
   std::string reason;  // why it failed or was stopped
-  Bill bill;           // up to the moment it is written
+  Bill bill;           // up to the moment of writing
 };
 
 // Layout (format version 1; docs/trajectory.md has the whole reference). Only the first
@@ -63,50 +63,50 @@ class TrajectoryWriter {
   struct Options {
     std::string title = {};
     std::string case_text = {};
-    std::string compute = {};  // what the contact search runs on, and why
+    std::string compute = {};  // device of the contact search, and the reason for it
     bool velocity = false;
     bool force = false;  // overwrite
     std::vector<Series> step_series = {};
-    // Frames wait in memory until this wall time has passed since the last commit, s, or until they
-    // take 64 MiB.
+    // Frames wait in memory until this wall time (s) has passed since the last commit, or until
+    // they take 64 MiB.
     double commit_interval = 0;
   };
-  // Creates `path` (under a temporary name, renamed once complete and flushed) and its sidecar;
-  // throws FileError when one of them exists without `force`, when the writer of what is
-  // there lives, with `force` too, or when one cannot be written. The file is locked while the
-  // writer lives (file_lock.h). `initial_positions` are by particle, one list a body; only bodies
-  // that do not move need one.
+  // Creates `path`, under a temporary name that is changed once the file is complete and flushed,
+  // and its sidecar. The file is locked while the writer lives (file_lock.h). `initial_positions`
+  // holds one list per body, by particle; only bodies that do not move need one. Throws FileError
+  // if one of the files cannot be written, or exists without `force`; even with `force` if the
+  // writer of the old file lives.
   TrajectoryWriter(const std::string& path, std::vector<TrajectoryBody> bodies,
                    std::vector<Series> series, Options options,
                    const std::vector<std::span<const Vec3>>& initial_positions);
   ~TrajectoryWriter();
-  // Throws FileError for a path that the constructor would refuse because something is there:
-  // for whoever has much to do before a writer is made.
+  // Throws FileError if the constructor would refuse the path because of an existing file. Callers
+  // can ask before they start long work.
   static void refuse_existing(const std::string& path, bool force);
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
-  // Appends a frame, and commits if `commit_interval` has passed. Lists are by body (velocities
-  // empty unless asked for; entries of bodies that do not move are not read) and by series;
-  // `step_rows` holds the steps since the last frame, each as one value a step series. Throws
-  // FileError, after which the frames committed before stand and no other can be written.
-  // O(texels), no fsync.
+  // Appends a frame, and commits if `commit_interval` has passed. Positions and velocities are by
+  // body; velocities are empty unless asked for, and entries of bodies that do not move are not
+  // read. `series` holds one value per series. `step_rows` holds the steps since the last frame,
+  // each as one value per step series. Throws FileError; frames committed before it remain, and no
+  // other can be written. O(texels), no fsync.
   void write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
                    const std::vector<std::span<const Vec3>>& velocities,
                    std::span<const double> series, std::span<const double> step_rows = {});
-  // Writes the frames that wait: afterwards they can be read whatever becomes of this process, and
-  // the sidecar PATH with .xdmf lists them. A process killed within this call leaves all of them
-  // out or all of them in. Throws as write_frame. The destructor commits too, in silence.
+  // Writes the frames that wait, and lists them in the sidecar PATH with .xdmf. Afterwards they can
+  // be read even if this process dies. A process that is killed within this call leaves either none
+  // of them or all. Throws as write_frame. The destructor commits too, and swallows errors.
   void commit();
-  // Commits, and writes how the run ended: no frame follows. Throws as write_frame.
+  // Commits, and writes how the run ended. No frame may follow. Throws as write_frame.
   void finish(const RunEnd& end);
-  // True where frames wait and the interval will have passed in `pause` seconds: they should be
+  // True if frames wait and the commit interval will have passed in `pause` seconds. They should be
   // committed before anything that takes so long.
   bool is_due(double pause) const;
-  // Counts frames that are committed and frames that wait.
+  // Number of frames, both committed and waiting.
   int frames() const;
-  // Throws FileError unless the path still names the file of this writer, which someone may
-  // have moved, removed or replaced.
+  // Throws FileError unless the path still names the file of this writer: someone may have moved,
+  // removed or replaced it.
   void check_in_place() const;
 
  private:
@@ -114,9 +114,9 @@ class TrajectoryWriter {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// Opens a trajectory, also one whose run was killed or goes on: frames() counts the frames that
-// were complete when it was opened. Frames and bodies out of range are programmer's errors; what
-// the file lacks or has wrong is a FileError. One thread at a time (so is HDF5).
+// Reads a trajectory, also one whose run was killed or still goes on: frames() counts the frames
+// that were complete when it was opened. Frames and bodies out of range are programming errors; a
+// fault of the file throws FileError. Like HDF5, for one thread at a time.
 class TrajectoryReader {
  public:
   explicit TrajectoryReader(const std::string& path);
@@ -126,16 +126,16 @@ class TrajectoryReader {
   int frames() const;
   double time(int frame) const;
   std::string title() const;
-  std::string weft_version() const;  // that wrote it
+  std::string weft_version() const;  // of the writer
   std::string case_text() const;
-  // Returns nothing where the run goes on or was killed, and for files of earlier versions.
+  // Empty while the run goes on, if it was killed, and for files of earlier versions.
   std::optional<RunEnd> end() const;
-  // True for files of versions that say how their runs ended.
+  // True if the file's version records how runs end.
   bool says_its_end() const;
   const std::vector<TrajectoryBody>& bodies() const;
   // Positions by particle, m.
   std::vector<Vec3> positions(int body, int frame) const;
-  // Velocities by particle, m/s; empty where velocities were not recorded.
+  // Velocities by particle, m/s; empty if they were not recorded.
   std::vector<Vec3> velocities(int body, int frame) const;
   std::vector<TrajectoryWriter::Series> series() const;
   // Returns one value per frame.

@@ -16,12 +16,12 @@ using hdf5::Access;
 using hdf5::Handle;
 using hdf5::make_space;
 
-// A piece of metadata that a running writer replaces just as it is read has a wrong checksum, and
-// is whole a moment later. One that stays wrong is broken. The pauses double, since HDF5 1.10 loses
-// a kilobyte of memory with every attempt that fails.
+// Time to retry a read that fails. A piece of metadata that a running writer replaces during the
+// read has a wrong checksum, but is whole a moment later; one that stays wrong is broken. Pauses
+// double because HDF5 1.10 loses a kilobyte of memory with every failed attempt.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
-// True if the file has changed within ten seconds: someone may be writing it.
+// True if the file has changed within the last ten seconds: someone may be writing it.
 bool has_changed_lately(const std::string& path) {
   std::error_code error;
   const auto changed = std::filesystem::last_write_time(path, error);
@@ -44,9 +44,9 @@ auto read_whole(const std::string& path, const Read& read) {
   }
 }
 
-// Frames that are complete. HDF5 takes addresses beyond the end that the file had when it was
-// opened for errors, so the frames of a run that goes on are counted first, and the file is then
-// opened again to read them.
+// Counts the complete frames. HDF5 treats addresses beyond the end that the file had on opening as
+// errors. The frames of a running run are therefore counted first, and the file is then opened
+// again to read them.
 hsize_t count_frames(const Access& access) {
   const Handle file = access.open_for_reading();
   if (H5Lexists(file.get(), "time", H5P_DEFAULT) <= 0) return 0;
@@ -200,7 +200,7 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   return body;
 }
 
-// The first `count` of what may have become more.
+// Reads the first `count` numbers of a list, which may have grown since.
 std::vector<double> TrajectoryReader::Implementation::read_list(const std::string& name,
                                                                 hsize_t count) const {
   const Handle dataset = access.open_dataset(file.get(), name);
@@ -223,7 +223,7 @@ std::vector<double> TrajectoryReader::Implementation::read_list(const std::strin
   return values;
 }
 
-// Values of one frame by particle: each particle has that of a texel that holds it.
+// Reads values of one frame by particle. A particle takes the value of one texel that holds it.
 std::vector<Vec3> TrajectoryReader::Implementation::read_image(int body_index, int frame,
                                                                const std::string& name) const {
   assert(body_index >= 0 && body_index < static_cast<int>(bodies.size()));

@@ -28,7 +28,7 @@ std::string sidecar_of(const std::string& path) {
 using hdf5::Handle;
 using hdf5::make_space;
 
-constexpr hsize_t series_chunk = 128;                         // values: 1 KiB rewritten at a commit
+constexpr hsize_t series_chunk = 128;  // values; a commit rewrites 1 KiB per series
 constexpr std::size_t largest_batch = std::size_t{64} << 20;  // bytes
 std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   std::vector<int> result;
@@ -50,9 +50,9 @@ std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   return result;
 }
 
-// Keeps times out of headers that HDF5 makes with its default properties of groups, whatever
-// properties a caller gives: the one behind the superblock is. The same run makes the same bytes
-// whenever it is run.
+// Keeps time stamps out of object headers that HDF5 makes with its default group properties, as it
+// does for the root group whatever the caller asks for. The same run then always writes the same
+// bytes.
 class DefaultGroupsWithoutTimes {
  public:
   DefaultGroupsWithoutTimes() {
@@ -69,14 +69,14 @@ class DefaultGroupsWithoutTimes {
   hbool_t tracked_before_ = true;
 };
 
-// Without times of creation: the same run makes the same bytes.
+// Properties of datasets without time stamps: the same run writes the same bytes.
 Handle dataset_properties() {
   Handle properties(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_obj_track_times(properties.get(), false);
   return properties;
 }
 
-// A group with room in its header for the attributes that come at the end.
+// Properties of a group with room in its header for the attributes written at the end.
 Handle end_properties() {
   Handle properties(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_obj_track_times(properties.get(), false);
@@ -211,7 +211,7 @@ void TrajectoryWriter::Implementation::create_root() {
   access.check(H5Dwrite(text.get(), text_type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &contents),
                "write the case");
 
-  // Bodies and series keep their order: readers list them by creation.
+  // Groups of bodies and series track the order of creation, in which readers list them.
   const Handle ordered(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   H5Pset_obj_track_times(ordered.get(), false);
@@ -242,7 +242,8 @@ void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::strin
   if (!units.empty()) access.write_attribute(dataset.get(), "units", units);
 }
 
-// A dataset of frames, one chunk each, written without HDF5's chunk cache: straight from the batch.
+// Creates a dataset of frames, one chunk per frame. Frames are written straight from the batch,
+// past HDF5's chunk cache.
 Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::string& name,
                                                        const bsi::Atlas& atlas,
                                                        const std::string& units) {
@@ -328,8 +329,9 @@ void TrajectoryWriter::Implementation::publish() {
                  std::filesystem::path(access.path()).filename().string());
 }
 
-// Renames the new file, locked already, to its name. Whoever replaces a file holds its lock, so of
-// two runs with `force` one finds the other's. False where another file came or went meanwhile.
+// Renames the new file, which is locked, to its final name. Whoever replaces a file holds its lock,
+// so of two runs with `force` the second sees the first. Returns false if the old file changed
+// meanwhile.
 bool TrajectoryWriter::Implementation::replace_old_file() {
   const std::string& path = access.path();
   const auto fail = [&](int error) {
@@ -338,7 +340,7 @@ bool TrajectoryWriter::Implementation::replace_old_file() {
   if (renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) == 0) {
     return true;
   }
-  // Not every file system has RENAME_NOREPLACE.
+  // EINVAL and ENOSYS come from file systems without RENAME_NOREPLACE.
   if (errno != EEXIST && errno != EINVAL && errno != ENOSYS) fail(errno);
   refuse_existing(path, options.force);
   const LockedFile old(path);
@@ -357,7 +359,7 @@ void TrajectoryWriter::Implementation::flush(const std::string& action) const {
   if (!failure.empty()) access.reject("cannot " + action + ": " + failure);
 }
 
-// Everything open in the file, so that closing the file closes it on disk too.
+// Closes every object in the file; only then does closing the file close it on disk.
 void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();
@@ -368,7 +370,7 @@ void TrajectoryWriter::Implementation::close_objects() {
   }
 }
 
-// Names the frames of the batch.
+// What is being done, for error messages; it names the frames of the batch.
 std::string TrajectoryWriter::Implementation::action() const {
   const std::string first = std::to_string(committed_frames);
   if (batch.frames() == 1) return "write frame " + first;
@@ -447,7 +449,7 @@ void TrajectoryWriter::Implementation::commit() {
   if (failed) access.reject("no frame can follow one that could not be written");
   if (batch.frames() == 0) return;
   const hdf5::QuietErrors quiet;
-  failed = true;  // until all is done
+  failed = true;  // until all is written
   write_batch();
   committed_frames += batch.frames();
   batch.clear();
@@ -470,7 +472,7 @@ void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   flush("write the end");
 }
 
-// True where frames must not wait for another `pause` seconds.
+// True if frames must not wait for another `pause` seconds.
 bool TrajectoryWriter::Implementation::is_due(double pause) const {
   if (batch.frames() == 0) return false;
   if (batch.bytes() >= largest_batch) return true;
@@ -501,7 +503,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   };
   create_lists(self.series_group, self.series, self.series_datasets);
   create_lists(self.step_group, self.options.step_series, self.step_datasets);
-  // Last, and without attributes of its own: its header is one piece, the commit mark.
+  // /time is created last and has no attributes: its header is one piece, the commit mark.
   self.time = self.create_list(self.file.get(), "time");
   self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
   self.access.check(set_commit_mark(self.file.get(), self.time.get()), "set up HDF5");
@@ -513,7 +515,7 @@ TrajectoryWriter::~TrajectoryWriter() {
   try {
     implementation_->commit();
   } catch (const std::exception&) {
-    // The frames before stand. A caller who wants to know calls commit().
+    // Committed frames remain. A caller that must know calls commit() itself.
   }
 }
 

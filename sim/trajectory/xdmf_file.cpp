@@ -89,7 +89,8 @@ std::string XdmfFile::text_of(const XdmfSurface& surface) const {
   return text + "    </Grid>\n";
 }
 
-// A surface that is the same as in the frame before, as an obstacle at rest is, keeps its text.
+// Reuses the text of a surface that is the same as in the frame before, such as an obstacle at
+// rest.
 const std::string& XdmfFile::kept_text_of(std::size_t place, const XdmfSurface& surface) {
   if (place >= texts_.size()) texts_.resize(place + 1);
   SurfaceText& kept = texts_[place];

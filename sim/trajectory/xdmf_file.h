@@ -1,4 +1,4 @@
-// The sidecar with which ParaView opens a trajectory: XML that names data sets of the HDF5 file.
+// The XDMF sidecar, by which ParaView opens a trajectory: XML that names datasets of the HDF5 file.
 // Private to sim/.
 #pragma once
 
@@ -7,20 +7,20 @@
 
 namespace weft::sim {
 
-// A surface of one frame, as data sets of the HDF5 file.
+// A surface of one frame, as datasets of the HDF5 file.
 struct XdmfSurface {
   std::string name;
   int points = 0;
   int triangles = 0;
   std::string triangle_dataset;  // [triangles, 3] int32
   std::string position_dataset;  // [points, 3] float32
-  std::string velocity_dataset;  // the same; empty: none
+  std::string velocity_dataset;  // [points, 3] float32; empty: none
   bool operator==(const XdmfSurface&) const = default;
 };
 
-// The sidecar is written under a temporary name and renamed when it is made; frames replace the
-// closing tags at its end with themselves and new closing tags, in one write: O(1) a frame, and a
-// process that dies leaves valid XML.
+// The sidecar, valid XML at any time. It is created under a temporary name and then renamed. Each
+// append replaces the closing tags at the end by the frames and new closing tags, in one write.
+// Cost: O(1) per frame.
 class XdmfFile {
  public:
   XdmfFile() = default;
@@ -28,10 +28,10 @@ class XdmfFile {
   XdmfFile& operator=(const XdmfFile&) = delete;
   ~XdmfFile();
 
-  // `trajectory` is the name of the HDF5 file, in the same folder. Replaces what is at `path`.
-  // Throws FileError.
+  // Creates the sidecar and replaces any file at `path`. `trajectory` is the name of the HDF5 file
+  // in the same folder. Throws FileError.
   void create(const std::string& path, const std::string& trajectory);
-  // Returns the text of a frame at `time` (s), to be appended.
+  // Returns the text of a frame at `time` (s), for append().
   std::string describe(double time, const std::vector<XdmfSurface>& surfaces);
   // Writes the texts of one frame or more. Throws FileError.
   void append(const std::string& frames);
@@ -49,7 +49,7 @@ class XdmfFile {
   std::string trajectory_;
   int descriptor_ = -1;
   std::vector<SurfaceText> texts_;  // of the last frame
-  long end_ = 0;                    // of the frames, where the closing tags start
+  long end_ = 0;                    // offset at which the closing tags start
 };
 
 }  // namespace weft::sim
