@@ -370,7 +370,7 @@ void TrajectoryWriter::Implementation::close_objects() {
   }
 }
 
-// What is being done, for error messages; it names the frames of the batch.
+// Describes the write for error messages, with the frames of the batch.
 std::string TrajectoryWriter::Implementation::action() const {
   const std::string first = std::to_string(committed_frames);
   if (batch.frames() == 1) return "write frame " + first;
@@ -457,8 +457,8 @@ void TrajectoryWriter::Implementation::commit() {
   failed = false;
 }
 
-// The mark comes by a commit of its own: a string is a piece of metadata beside the attribute, and
-// neither may be read before both are there.
+// Writes the bill and the status, then the attribute `complete` by a second commit. A string is a
+// piece of metadata beside its attribute, and readers must not see one without the other.
 void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   access.write_attribute(run_group.get(), "status", end.status);
   access.write_attribute(run_group.get(), "reason", end.reason);

@@ -61,8 +61,8 @@ std::vector<Item> all_items(std::span<const CrossingSurface> surfaces) {
   return items;
 }
 
-// A tree of boxes: every node holds the items first..first + count, halved at the median of the
-// longest axis until few are left.
+// A tree of boxes. A node holds the items first..first + count; nodes are halved at the median of
+// the longest axis until few items are left.
 class BoxTree {
  public:
   struct Node {
@@ -145,7 +145,7 @@ Triangle3 points_of(const CrossingSurface& surface, const std::array<int, 3>& co
           to_point(surface.positions[corners[2]])};
 }
 
-// Two triangles of one surface: what their corners have in common is no crossing.
+// Checks two triangles of one surface, whose shared corners are no crossing.
 bool cross_within(const CrossingSurface& surface, std::array<int, 3> a, std::array<int, 3> b) {
   int shared = 0, shared_in_a = 0, shared_in_b = 0;
   for (int i = 0; i < 3; ++i) {

@@ -20,13 +20,14 @@ namespace {
 
 constexpr const char* signature = "made by weft render";
 
-// ffmpeg wants pictures to be numbered without gaps: links to them are, in a folder that lasts as
-// long as this. Links alone are ever removed from it: a file that someone put there stays.
+// A folder with links to the pictures, numbered without gaps as ffmpeg needs them; it lives as long
+// as this object. Only links are ever removed from the folder, so a file that someone put there
+// stays.
 class NumberedLinks {
  public:
   NumberedLinks(const std::string& directory, const std::vector<std::string>& pictures)
       : folder_(std::filesystem::path(directory) / name) {
-    remove_links();  // of a rendering that was killed
+    remove_links();  // left by a rendering that was killed
     std::filesystem::create_directory(folder_);
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       std::filesystem::create_symlink(std::filesystem::path("..") / pictures[i],
@@ -40,7 +41,7 @@ class NumberedLinks {
   static constexpr const char* name = ".movie_frames";
 
  private:
-  // The folder goes with them where it is empty then.
+  // Removes the links, and the folder if it is then empty.
   void remove_links() const {
     std::error_code ignored;
     if (!std::filesystem::is_directory(std::filesystem::symlink_status(folder_, ignored))) return;
@@ -82,8 +83,8 @@ std::vector<std::string> ffmpeg_arguments(double frames_per_second) {
           "movie.mp4"};
 }
 
-// Starts ffmpeg in `directory`, where the names of its files need no quoting, with its messages
-// going to `message_pipe`. Returns an error of posix_spawnp, or 0.
+// Starts ffmpeg in `directory`, where the names of its files need no quoting. Its messages go to
+// `message_pipe`. Returns an error of posix_spawnp, or 0.
 int start_ffmpeg(const std::string& directory, const std::vector<std::string>& arguments,
                  int message_pipe, pid_t& process) {
   std::vector<char*> pointers;
@@ -104,7 +105,7 @@ int start_ffmpeg(const std::string& directory, const std::vector<std::string>& a
   return error;
 }
 
-// Everything until the other end closes.
+// Reads until the other end closes.
 std::string read_all(int file) {
   std::string text;
   std::array<char, 4096> part{};

@@ -18,8 +18,9 @@
 namespace weft::sim {
 namespace {
 
-// The points farthest out in many directions: enough to place a camera by, however many frames go
-// in. What they leave out is within 2 % of the size, less than the camera's margin.
+// The farthest points in many directions. They suffice to place a camera, and their number does not
+// grow with the frames. The rest sticks out by at most 2 % of the size, less than the camera's
+// margin.
 class Extent {
  public:
   Extent() : directions_(count, 3), points_(count, Vec3::Zero()) {
@@ -59,8 +60,8 @@ class Extent {
   Vec3 highest_ = Vec3::Constant(-infinity);
 };
 
-// An obstacle up to `whole_obstacle` times as large as the simulated bodies is seen whole. A larger
-// one is seen as far as `seen_beyond` of their size beyond them.
+// The camera sees an obstacle whole if it is up to `whole_obstacle` times as large as the simulated
+// bodies. Of a larger one it sees the part within `seen_beyond` of their size around them.
 constexpr double whole_obstacle = 2, seen_beyond = 1.0 / 6;
 
 double size_of(const std::vector<Vec3>& points) {
@@ -72,8 +73,9 @@ double size_of(const std::vector<Vec3>& points) {
   return (highest - lowest).norm();
 }
 
-// The camera must see, over all frames, everything that is simulated, the obstacles whole, and of
-// obstacles that are too large the part nearby; with nothing else in the file, the obstacles.
+// Returns the extent that the camera must see over all frames: all simulated bodies, obstacles
+// whole, and of obstacles that are too large the part nearby. A file with only obstacles shows
+// these.
 Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
                      std::vector<RenderedBody>& bodies) {
   Extent simulated;
@@ -111,7 +113,7 @@ std::string picture_path(const std::string& directory, int frame) {
   return (std::filesystem::path(directory) / picture_name(frame)).string();
 }
 
-// Every so many frames, and the last one.
+// Returns every `every`th frame, and the last one.
 std::vector<int> frames_to_draw(int count, int every) {
   std::vector<int> frames;
   for (int frame = 0; frame < count - 1; frame += every) frames.push_back(frame);
@@ -127,8 +129,8 @@ std::optional<int> frame_of_name(const std::string& name) {
   return frame;
 }
 
-// Removes the pictures of earlier renderings that this one has not replaced, but for those that no
-// rendering made.
+// Removes the pictures of earlier renderings that this one has not replaced. Pictures that no
+// rendering made stay.
 void remove_older_pictures(const std::string& directory, const std::vector<int>& frames) {
   std::vector<std::filesystem::path> older;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
@@ -144,7 +146,7 @@ bool is_in_the_way(const std::string& path, bool is_own) {
   return !is_own && std::filesystem::exists(std::filesystem::symlink_status(path));
 }
 
-// Before anything is drawn.
+// Throws if a file that no rendering made is in the way. Runs before anything is drawn.
 void refuse_foreign_files(const std::string& directory, const std::string& movie,
                           const std::vector<int>& frames) {
   const auto refuse = [](const std::string& path) {
@@ -184,7 +186,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   }
   if (options.progress) options.progress(0, static_cast<int>(frames.size()));
   std::vector<RenderedBody> bodies = rendered_bodies(trajectory, reader);
-  // Before the scan for the camera, so that what cannot be done fails at once.
+  // The renderer is made before the scan for the camera, so an impossible request fails at once.
   gpu::Renderer renderer(options.width, options.height);
   std::filesystem::create_directories(directory);
   const Extent extent = extent_to_see(reader, frames, bodies);
@@ -219,8 +221,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }
   remove_older_pictures(directory, frames);
-  // An older movie would show other pictures than these. If no new one is made, a foreign movie may
-  // stay.
+  // An older movie would not match these pictures. If no new one is made, a foreign movie may stay.
   if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);

@@ -11,42 +11,47 @@ namespace weft::sim {
 struct RenderOptions {
   int width = 960, height = 720;  // pixels, 1..8192
   int every = 1;                  // draws frames 0, every, 2 every, ... and the last; >= 1
-  // Draws bodies with as few triangles as keep every point within so many pixels, and without grid
-  // lines; > 0.
+  // Draws bodies with fewer triangles and without grid lines, with every point within this many
+  // pixels of its place; > 0.
   std::optional<double> detail_pixels;
-  // At most one of these two and detail_pixels. Draws the surface of this level of each body's
-  // pyramid (bsi/level_of_detail.h), or, beyond its last level, the body; >= 0.
+  // Draws the surface of this level of each body's pyramid (bsi/level_of_detail.h), or the body
+  // itself beyond the last level; >= 0. At most one of detail_pixels, surface_of_level and
+  // spheres_of_level is given.
   std::optional<int> surface_of_level;
-  // Draws the spheres of this level of each body's pyramid, or of its last level, those that touch
-  // one of another body in red; >= 0.
+  // Draws the spheres of this level of each body's pyramid, or of its last level; >= 0. Spheres
+  // that touch one of another body are red.
   std::optional<int> spheres_of_level;
-  bool force = false;                       // overwrites pictures that are not its own
+  bool force = false;                       // overwrites pictures that no rendering made
   bool movie = true;                        // also directory/movie.mp4, if ffmpeg is there
   std::optional<double> frames_per_second;  // of the movie, > 0; default below
-  // Called with the number of pictures done and of all, before the first one and after each.
+  // Called with the numbers of pictures done and in all, before the first one and after each.
   std::function<void(int, int)> progress;
 };
 
 struct RenderReport {
   int pictures = 0;
-  std::int64_t triangles = 0;      // drawn, in all pictures together
+  std::int64_t triangles = 0;      // drawn, sum over all pictures
   std::int64_t all_triangles = 0;  // the same at full detail
   double frames_per_second = 0;
-  std::string movie;         // its path; empty when there is none
+  std::string movie;         // its path; empty without a movie
   std::string why_no_movie;  // "ffmpeg not found: no movie", or what ffmpeg said
 };
 
-// Draws the trajectory at `trajectory` into `directory` (made if need be) as frame_00000.png,
-// frame_00010.png, ..., by the numbers of the frames, and as an MP4 (H.264) through the ffmpeg
-// program. Pictures of an earlier rendering that are not replaced, and its movie, are removed;
-// files that no rendering made are left, and without `force` refused, before anything is drawn,
-// where they are in the way. One fixed camera sees every body over all drawn frames; of obstacles
-// more than twice as large as what is simulated it sees what is near. Bodies take gpu::palette in
-// order, obstacles are grey. The movie runs in real time, from the times of the frames, but with 1
-// to 120 frames a second. Throws FileError for an unreadable trajectory; std::runtime_error
-// when it has no frames or positions that are not finite, when a file is in the way, when a picture
-// cannot be written, or when Weft was built without gpu/. Without a movie it only says so in the
-// report: the pictures are kept. Tens of milliseconds per picture.
+// Draws the trajectory at `trajectory` into `directory`, which is created if needed, as
+// frame_00000.png, frame_00010.png, ..., by the numbers of frames, and as an MP4 (H.264) through
+// the ffmpeg program.
+//
+// Pictures and a movie of an earlier rendering are removed or replaced. Files that no rendering
+// made stay; if they are in the way, they are refused before anything is drawn, unless `force` is
+// set. One fixed camera sees every body over all drawn frames; of obstacles more than twice as
+// large as the simulated bodies it sees the part near them. Bodies take the colours of gpu::palette
+// in order; obstacles are grey. The movie runs in real time, by the times of the frames, with 1 to
+// 120 frames per second.
+//
+// Throws FileError for an unreadable trajectory. Throws std::runtime_error if it has no frames or
+// positions that are not finite, if a file is in the way, if a picture cannot be written, or if
+// Weft was built without gpu/. A missing movie is no error: the report says why, and the pictures
+// stay. Cost: tens of milliseconds per picture.
 RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
                                const RenderOptions& options);
 

@@ -1,4 +1,4 @@
-// Takes the place of render_trajectory.cpp where Weft is built without gpu/.
+// Replaces render_trajectory.cpp if Weft is built without gpu/.
 #include <stdexcept>
 
 #include "sim/view/render_trajectory.h"

@@ -10,9 +10,9 @@
 namespace weft::sim {
 namespace {
 
-// Returns the largest deviation (m) by body, so small that bodies which contact keeps apart do not
-// show through each other. Contact keeps two bodies apart by at least the mean of their
-// thicknesses. The deviations of the two add up to no more, where one of them is thick.
+// Returns the largest allowed deviation (m) by body. It keeps bodies that contact separates from
+// showing through each other: contact keeps two bodies apart by at least the mean of their
+// thicknesses, and if one of them is thick, their deviations add up to no more than that.
 std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = infinity;
@@ -29,7 +29,7 @@ std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   return most;
 }
 
-// Rebuilds the pyramid from the positions; false where nothing has moved since it was made.
+// Rebuilds the pyramid from the positions; false if nothing has moved since it was built.
 bool rebuild_pyramid(const TrajectoryReader& reader, int frame, RenderedBody& body) {
   if (!body.moves && body.pyramid) return false;
   const TrajectoryBody& recorded = reader.bodies()[body.index];
@@ -90,7 +90,7 @@ void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& bod
 
 void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,
                    RenderedBody& body) {
-  // The camera stays, so bodies that stay are reduced once.
+  // The camera is fixed, so bodies that do not move are reduced once.
   if (!rebuild_pyramid(reader, frame, body)) return;
   tolerance.most = body.most_deviation;
   body.detail = bsi::detail_within(*body.pyramid, body.positions, tolerance);
@@ -134,7 +134,7 @@ void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
     surface.normals = body.detail_normals;
     return;
   }
-  // Cells are square where the body is first drawn.
+  // Grid cells are square in the first frame in which the body is drawn.
   if (!body.is_obstacle && body.lines.empty()) {
     body.lines = gpu::grid_lines(reader.bodies()[body.index].atlas, body.positions);
   }

@@ -1,5 +1,5 @@
-// The bodies of a trajectory as they are drawn: whole, at reduced detail, or as spheres of their
-// pyramid. For render_trajectory.cpp.
+// The bodies of a trajectory in the form that is drawn: whole, at reduced detail, or as spheres of
+// their pyramid. For render_trajectory.cpp.
 #pragma once
 
 #include <array>
@@ -21,7 +21,8 @@ struct SphereSurface {
   std::vector<std::array<int, 3>> triangles;
 };
 
-// A body as it is drawn: the parts that stay the same over the frames, and its shape in one frame.
+// A body in the form that is drawn: the parts that stay the same over the frames, and its shape in
+// one frame.
 struct RenderedBody {
   int index = 0;
   bool moves = true;
@@ -31,33 +32,35 @@ struct RenderedBody {
   gpu::SurfaceColours colours;
   std::vector<Vec3> positions;
   std::optional<bsi::Pyramid> pyramid;  // made when first needed
-  // Reduced detail; without triangles the body is drawn whole.
+  // The body at reduced detail; if `detail` has no triangles, the body is drawn whole.
   double most_deviation = 0;  // m
   bsi::DetailSurface detail;
   std::vector<Vec3> detail_normals;
-  // The spheres of a level that touch none of another body, and those that do.
+  // The spheres of a level: those that touch none of another body, and those that do.
   SphereSurface spheres, touching_spheres;
 };
 
-// Throws FileError for a body whose triangles make no surface.
+// Makes the bodies of a trajectory, without positions. Throws FileError for a body whose triangles
+// form no surface.
 std::vector<RenderedBody> rendered_bodies(const std::string& path, const TrajectoryReader& reader);
 
-// Positions that stay are read once. Throws std::runtime_error for those that are not finite.
+// Reads the positions of a frame; those of a body that does not move are read once. Throws
+// std::runtime_error if they are not finite.
 void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body);
 
-// The functions below use the positions read last; for bodies that stay, they do so once. They
-// throw std::runtime_error, naming the frame, for bodies too far away.
+// The functions below use the positions read last; for bodies that do not move, they do so once.
+// They throw std::runtime_error, naming the frame, for bodies that are too far away.
 
-// Detail within the tolerance, and little enough that bodies do not show through each other.
+// Reduces detail within the tolerance, and by so little that bodies do not show through each other.
 void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,
                    RenderedBody& body);
-// The surface of one level of the pyramid; beyond its last level the body as it is.
+// Replaces the body by the surface of one level of its pyramid; beyond the last level it stays.
 void reduce_to_level(const TrajectoryReader& reader, int frame, int level, RenderedBody& body);
-// The spheres of one level of the pyramids of all bodies, of its last one where there are fewer.
+// Makes the spheres of one level of each body's pyramid, or of its last level if it has fewer.
 void make_spheres(const TrajectoryReader& reader, int frame, int level,
                   std::vector<RenderedBody>& bodies);
 
-// Appends what is to be drawn of a body. The surfaces refer to it.
+// Appends the surfaces of a body that are drawn. They refer to the body's data.
 void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
                   std::vector<gpu::DrawnSurface>& surfaces);
 

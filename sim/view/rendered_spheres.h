@@ -1,4 +1,4 @@
-// The spheres of the pyramids of bodies, to look at. For rendered_body.cpp.
+// The spheres of bodies' pyramids as surfaces. For rendered_body.cpp.
 #pragma once
 
 #include <vector>
@@ -7,9 +7,9 @@
 
 namespace weft::sim {
 
-// Makes RenderedBody::spheres and touching_spheres of one level of the pyramids, which are built
-// and hold spheres; of the last level of a patch that has fewer. A sphere touches where it meets
-// one of another body: any sphere meets its neighbours.
+// Makes RenderedBody::spheres and touching_spheres for one level of the pyramids, or the last level
+// of a patch that has fewer. A sphere counts as touching if it meets one of another body; spheres
+// of one body always meet their neighbours. Precondition: the pyramids are built and hold spheres.
 void surround_bodies(int level, std::vector<RenderedBody>& bodies);
 
 }  // namespace weft::sim

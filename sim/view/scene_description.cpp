@@ -27,14 +27,14 @@ std::string size_of(const bsi::Atlas& atlas) {
   return text;
 }
 
-// The first bodies, up to this number, have a line of their own; the others share one.
+// Up to this number, each body has a line of its own; more bodies share one line.
 constexpr std::size_t most_lines = 8;
 
 std::string counted(std::size_t count, const std::string& one, const std::string& many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
-// One line a body, or one for all of them where they are many: "  BEFORE NAME AFTER".
+// Prints one line per body, or one line for all of them if they are many: " BEFORE NAME AFTER".
 void describe_each(const std::vector<const SceneBody*>& bodies, const std::string& before,
                    const std::string& after, std::ostream& out) {
   if (bodies.size() > most_lines) {
@@ -45,7 +45,7 @@ void describe_each(const std::vector<const SceneBody*>& bodies, const std::strin
   for (const SceneBody* body : bodies) out << "  " << before << ' ' << body->name << after << '\n';
 }
 
-// The bodies of which `condition` is true, in the order of the case.
+// Returns the bodies for which `condition` is true, in the order of the case.
 template <class Condition>
 std::vector<const SceneBody*> bodies_that(const Scene& scene, const Condition& condition) {
   std::vector<const SceneBody*> bodies;
@@ -55,7 +55,7 @@ std::vector<const SceneBody*> bodies_that(const Scene& scene, const Condition& c
   return bodies;
 }
 
-// "every" of a property that all dynamic bodies lack; otherwise, those that lack it by name.
+// Prints `every` if all dynamic bodies lack a property, otherwise the names of those that lack it.
 template <class Condition>
 void describe_lack(const Scene& scene, const Condition& lacks, const std::string& what,
                    const std::string& every, const std::string& its, std::ostream& out) {
@@ -124,7 +124,8 @@ void describe_forces(const Scene& scene, std::ostream& out) {
       "material damping", "every damping is 0", "its damping is 0", out);
 }
 
-// Describes the work of the search at the start: pyramids of bodies that have something near them.
+// Describes the work of the search at the start: the pyramids of bodies that have something near
+// them.
 void describe_search(const Scene& scene, const std::vector<CandidateList>& neighbours,
                      std::ostream& out) {
   std::vector<char> has_neighbour(scene.bodies.size(), 0);

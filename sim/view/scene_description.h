@@ -7,7 +7,7 @@
 
 namespace weft::sim {
 
-// Says what the scene needs, what it skips and why.
+// Returns the text about what the scene needs, what it skips and why.
 std::string describe_scene(const Scene& scene);
 
 }  // namespace weft::sim

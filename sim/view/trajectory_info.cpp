@@ -120,7 +120,7 @@ nlohmann::ordered_json to_object(const CrossingPlace& place) {
           {"col", place.texel.col}};
 }
 
-// A gap without a pair in reach is recorded as NaN.
+// True for the series of gaps, in which NaN means that no pair is in reach.
 bool is_gap(const SeriesSummary& series) { return series.name == "smallest_gap"; }
 
 std::string last_of(const SeriesSummary& series) {
@@ -130,10 +130,10 @@ std::string last_of(const SeriesSummary& series) {
   return text.str();
 }
 
-// Positions of a frame that the referee can judge, or FileError.
+// Throws FileError for positions that the referee cannot judge.
 void require_judgeable(const std::string& path, const TrajectoryBody& body, int frame,
                        std::span<const Vec3> positions) {
-  // Sizes that a float32 has: the exact determinants are made for them.
+  // Magnitudes of a float32, for which the exact determinants are made.
   constexpr double least = std::numeric_limits<float>::denorm_min();
   constexpr double most = std::numeric_limits<float>::max();
   const auto is_exact = [](double x) {
@@ -154,7 +154,7 @@ void require_judgeable(const std::string& path, const TrajectoryBody& body, int 
 }  // namespace
 
 TrajectorySummary summarise_trajectory(const std::string& path) {
-  // The lock is looked at first, since a run may end meanwhile.
+  // The lock is tested first, since a run may end meanwhile.
   const bool is_written = is_locked(path);
   const TrajectoryReader reader(path);
   TrajectorySummary summary;

@@ -16,24 +16,24 @@ struct BodySummary {
   bool moves = true;
   bool is_obstacle = false;
   double thickness = 0;  // m
-  // Bounds at the last frame, m; false where a body that moves has no frame yet, or where a
-  // position of it is not finite.
+  // Bounds at the last frame, m. They are absent if a moving body has no frame yet, or a position
+  // that is not finite.
   bool has_bounds = false, is_finite = true;
   bsi::Vec3 lower = bsi::Vec3::Zero(), upper = bsi::Vec3::Zero();
 };
 
 struct SeriesSummary {
   std::string name, units;
-  // Over all frames; zero without frames. Values that are not finite do not count for the extremes
-  // (both zero when none is: has_extremes tells).
+  // Over all frames; zero without frames. The extremes leave out values that are not finite;
+  // without finite values, has_extremes is false and both are zero.
   double last = 0, minimum = 0, maximum = 0;
   bool has_extremes = false;
 };
 
 struct TrajectorySummary {
   std::string path, title, weft_version;
-  // "done", "failed" or "interrupted", with the reason; "running" while a run writes the file;
-  // "killed" where its writer died; "unknown" in files of earlier versions.
+  // "done", "failed" or "interrupted", with the reason. "running" while a run writes the file,
+  // "killed" if its writer died, "unknown" in files of earlier versions.
   std::string status, reason;
   Bill bill;  // zero unless the run has ended
   int format_version = 1;
@@ -44,15 +44,15 @@ struct TrajectorySummary {
   std::vector<SeriesSummary> series;
 };
 
-// Reads everything but the frames before the last. Throws FileError.
+// Reads everything except the frames before the last. Throws FileError.
 TrajectorySummary summarise_trajectory(const std::string& path);
-// Lines for people.
+// The summary as text for people.
 std::string to_text(const TrajectorySummary& summary);
 // One JSON object, whose keys are the names above with units: "last_time_s", "thickness_m", ...
 std::string to_json(const TrajectorySummary& summary);
 
-// Triangles that intersect in one frame. Obstacles are not held against each other nor against
-// themselves: they may be built from overlapping parts.
+// Triangles that intersect in one frame. Obstacles are checked neither against each other nor
+// against themselves: they may be built from overlapping parts.
 struct CrossingPlace {
   std::string body;
   bsi::TexelAddress texel;  // the first corner of the triangle's quad
@@ -61,13 +61,13 @@ struct FrameCrossings {
   int frame = 0;
   double time = 0;     // s
   int count = 0;       // pairs of triangles
-  CrossingPlace a, b;  // the first pair, where count > 0
+  CrossingPlace a, b;  // the first pair, if count > 0
 };
 
-// Returns one entry per frame, by the exact referee (sim/view/crossings.h). Positions are
-// those on disk, float32. Throws FileError, also for a file that cannot be judged: it has no
-// frame, no body that moves, or a position that is not finite or beyond the range of float32. The
-// message names the position.
+// Returns one entry per frame, from the exact referee (sim/view/crossings.h) and the float32
+// positions on disk. Throws FileError, also for a file that cannot be judged: it has no frame, no
+// moving body, or a position that is not finite or beyond the range of float32. The message names
+// the position.
 std::vector<FrameCrossings> count_crossings(const std::string& path);
 std::string to_text(const std::vector<FrameCrossings>& frames);
 // {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place, place]}...]}; a
