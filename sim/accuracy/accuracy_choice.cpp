@@ -16,7 +16,8 @@ namespace weft::sim {
 
 namespace {
 
-// By tolerance, those of the table of methods; by step, euler with one Newton iteration.
+// The methods: by tolerance those that time_methods() marks as calibrated, by step euler with one
+// Newton iteration.
 const std::vector<CalibratedMethod>& methods() {
   static const std::vector<CalibratedMethod> all = [] {
     std::vector<CalibratedMethod> found;
@@ -40,8 +41,9 @@ struct Option {
   double setting = 0;
   double factor = 0;
   double cost = 0;
-  bool limited = false;  // contact or the table allow no setting as coarse as the accuracy would
-  // Cheap ones among those as sure as promised; else the surest.
+  bool limited = false;  // contact or the table require a finer setting than the accuracy
+  // Prefers the cheaper of two options that keep the promised factor, otherwise the one with the
+  // smaller factor.
   bool is_better_than(const Option& other) const {
     if (std::max(factor, other.factor) <= promised_factor) return cost < other.cost;
     return factor < other.factor;
@@ -56,8 +58,9 @@ std::vector<CalibrationRow> rows_of(const CalibratedMethod& method, bool meeting
   return rows;
 }
 
-// Between two rows on logarithmic scales, no tolerance beyond `limit` (m), which contact sets; the
-// coarsest tolerance where a larger error would do; else nothing outside of them.
+// Interpolates the setting between two rows on logarithmic scales. Tolerances stay within `limit`
+// (m), which contact sets. An error rate above the table's gets the coarsest tolerance; any other
+// rate outside the table gets nothing.
 std::optional<Option> option_at(const CalibratedMethod& method,
                                 const std::vector<CalibrationRow>& rows, double rate,
                                 double limit) {
@@ -77,8 +80,9 @@ std::optional<Option> option_at(const CalibratedMethod& method,
   return std::nullopt;
 }
 
-// The slope of one quantity against the other on logarithmic scales, between the rows around
-// `value`; the 2/3rd law of methods of order 2 outside of them.
+// Interpolates one quantity as a function of the other, on logarithmic scales between the rows
+// around `value`. Beyond the rows it extrapolates with `power`, the 2/3rd law of methods of order
+// 2.
 double interpolated(const std::vector<CalibrationRow>& rows, double value,
                     double CalibrationRow::*from, double CalibrationRow::*to, double power) {
   for (std::size_t i = 1; i < rows.size(); ++i) {
@@ -106,7 +110,7 @@ std::string rounded(double value) {
   return text;
 }
 
-// All that the table offers for an accuracy, the best first.
+// The settings that the table offers for an accuracy, the best first.
 class Offers {
  public:
   Offers(const Case& source, bool method_given) {
@@ -125,8 +129,8 @@ class Offers {
                       [](const Option& a, const Option& b) { return a.is_better_than(b); });
   }
   const std::vector<Option>& options() const { return options_; }
-  // Returns, in words, the accuracies that the table covers for a run of this duration; empty where
-  // it does not have the method.
+  // Returns, in words, the accuracies that the table covers for a run of this duration; empty if it
+  // does not have the method.
   const std::string& ranges() const { return ranges_; }
 
  private:

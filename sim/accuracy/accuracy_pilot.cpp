@@ -23,12 +23,12 @@ namespace weft::sim {
 namespace {
 
 constexpr double looser = 16;
-// m. Beyond it the curves of error against tolerance are rough.
+// Loosest tolerance of a pilot run, m. Beyond it the curves of error against tolerance are rough.
 constexpr double loosest_pilot = 2e-5;
 constexpr int samples = 20;  // times at which the two runs are compared
-// Pairs of runs, each a 16th as loose as the one before, until one succeeds.
+// Largest number of pairs of runs; after a failure, the next pair has a 16th of the tolerances.
 constexpr int most_pairs = 3;
-// Part of a tolerance that fails which is tried next.
+// Factor between a tolerance that fails and the one tried next.
 constexpr double retreat = 0.25;
 
 TimeCase with_tolerance(const TimeCase& time, double tolerance) {
@@ -59,10 +59,10 @@ std::unique_ptr<const Scene> scene_with(const Case& target, const TimeCase& time
   return build_scene(source);
 }
 
-// How far two runs come apart.
+// The distance between two runs.
 struct Distance {
   double largest = 0;                 // m
-  std::optional<double> parted_time;  // s: from then on it does not grow with the tolerance
+  std::optional<double> parted_time;  // s: from then on `largest` says nothing about errors
 };
 
 class Pilot {
@@ -92,14 +92,14 @@ class Pilot {
   double duration() const { return target_.time.duration; }
   double cpu_time() const { return stopwatch_.elapsed().cpu; }
   bool stopped() const { return report_.ended_run(); }
-  // Returns whether the pilot ends after this step: stopped from outside or by the CPU limit.
+  // Returns true if the pilot ends after this step: stopped from outside or by the CPU limit.
   bool is_stopped_at(const Simulation& run) {
     if (options_.stop_signal != nullptr && *options_.stop_signal != 0) report_.interrupted = true;
     if (!report_.interrupted && limit_.is_passed())
       report_.limit_reason = "in the pilot run of time.accuracy: " + limit_.failure(run).text;
     return stopped();
   }
-  // Reports the progress of a run, for the bar. Returns whether the run goes on.
+  // Reports the progress of a run; returns true if the run goes on.
   bool goes_on(const Simulation& run) {
     if (options_.progress) options_.progress(std::min(run.time(), duration()));
     return !is_stopped_at(run);
@@ -116,7 +116,7 @@ class Pilot {
   std::optional<Failure> failure_;  // of the last run that failed
 };
 
-// Measures how far two runs come apart; nothing where one of them fails or is stopped.
+// Measures the distance between two runs; returns nothing if one of them fails or is stopped.
 std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& tight) {
   Simulation run(scene_with(target_, loose));
   ErrorMonitor monitor(run.scene(), tight,
@@ -143,7 +143,7 @@ std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& t
   return Distance{largest, estimate.parted_time};
 }
 
-// Returns whether the run with these options fails by itself, rather than being stopped.
+// Returns true if the run with these options fails by itself, rather than being stopped.
 bool Pilot::fails(const TimeCase& time) {
   Simulation run(scene_with(target_, time));
   while (run.time() < duration()) {
@@ -153,7 +153,7 @@ bool Pilot::fails(const TimeCase& time) {
   return false;
 }
 
-// Returns whether the run with these options takes more work than all steps of verlet.
+// Returns true if the run with these options takes more work than all steps of verlet.
 bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   const auto scene = scene_with(target_, time);
   Statistics statistics;
@@ -168,9 +168,9 @@ bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   return false;
 }
 
-// Chooses verlet if it is accurate enough and takes less work than the run of `loose`. Returns
-// whether it did. Verlet's error goes as the square of its steps: steps half as long leave a
-// quarter.
+// Chooses verlet if it is accurate enough and takes less work than the run of `loose`; returns true
+// if it did. Verlet's error grows with the square of its steps: with half the steps, a quarter of
+// the error remains.
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (target_.method_given || target_.contact.enabled) return false;
   say(formatted("pilot of time.accuracy: does verlet take less work than %s?",
@@ -215,7 +215,8 @@ void Pilot::correct() {
   target_.resolved_text = case_text(target_);
 }
 
-// The runs of `apart` are those with the tolerance `loose` and a 16th of it.
+// Corrects the tolerance by the distance between the runs with the tolerances `loose` and a 16th of
+// it.
 void Pilot::correct_by(const Distance& apart, double loose) {
   const double tight = loose / looser;
   const double expected =
@@ -240,8 +241,8 @@ void Pilot::correct_by(const Distance& apart, double loose) {
     target_.accuracy_choice += formatted(", since a run with %.3g m fails", wanted);
 }
 
-// Gives the case this tolerance or, where its run fails, a smaller one, down to one whose run has
-// succeeded. Returns it.
+// Sets the case to the tolerance `wanted` or, while its run fails, to smaller ones, down to
+// `succeeded`, whose run has succeeded. Returns the tolerance set.
 double Pilot::make_sure(double wanted, double succeeded) {
   double tolerance = wanted;
   for (; tolerance > succeeded && !stopped();

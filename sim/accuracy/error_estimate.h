@@ -1,4 +1,4 @@
-// The error of a run, as a second run that is more exact measures it (error_monitor.h).
+// The error of a run, measured by a second, more exact run (error_monitor.h).
 #pragma once
 
 #include <optional>
@@ -17,11 +17,11 @@ struct BodyError {
 struct ErrorEstimate {
   std::vector<BodyError> bodies;  // the dynamic ones
   double last_time = 0;           // s, of the last frame that was compared
-  // The first frame (s) in which the runs are further apart than a tenth of the largest motion of a
-  // body, or of its radius. Beyond it, differences no longer grow in proportion to the errors that
-  // made them, and only say that the error is large.
+  // Time (s) of the first frame in which the runs are further apart than a tenth of a body's
+  // largest motion, or of its radius. From then on, differences no longer grow in proportion to the
+  // errors that caused them: they only show that the error is large.
   std::optional<double> parted_time;
-  std::string failure;  // why the second run ended early; empty: it did not
+  std::string failure;  // why the second run ended early; else empty
 };
 
 }  // namespace weft::sim

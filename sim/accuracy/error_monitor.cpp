@@ -13,8 +13,8 @@ namespace {
 
 constexpr double tolerance_factor = 64;
 
-// Beyond this part of how far a body has moved, or of its size, a difference has left the range in
-// which it grows in proportion to the errors that made it.
+// Share of a body's motion, or of its size, up to which a difference grows in proportion to the
+// errors that caused it.
 constexpr double small_part = 0.1;
 
 std::unique_ptr<const Scene> scene_with(const Scene& scene, const TimeCase& time) {

@@ -1,4 +1,4 @@
-// Measures the error of a run, while it goes on, by a second run that is more exact.
+// Measures the error of a run in progress by a second, more exact run.
 #pragma once
 
 #include <atomic>
@@ -18,30 +18,33 @@ namespace weft::sim {
 // Root mean square of the distances between two lists of the same length, m.
 double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b);
 
-// Returns options of a run whose error is small beside that of a run with `time`. Tolerances are a
-// 64th. With order p, steps under error control go with the (p + 1)-th root of the tolerance, and
-// errors with the p-th power of the steps. With p = 2, four times as many steps leave a 16th of the
-// error. Source: Hairer, Noersett, Wanner, Solving Ordinary Differential Equations I, II.4. `euler`
-// without a step, of order 1 and far from that law at loose tolerances, gives way to `cvode`. Fixed
-// steps are an eighth (euler) or a quarter (order 2) as long, which leaves an eighth or a 16th of
-// the error. Not for `static`, whose error no step makes.
+// Returns the options of a run whose error is small beside that of a run with `time`.
+//
+// Tolerances become a 64th. For a method of order p, steps under error control go with the (p +
+// 1)-th root of the tolerance, and errors with the p-th power of the steps. With p = 2, steps are a
+// quarter as long and errors a 16th. Source: Hairer, Noersett, Wanner, Solving Ordinary
+// Differential Equations I, II.4. `euler` without a fixed step is of order 1 and far from that law
+// at loose tolerances; `cvode` replaces it. Fixed steps become an eighth (euler) or a quarter
+// (order 2) as long, which leaves an eighth or a 16th of the error. Not for `static`, which has no
+// error of time steps.
 TimeCase tightened(const TimeCase& time);
 
-// Compares the frames of a run, as they come, with a second run. Holds one state of the second run,
-// no trajectory. A second run that gains energy has failed.
+// Compares the frames of a run, as they come, with a second run. It holds one state of the second
+// run and no trajectory. A second run that gains energy has failed.
 class ErrorMonitor {
  public:
-  // `stop` (may be null) ends a comparison early, as it ends the run. The scene must outlive it.
+  // A nonzero `stop` ends a comparison early, as it ends the run; it may be null. The scene must
+  // outlive the monitor.
   ErrorMonitor(const Scene& scene, const std::atomic<int>* stop);
-  // A function called after every step of the second run: true ends the comparison early. May be
-  // empty.
+  // A function that is called after every step of the second run; true ends the comparison early.
+  // May be empty.
   using ShouldStop = std::function<bool(const Simulation& second)>;
   // Uses `second` as the options of the second, more exact run.
   ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop);
 
-  // Takes the second run to `time` (s, not before the last call) and compares it with the first
-  // one's state. Returns the RMS distances by dynamic body, m: NaN where the second run has failed
-  // or was stopped.
+  // Advances the second run to `time` (s, not before the last call) and compares it with the state
+  // `y` of the first. Returns the RMS distances by dynamic body, m; NaN if the second run has
+  // failed or was stopped.
   std::span<const double> compare(double time, std::span<const double> y);
   ErrorEstimate estimate() const;
 
@@ -54,7 +57,7 @@ class ErrorMonitor {
   std::vector<double> state_;
   std::vector<Vec3> position_, other_position_, scratch_velocity_;
   std::vector<double> distances_;        // m, by body
-  std::vector<double> motion_, radius_;  // m, by body: the largest so far; at the start
+  std::vector<double> motion_, radius_;  // m, by body: largest so far; value at the start
   std::vector<double> times_;            // s, of the frames compared
   std::vector<double> all_distances_;    // m, by frame and body
   std::string failure_;

@@ -1,4 +1,4 @@
-// `weft bench`: the experiments on speed, which are a program of their own.
+// `weft bench`: the experiments on speed, which are a separate program.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace weft::sim {
 
-// Becomes `weft-bench` with these arguments: that beside this program, as installed, or in the
-// folder bench/ of the build folder. Does not return if that can be run; otherwise says why not and
-// returns the exit code.
+// Replaces this process by `weft-bench` with these arguments. The program lies beside this one, as
+// installed, or in the folder bench/ of the build folder. Returns only if it cannot be run: reports
+// the reason and returns the exit code.
 int run_bench(const std::vector<std::string>& arguments);
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// `--json` prints one object, whatever becomes of the command.
+// The objects that `--json` prints: exactly one, also if the command fails.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace weft::sim {
 
-// The report of a run that ended with `code`. Numbers that are also series have their names.
+// The report of a run that ended with `code`. Numbers that are also series have the series' names.
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code);
-// The object of a `weft run` that has no report.
+// The object of a `weft run` without a report.
 std::string refusal_json(const RunCommand& command, int code, const std::string& reason);
-// The object of any other command that has no result.
+// The object of any other command without a result.
 std::string refusal_json(int code, const std::string& reason);
 
 }  // namespace weft::sim

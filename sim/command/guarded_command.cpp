@@ -23,7 +23,7 @@ std::string describe_end(const std::string& path, bool draws, int signal) {
     return path + ": the process that reads it was stopped (" + strsignal(signal) + ")";
   }
   if (!draws) return describe_crash(path, signal);
-  return path + ": cannot be drawn: HDF5 or OpenGL crashed on it (" + strsignal(signal) +
+  return path + ": cannot be drawn: HDF5 or the drawing crashed on it (" + strsignal(signal) +
          "); weft info says whether the file is damaged";
 }
 
@@ -32,7 +32,7 @@ std::string describe_end(const std::string& path, bool draws, int signal) {
 void complain(const std::string& text) { std::cerr << printable(text, true) << '\n'; }
 
 int deliver(int code) {
-  // Both streams are flushed: results that were not delivered are a failure of their own.
+  // Both streams are flushed: undelivered results are a failure of their own.
   if (std::fflush(stdout) == 0 && std::cout.flush()) return code;
   complain("weft: cannot write to standard output");
   return exit_code::input_output;

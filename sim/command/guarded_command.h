@@ -1,4 +1,4 @@
-// Shared by the commands: delivery of results, and commands that read files of others.
+// Shared by the commands: delivery of results, and commands that read untrusted files.
 #pragma once
 
 #include <functional>
@@ -6,22 +6,23 @@
 
 namespace weft::sim {
 
-// Flushes standard output and returns `code`, or exit_code::input_output, with a message, when
-// results could not be delivered.
+// Flushes standard output and returns `code`. If results cannot be delivered, it prints a message
+// and returns exit_code::input_output.
 int deliver(int code);
 
-// Runs a command that reads `path` in a process of its own (reading_process.h) and returns its exit
-// code; exit_code::input_output, with a message that names the file, when it crashed.
+// Runs a command that reads `path` in a separate process (reading_process.h) and returns its exit
+// code. If the process crashes, it prints a message that names the file and returns
+// exit_code::input_output.
 struct GuardedCommand {
   std::string path;
-  bool draws = false;    // the command uses OpenGL, which may be what crashed
-  bool json = false;     // the message goes to standard output, too, as an object
-  bool is_long = false;  // it computes, so that its CPU time is not limited as that of reading is
+  bool draws = false;    // the command draws; a crash is then not blamed on the file alone
+  bool json = false;     // the message also goes to standard output, as an object
+  bool is_long = false;  // it computes: no limit of CPU time as for reading
   std::function<int()> run;
 };
 int run_guarded(const GuardedCommand& command);
 
-// Prints `text` on standard error with control characters escaped, and ends the line.
+// Prints `text` as a line on standard error, with control characters escaped.
 void complain(const std::string& text);
 
 }  // namespace weft::sim

@@ -28,12 +28,12 @@ constexpr const char* description =
   weft check CASE                                    what the scene needs, what it skips, and why
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
-  weft render out/drape_torus.h5 --lod 0.5           the same with as few triangles as half a pixel allows
+  weft render out/drape_torus.h5 --lod 0.5           the same with fewer triangles, exact to half a pixel
   weft schema                                        the case file's JSON schema (--markdown: reference page)
-  weft bench --help                                  experiments on speed, some beside other libraries
+  weft bench --help                                  experiments on speed, some against other libraries
 
 Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad case or usage,
-4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the step in hand.)";
+4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the current step.)";
 
 using namespace weft::sim;
 
@@ -45,7 +45,7 @@ int refuse_file(const std::string& path, const std::exception& error, bool json)
   return exit_code::input_output;
 }
 
-// JSON escapes control characters by itself.
+// Prints facts as JSON, which escapes control characters by itself, or as printable text.
 void show_facts(const auto& facts, bool json) {
   std::cout << (json ? to_json(facts) : printable(to_text(facts), true));
 }
@@ -97,10 +97,9 @@ struct Arguments {
 
 void add_case_arguments(CLI::App& sub, Arguments& arguments) {
   sub.add_option("case", arguments.command.case_path, "TOML case file")->required();
-  sub.add_option(
-         "--set", arguments.command.overrides,
-         "Override a case key, for example --set contact.friction=0.3; each has a --set of its own")
-      ->option_text("KEY=VALUE")  // of a vector, CLI11 would show KEY=VALUE ...
+  sub.add_option("--set", arguments.command.overrides,
+                 "Override a case key, for example --set contact.friction=0.3; one --set per key")
+      ->option_text("KEY=VALUE")  // for a vector, CLI11 would show KEY=VALUE ...
       ->allow_extra_args(false);
 }
 
@@ -114,8 +113,8 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   run->add_flag("--quiet", arguments.command.quiet, "No progress bar");
   run->add_flag(
       "--estimate-error", arguments.command.estimate_error,
-      "Measure the error by a second, more exact run beside this one: four to eight times "
-      "as many steps");
+      "Measure the error by a second, more exact run, which takes four to eight times as many "
+      "steps");
   run->callback([&] { arguments.code = run_case(arguments.command); });
 
   CLI::App* check =
@@ -124,7 +123,7 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   check->callback([&] { arguments.code = check_case(arguments.command); });
 }
 
-// Returns what is wrong with a number of pixels; empty if nothing is. Unlike CLI::Range it refuses
+// Returns the fault of a number of pixels; empty if there is none. Unlike CLI::Range it refuses
 // NaN.
 std::string in_pixels(const std::string& text) {
   double pixels = 0;
@@ -156,10 +155,10 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   pictures->add_option("--every", drawing.every, "Draw every Nth frame")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()))
       ->capture_default_str();
-  pictures->add_option("--width", drawing.width, "Pixels")
+  pictures->add_option("--width", drawing.width, "Width of the pictures, pixels")
       ->check(CLI::Range(1, 8192))
       ->capture_default_str();
-  pictures->add_option("--height", drawing.height, "Pixels")
+  pictures->add_option("--height", drawing.height, "Height of the pictures, pixels")
       ->check(CLI::Range(1, 8192))
       ->capture_default_str();
   pictures
@@ -197,19 +196,20 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
 
 void add_schema(CLI::App& app, Arguments& arguments) {
   CLI::App* schema = app.add_subcommand("schema", "Print the JSON schema of case files");
-  schema->add_flag("--markdown", arguments.markdown, "The reference page instead");
+  schema->add_flag("--markdown", arguments.markdown, "Print the reference page instead");
   schema->callback(
       [&] { std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema()); });
 }
 
 void add_bench(CLI::App& app, Arguments& arguments) {
   CLI::App* bench = app.add_subcommand("bench", "Experiments on speed: see weft bench --help");
-  bench->set_help_flag();  // weft-bench has its own
+  bench->set_help_flag();  // weft-bench prints its own help
   bench->prefix_command();
   bench->callback([&arguments, bench] { arguments.code = run_bench(bench->remaining()); });
 }
 
-// `did you mean "--force"?` for the first argument that no command or option takes.
+// Returns a hint such as `did you mean "--force"?` for the first argument that no command or option
+// takes.
 std::string hint_for_unknown(const CLI::App& app) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return "";

@@ -26,11 +26,11 @@ std::string four_digits(double value) {
   return text;
 }
 
-// Characters that fit on a line of the terminal, whose width may change.
+// Returns the number of characters that fit on a line of the terminal, whose width may change.
 std::size_t columns() {
   winsize size{};
   const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
-  return is_known ? size.ws_col - 1 : 79;  // in the last column some would break the line
+  return is_known ? size.ws_col - 1 : 79;  // some terminals wrap a line that fills the last column
 }
 
 }  // namespace

@@ -6,16 +6,17 @@
 
 namespace weft::sim {
 
-// A progress bar. On a terminal one line, cut to its width, is drawn at once and then ten times a
-// second. Elsewhere whole lines are printed: one after a second, and one at every tenth of the way.
+// A progress bar. On a terminal it is one line, cut to the terminal's width, drawn at once and then
+// ten times a second. Elsewhere it prints whole lines: one after a second, and one at every tenth
+// of the way.
 class ProgressBar {
  public:
-  // Names the number that goes from 0 to `end` (> 0): "t = 0.2 of 2 s", "picture 3 of 40".
+  // Name and unit of the number that goes from 0 to `end` (> 0): "t = 0.2 of 2 s", "picture 3 of
+  // 40".
   struct Quantity {
     std::string name = "t =", unit = " s";
   };
   ProgressBar(double end, bool shown, Quantity quantity = {"t =", " s"});
-  // Clears it.
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;

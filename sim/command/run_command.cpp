@@ -28,7 +28,8 @@ namespace {
 std::atomic<int> caught_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
 
-// The first signal asks for a stop after the step in hand; the second ends the process as usual.
+// Installs the handler of SIGINT and SIGTERM. The first signal requests a stop after the current
+// step; the second ends the process as usual.
 void catch_stop_signals() {
   for (int signal : {SIGINT, SIGTERM}) {
     std::signal(signal, [](int caught) {
@@ -48,7 +49,7 @@ void print_errors(const ErrorEstimate& estimate) {
       last.body.c_str());
 }
 
-// On standard error, also beside --json.
+// Warns on standard error, also with --json.
 void warn_of_errors(const ErrorEstimate& estimate) {
   if (!estimate.failure.empty()) {
     complain("weft: the run that measures the error ended early: " + estimate.failure);
@@ -85,7 +86,8 @@ void print_summary(const RunReport& report) {
     std::printf("  trajectory %s\n", printable(report.trajectory).c_str());
 }
 
-// The case and its scene, or the exit code of what is wrong with them.
+// Loads the case, prepares it, builds its scene and uses it. Returns the exit code of `use`, or
+// that of the fault.
 int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
   const auto refuse = [&](int code, const std::string& reason) {
     complain(reason);
@@ -106,7 +108,7 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
   }
 }
 
-// An equilibrium does not depend on the steps that led to it.
+// Refuses --estimate-error for equilibria, which do not depend on the steps that led to them.
 void refuse_static(const Case& source) {
   if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
@@ -139,7 +141,7 @@ int finish(const RunCommand& command, const Case& source, const RunReport& repor
 
 void print_notice(const std::string& text) { complain("weft: " + text); }
 
-// Says each stage and shows a bar for it.
+// Runs the pilot; announces each stage and shows a bar for it.
 PilotReport run_pilot(Case& source, bool quiet) {
   PilotOptions options;
   options.stop_signal = &caught_signal;
@@ -155,7 +157,7 @@ PilotReport run_pilot(Case& source, bool quiet) {
   return report;
 }
 
-// Everything before the run that is not the pilot is set-up.
+// Everything before the run except the pilot counts as set-up.
 Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
   Bill bill;
   bill.total = command.started.elapsed();
@@ -172,7 +174,7 @@ int run_case(const RunCommand& command) {
   PilotReport pilot;
   const auto prepare = [&](Case& source) {
     if (command.estimate_error) refuse_static(source);
-    // Not only after the pilot runs.
+    // An existing file is refused before the pilot runs, not after them.
     TrajectoryWriter::refuse_existing(trajectory, command.force);
     catch_stop_signals();
     pilot = run_pilot(source, command.quiet);

@@ -28,9 +28,9 @@ inline constexpr int bad_case = 2;
 inline constexpr int input_output = 4;
 }  // namespace exit_code
 
-// Runs a case; the trajectory is DIRECTORY/NAME.h5, NAME being that of the case file. Results go to
-// standard output, progress and errors to standard error. Returns the exit code: 130 or 143 after
-// SIGINT or SIGTERM.
+// Runs a case. The trajectory is DIRECTORY/NAME.h5, with the name of the case file. Results go to
+// standard output, progress and errors to standard error. Returns the exit code: 130 after SIGINT,
+// 143 after SIGTERM.
 int run_case(const RunCommand& command);
 // Prints what the scene needs and skips.
 int check_case(const RunCommand& command);
