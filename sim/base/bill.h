@@ -1,4 +1,4 @@
-// The bill of a run: what each part of it costs.
+// The bill of a run: the cost of each of its parts.
 #pragma once
 
 namespace weft::sim {
@@ -16,8 +16,7 @@ struct Cost {
   friend Cost operator-(const Cost& a, const Cost& b) { return {a.wall - b.wall, a.cpu - b.cpu}; }
 };
 
-// No second is in two parts. The total is measured by itself, and may be a little more than its
-// parts.
+// The parts do not overlap. The total is measured separately and may slightly exceed their sum.
 struct Bill {
   Cost setup;           // reading the case, the scene, the integrator, the file
   Cost pilot;           // of time.accuracy
@@ -27,7 +26,7 @@ struct Bill {
   Cost total;
 };
 
-// Each part has a prefix; wall_s or cpu_s completes its name in JSON and in the file.
+// Names of the parts: each prefix is completed by wall_s or cpu_s, in JSON and in the file.
 struct BillPart {
   const char* prefix;
   Cost Bill::*cost;

@@ -16,12 +16,12 @@ struct Failure {
     prescribed_motion,  // it is too fast, or leaves no room
     energy,             // the motion has gained energy
     cpu_limit,          // compute.cpu_limit is reached
-    interrupted,        // from outside
+    interrupted,        // stopped from outside
     solver              // SUNDIALS stopped for another reason
   };
   Kind kind = Kind::solver;
   double time = 0;    // s
-  int particle = -1;  // where it happened (Scene::describe_particle); -1: nowhere in particular
+  int particle = -1;  // where it happened (Scene::describe_particle); -1: no single place
   std::string text;   // kind, place and time in words
 };
 

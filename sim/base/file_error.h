@@ -5,7 +5,8 @@
 
 namespace weft::sim {
 
-// Thrown for what the file system or HDF5 refuses (exit code 4); the text starts with the path.
+// Thrown when the file system or HDF5 refuses something (exit code 4). The text starts with the
+// path.
 class FileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,5 +1,5 @@
-// C++ additions to the HDF5 C API: handles that close themselves, return codes that cannot be
-// overlooked, and errors in words. Private to sim/: no public header includes it.
+// C++ additions to the HDF5 C API: handles that close themselves, checked return codes, and error
+// texts. Private to sim/: no public header includes it.
 #pragma once
 
 #include <hdf5.h>
@@ -10,8 +10,8 @@
 
 namespace weft::sim::hdf5 {
 
-// An open HDF5 object of any kind; closed on destruction (a failing close is not reported: what
-// matters has been flushed by then).
+// An open HDF5 object of any kind, closed on destruction. A failing close is not reported: all data
+// that matters has been flushed by then.
 class Handle {
  public:
   Handle() = default;
@@ -35,8 +35,7 @@ class Handle {
   hid_t id_ = H5I_INVALID_HID;
 };
 
-// Stops HDF5 from printing its error stack on stderr while it lives: the text goes into the
-// exception.
+// While it lives, HDF5 does not print its error stack on stderr; exceptions carry the text.
 class QuietErrors {
  public:
   QuietErrors();
@@ -49,7 +48,7 @@ class QuietErrors {
   void* data_ = nullptr;
 };
 
-// Calls on one file. Every function throws FileError: "PATH: cannot ACTION: what HDF5 said".
+// Calls on one file. Every function throws FileError: "PATH: cannot ACTION: MESSAGE OF HDF5".
 class Access {
  public:
   explicit Access(std::string path) : path_(std::move(path)) {}
@@ -63,7 +62,7 @@ class Access {
   }
   Handle handle(hid_t id, const std::string& action) const { return Handle(check(id, action)); }
   [[noreturn]] void fail(const std::string& action) const;
-  // Throws for contents that HDF5 can read and we cannot: "PATH: REASON".
+  // Throws for contents that HDF5 can read but Weft cannot: "PATH: REASON".
   [[noreturn]] void reject(const std::string& reason) const;
 
   // Attributes of an open object. Strings are of variable length, UTF-8.
@@ -74,15 +73,15 @@ class Access {
   double read_double(hid_t object, const std::string& name) const;
   std::vector<int> read_integers(hid_t object, const std::string& name) const;
 
-  // The file, read-only and without locks, which a writer does not set either and some network file
-  // systems refuse. Rejects what is not a regular file.
+  // Opens the file read-only and without locks: a writer sets none either, and some network file
+  // systems refuse them. Rejects anything but a regular file.
   Handle open_for_reading() const;
   Handle open_dataset(hid_t parent, const std::string& name) const;
   Handle open_group(hid_t parent, const std::string& name) const;
   std::vector<hsize_t> dimensions(hid_t dataset) const;
   // Rejects a dataset that stores less than its first `entries` numbers take, or more than the file
-  // holds: a shape is a claim of a few bytes, and memory must not be taken on its word. Compressed
-  // data may stand for two thousand times their size; virtual data lie elsewhere and are believed.
+  // holds. A shape is a claim of a few bytes, on which no memory must be taken. Compressed data may
+  // stand for two thousand times their size. Virtual data lie elsewhere and are not checked.
   void require_stored(hid_t dataset, const std::string& name, double entries) const;
   // Names of the members of a group, in the order they were created.
   std::vector<std::string> members(hid_t group) const;
@@ -91,11 +90,11 @@ class Access {
   std::string path_;
 };
 
-// A simple data space; `maximum` empty: as large as it is.
+// A simple data space; an empty `maximum` means that it cannot grow.
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
 
 // True if a shape is that of an image of positions, [rows, cols, 3] or [patches, rows, cols, 3],
-// with no more texels than can be numbered.
+// with no more texels than an int can number.
 bool is_image(const std::vector<hsize_t>& shape);
 // The product of the sizes.
 hsize_t count_of(const std::vector<hsize_t>& shape);

@@ -1,4 +1,4 @@
-// Loops over threads whose results do not depend on how many there are.
+// Parallel loops whose results do not depend on the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -7,13 +7,13 @@
 
 namespace weft::sim {
 
-// Work is cut into chunks of a fixed size, whatever the number of threads: sums are formed chunk by
-// chunk and then added in order, so that one thread and many give the same bits.
+// Size of the chunks into which work is cut, for any number of threads. Sums are formed per chunk
+// and then added in order, so one thread and many give the same bits.
 inline constexpr int chunk_size = 2048;
 
-// Calls body(first, last) for every chunk of [0, count). One thread runs the same loop as many:
-// written twice, the body would be compiled twice, and a product and a sum that are fused in one of
-// them alone differ in the last bit.
+// Calls body(first, last) for every chunk of [0, count). One thread runs the same loop as many. Two
+// loops would compile the body twice, and a product and a sum that the compiler fuses in only one
+// of them differ in the last bit.
 template <class Body>
 void parallel_chunks(int count, int threads, const Body& body) {
   const int chunks = (count + chunk_size - 1) / chunk_size;

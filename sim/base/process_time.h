@@ -1,4 +1,4 @@
-// The clock of reports.
+// The clock of CPU time.
 #pragma once
 
 #include <ctime>

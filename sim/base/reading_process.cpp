@@ -14,13 +14,14 @@
 namespace weft::sim {
 namespace {
 
-// A sanitizer catches crashes to report them and exit; here they must stay signals.
+// Restores the default handling of crashes, which sanitizers replace: here a crash must stay a
+// signal.
 void prepare_to_crash(pid_t parent) {
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(signal, SIG_DFL);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it died before it could be asked
+  if (getppid() != parent) _exit(1);  // the parent died before prctl()
 }
 
 void limit_cpu_time(double seconds) {

@@ -1,5 +1,5 @@
-// A process of its own for files that others wrote. HDF5 1.10 crashes on some damaged ones and
-// reads others without end; both must become a message.
+// A separate process for untrusted files. HDF5 1.10 crashes on some damaged files and reads others
+// without end; both must become a message.
 #pragma once
 
 #include <functional>
@@ -9,22 +9,23 @@
 namespace weft::sim {
 
 struct ProcessEnd {
-  int code = 0;    // what `work` returned
-  int signal = 0;  // that ended it; 0: none
+  int code = 0;    // result of `work`
+  int signal = 0;  // signal that ended the process; 0: none
 };
 
-// Calls `work` in a copy of this process and waits for it. Only the calling thread exists there;
-// its memory is its own, its streams are not. It dies with this process, leaves no core file, and
-// ends without destructors or handlers of exit: `work` flushes what it writes. `meanwhile` runs
-// here until it ends, to read what it sends. An exception that leaves `work` ends it by SIGABRT.
-// Throws std::runtime_error when the system gives no process. About a millisecond.
+// Calls `work` in a copy of this process and waits for it. The copy has only the calling thread;
+// its memory is its own, but it shares this process's streams. It dies with this process, leaves no
+// core file, and ends without destructors or exit handlers: `work` must flush what it writes. An
+// exception that leaves `work` ends it by SIGABRT. Meanwhile this process calls `meanwhile`, to
+// read what `work` sends. Throws std::runtime_error if the system gives no process. Cost: about a
+// millisecond.
 //
-// Beyond `cpu_limit` seconds of CPU time, rounded up, SIGXCPU ends the process.
+// After `cpu_limit` seconds of CPU time, rounded up, SIGXCPU ends the process.
 ProcessEnd run_in_process(const std::function<int()>& work,
                           const std::function<void()>& meanwhile = {},
                           std::optional<double> cpu_limit = {});
 
-// Reading a sound file takes far less CPU time than this, s.
+// Limit of CPU time for reading, s; a sound file takes far less.
 inline constexpr double reading_cpu_limit = 30;
 
 // "PATH: is damaged: HDF5 crashed on reading it (Segmentation fault)", or, for SIGXCPU, "PATH: is

@@ -1,4 +1,4 @@
-// Bytes of a state that goes on elsewhere with the same bits.
+// Saved states as bytes, from which a simulation continues with the same bits.
 #pragma once
 
 #include <cstring>
@@ -13,14 +13,14 @@
 
 namespace weft::sim {
 
-// Writes values to bytes, or reads them back from these in the same order: one list of members
-// serves both ways. Bytes are those of this machine. Reading throws std::invalid_argument where
-// bytes are missing.
+// Writes values to bytes, or reads them back in the same order, so one list of members serves both
+// ways. Bytes are in this machine's format. Reading throws std::invalid_argument if bytes are
+// missing.
 class StateArchive {
  public:
   StateArchive() = default;  // writes
   explicit StateArchive(std::string_view bytes)
-      : reads_(true), left_(bytes) {}  // reads; views them
+      : reads_(true), left_(bytes) {}  // reads; keeps a view of the bytes
 
   bool reads() const { return reads_; }
   template <class... Values>

@@ -1,4 +1,4 @@
-// The work of a run and its cost: counters and phase times, shown by --json and kept in the
+// The work and cost of a run: counters and phase times, printed by --json and stored in the
 // trajectory.
 #pragma once
 
@@ -14,7 +14,7 @@ struct Counters {
   std::int64_t pair_traversals = 0;     // pyramids traversed against another
   std::int64_t bound_tests = 0;         // bounding volumes compared with another
   std::int64_t candidate_pairs = 0;     // feature pairs put on lists, all builds together
-  std::int64_t narrow_phase_calls = 0;  // pairs of features whose distance was looked at
+  std::int64_t narrow_phase_calls = 0;  // pairs of features whose distance was computed
   std::int64_t ccd_calls = 0;           // feature paths checked by continuous collision
   std::int64_t friction_terms = 0;      // pairs in reach whose friction was evaluated
   std::int64_t force_evaluations = 0;   // right-hand sides
@@ -29,16 +29,16 @@ struct IntegratorCounts {
   std::int64_t newton_iterations = 0;
   std::int64_t linear_iterations = 0;
   std::int64_t linear_setups = 0;
-  std::int64_t restarts = 0;  // from outside: without the history of the method
+  std::int64_t restarts = 0;  // on request: the method dropped its history
 };
 
-struct PhaseTimes {  // s of wall clock; no second is in two of them
+struct PhaseTimes {  // s of wall time; the phases do not overlap
   double rebuild = 0;
   double traverse = 0;
   double narrow_phase = 0;
   double forces = 0;
   double linear_solve = 0;
-  double energies = 0;  // of steps and frames, and the watch over them
+  double energies = 0;  // energies of steps and frames, and the energy watch
   double record = 0;    // gathering frames and writing them
 };
 
@@ -47,8 +47,8 @@ struct Statistics {
   PhaseTimes phases;
 };
 
-// Adds the time from its making to its end to one phase. While another timer of the same thread
-// runs inside it, it stands still.
+// Adds the time of its life to one phase. It pauses while another timer of the same thread lives
+// inside it.
 class PhaseTimer {
  public:
   explicit PhaseTimer(double& phase) : phase_(phase), outer_(innermost()), start_(Clock::now()) {

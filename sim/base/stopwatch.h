@@ -1,4 +1,4 @@
-// Measures what parts of a run cost.
+// Measures the cost of parts of a run.
 #pragma once
 
 #include <chrono>
@@ -8,11 +8,12 @@
 
 namespace weft::sim {
 
-// Measures the cost since it was made.
+// Measures the cost since its construction.
 class Stopwatch {
  public:
   Stopwatch() : Stopwatch(std::chrono::steady_clock::now(), process_cpu_time()) {}
-  // Starts when the process did. Loading it is taken to last as long as its CPU time.
+  // Returns a stopwatch that started with the process. Loading the program is assumed to have
+  // lasted as long as its CPU time.
   static Stopwatch since_process_start() {
     const std::chrono::duration<double> loading(process_cpu_time());
     return {std::chrono::steady_clock::now() -
@@ -32,7 +33,7 @@ class Stopwatch {
   double cpu_start_;  // s
 };
 
-// Adds the cost from its making to its end to one part.
+// Adds the cost of its life to one part.
 class CostTimer {
  public:
   explicit CostTimer(Cost& part) : part_(part) {}

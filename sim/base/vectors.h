@@ -1,4 +1,4 @@
-// Vectors and matrices of three components, as all of sim/ names them.
+// Three-dimensional vectors and matrices, under the names that sim/ uses.
 #pragma once
 
 #include <Eigen/Core>

@@ -32,7 +32,7 @@ void refuse_crossings(const Scene& scene) {
     return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
   });
   if (crossings.empty()) return;
-  // Quads of which several triangles cross are listed once.
+  // A pair of quads of which several triangles cross is listed once.
   std::vector<std::string> places;
   for (const Crossing& c : crossings) {
     std::string place = describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +

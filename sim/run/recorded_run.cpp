@@ -24,8 +24,8 @@ namespace {
 
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
-// The path, with its folder made where it is missing: once all else is ready, since what is wrong
-// with a case must leave nothing behind.
+// Returns the path after creating its folder if it is missing. It is called once all else is ready,
+// since a faulty case must leave nothing behind.
 std::string in_folder(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   std::error_code error;
@@ -53,7 +53,7 @@ class Run final : private StepObserver {
     monitor_.emplace(scene, options.stop_signal);
   }
 
-  // `started` was made before the set-up.
+  // Runs the case; `started` measures from before the set-up.
   RunReport execute(const Stopwatch& started) {
     setup_ = started.elapsed() - report_.bill.error_estimate;
     say_start();
@@ -112,7 +112,7 @@ class Run final : private StepObserver {
     recorder_.reset();
   }
 
-  // Makes the bill whole: the run is what is not another part.
+  // Completes the bill: the run is the remainder after all other parts.
   void settle(const Stopwatch& started) {
     Bill& bill = report_.bill;
     const Cost here = started.elapsed();
@@ -145,7 +145,7 @@ class Run final : private StepObserver {
     last_recorded_ = time;
   }
 
-  // The cost of the second run is kept apart from that of this one.
+  // Compares with the second run, whose cost is counted separately.
   std::span<const double> compare(double time, std::span<const double> y) {
     const Stopwatch stopwatch;
     const auto errors = monitor_->compare(time, y);
@@ -186,10 +186,10 @@ class Run final : private StepObserver {
     return std::nullopt;
   }
 
-  // The end of a step that was not taken, or was found wrong afterwards.
+  // Ends the run after a step that failed, or was found wrong afterwards.
   void end_with(const Failure& failure) {
     if (failure.kind == Failure::Kind::interrupted) return interrupt();
-    // The last frame is then the last good state.
+    // After a failure of energy, the last good state is the last frame.
     if (failure.kind == Failure::Kind::energy) return fail(failure);
     fail_with_last_state(failure);
   }
@@ -202,7 +202,7 @@ class Run final : private StepObserver {
     report_.reason = failure.text;
     report_.failure = failure;
   }
-  // The last good state is kept as a frame of its own.
+  // Fails, and records the last good state as a frame of its own.
   void fail_with_last_state(const Failure& failure) {
     fail(failure);
     if (simulation_.time() > last_recorded_) record(simulation_.time(), simulation_.state());
@@ -215,7 +215,7 @@ class Run final : private StepObserver {
   std::optional<FrameRecorder> recorder_;
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
-  Cost setup_;  // of this run
+  Cost setup_;  // without RunOptions::earlier
   double last_recorded_ = 0;
 };
 
@@ -274,7 +274,7 @@ RunReport run_simulation(Case source, const RunOptions& options) {
 
 RunReport run_simulation(const Scene& scene, const RunOptions& options) {
   const Stopwatch started;
-  // Whatever is wrong with the case is said before anything is written.
+  // Faults of the case are reported before anything is written.
   check_initial_state(scene);
   return Run(scene, options).execute(started);
 }
