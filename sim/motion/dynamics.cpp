@@ -63,7 +63,7 @@ void Dynamics::add_mass_damping() {
 }
 
 double Dynamics::evaluation_work() const {
-  double work = 0.3;  // without any force
+  double work = 0.3;  // work of an evaluation without any force
   for (const auto& force : forces_) work = std::max(work, force->evaluation_work());
   return work;
 }
@@ -84,7 +84,7 @@ std::vector<double> Dynamics::initial_state() const {
 }
 
 Kinematics Dynamics::kinematics(double time, std::span<const double> y) {
-  // Particles held at rest stay where they are in the state too, with no velocity.
+  // If pins do not move, the state has the positions and zero velocities of pinned particles too.
   if (!contact_ && !pins_move_ && !load_) {
     const StateView state = StateView::of(y);
     return {state.position, state.velocity};
@@ -146,7 +146,7 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   return fault;
 }
 
-// Calls visit(motion) for those that hold dynamic particles.
+// Calls visit(motion) for the moving motions that hold dynamic particles.
 template <class Visit>
 void Dynamics::visit_moving_pins(const Visit& visit) const {
   if (!pins_move_) return;
@@ -182,7 +182,7 @@ void Dynamics::advance_pins(double time, double factor, std::span<double> y) con
   });
 }
 
-// Only particles that follow prescribed motions stray.
+// Bounds how far particles stray from straight paths; only those with prescribed motion do.
 PathStray Dynamics::path_stray(double from, double to) {
   bool is_straight = true;
   for (const PrescribedMotion& held : scene_.prescribed) {
@@ -343,7 +343,7 @@ void Dynamics::assemble_again(const Linearisation& place) {
   hardness_ = kept.hardness;
   step_start_ = kept.step_start;
   std::vector<double> unused(kept.state.size());
-  static_cast<void>(rate(kept.time, kept.state, unused));  // contact's part of the matrices
+  static_cast<void>(rate(kept.time, kept.state, unused));  // evaluates contact's matrices
   if (kept.gamma == 0) return assemble(kept.time, kept.state, kept.definiteness);
   const std::vector<Vec3> residual(particle_count(), Vec3::Zero());
   assemble_joined(kept.time, kept.state, kept.definiteness, kept.gamma, residual);

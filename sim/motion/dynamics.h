@@ -18,9 +18,9 @@
 namespace weft::sim {
 
 // A state as the integrator holds it: positions (m), then velocities (m/s) of the dynamic
-// particles. Forces take the positions of pinned particles from the time, never from here. Moving
-// pinned particles advance here with their prescribed rates, so that a method's error control sees
-// them. Pinned particles at rest do not change.
+// particles. Forces compute the positions of pinned particles from the time and never read them
+// here. Moving pinned particles advance here with their prescribed rates, so that a method's error
+// control sees them; those at rest do not change.
 struct StateView {
   std::span<const Vec3> position;
   std::span<const Vec3> velocity;
@@ -36,12 +36,13 @@ struct Energies {
   double total() const;
 };
 
-// The place of an assembly of K and D, from which they can be assembled again with the same bits.
+// The arguments of an assembly of K and D, from which they can be assembled again with the same
+// bits.
 struct Linearisation {
   double time = 0, step_start = 0;  // s
   std::vector<double> state;
   Definiteness definiteness = Definiteness::exact;
-  double gamma = 0;  // s, of a joined one; 0: K and D are apart
+  double gamma = 0;  // s, of a joined assembly; 0: K and D are separate
   std::optional<double> load;
   double hardness = 1;
 };
@@ -53,7 +54,7 @@ class Dynamics {
  public:
   Dynamics(const Scene& scene, Statistics& statistics)
       : Dynamics(scene, statistics, make_forces(scene)) {}
-  // With these forces instead of those of the scene; contact and mass damping come on top.
+  // Uses these forces instead of those of the scene; contact and mass damping are added.
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces);
   // With contact, which searches by `search`.
   Dynamics(const Scene& scene, Statistics& statistics, ChosenSearch search)
@@ -69,33 +70,33 @@ class Dynamics {
   std::size_t state_size() const { return 6 * static_cast<std::size_t>(scene_.dynamic_particles); }
   std::vector<double> initial_state() const;
 
-  // Computes y' at (t, y). Returns the fault if there is no rate: two surfaces without a gap, or a
-  // value that is not finite.
+  // Computes y' at (t, y). Returns the fault if y' does not exist: two surfaces have no gap, or a
+  // value is not finite.
   [[nodiscard]] std::optional<ContactFault> rate(double time, std::span<const double> y,
                                                  std::span<double> rate);
 
-  // Computes the second half of y', m/s^2 by particle.
+  // Computes the second half of y': accelerations, m/s^2, by particle.
   [[nodiscard]] std::optional<ContactFault> acceleration(double time, std::span<const double> y,
                                                          std::span<Vec3> acceleration);
 
-  // Stores K = -dF/dx and D = -dF/dv of all forces but contact, whose own matrices are always those
-  // of the last rate(). Mass damping is part of D.
+  // Stores K = -dF/dx and D = -dF/dv of all forces except contact. Contact keeps its own matrices,
+  // which are always those of the last rate(). Mass damping is part of D.
   void assemble(double time, std::span<const double> y,
                 Definiteness definiteness = Definiteness::exact);
-  // Assembles for one gamma and right side, in half of the memory. The stiffness becomes K + D /
-  // gamma, and there is no damping matrix. `residual` (m, by particle) is minus the b_x of the
+  // Assembles for one gamma and one right side, in half the memory. The stiffness becomes K + D /
+  // gamma, without a separate damping matrix. `residual` (m, by particle) is minus the b_x of the
   // system to be solved. With damping_product() = D residual, gamma K b_x = gamma stiffness b_x +
   // damping_product.
   void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
                        double gamma, std::span<const Vec3> residual);
-  // The place of the last assembly.
+  // The arguments of the last assembly.
   const Linearisation& linearisation() const { return linearisation_; }
-  // Assembles there again, contact included.
+  // Repeats that assembly, contact included.
   void assemble_again(const Linearisation& place);
-  // D times the residual of the last assembly (N s, by particle). Empty if that was not a joined
-  // one, or if there is no D.
+  // D times the residual of the last assembly (N s, by particle). Empty if that was not joined, or
+  // if there is no D.
   std::span<const Vec3> damping_product() const { return damping_product_; }
-  // Sets the load of an equilibrium: from now on, particles are at rest and gravity is this
+  // Sets the load of an equilibrium: from now on particles are at rest, and gravity is this
   // fraction of the scene's.
   void set_load(double load) { load_ = load; }
   // Sets the fraction of their stiffness that membranes and springs have from now on. Searches for
@@ -108,16 +109,16 @@ class Dynamics {
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
   Contact* contact() { return contact_ ? &*contact_ : nullptr; }
 
-  // Does a pin of a dynamic body move?
+  // True if a pin of a dynamic body moves.
   bool pins_move() const { return pins_move_; }
-  // Announces a step that starts at `time`. Where a prescribed velocity jumps, later times have the
-  // velocity before the jump, at which the step ends. Without this call, all times have the
-  // velocity after it.
+  // Announces a step that starts at `time`. If a prescribed velocity jumps at the end of the step,
+  // all times after its start have the velocity before the jump. Without this call, all times have
+  // the velocity after it.
   void begin_step(double time) { step_start_ = time; }
   double step_start() const { return step_start_; }
-  // Puts moving pins where they are after any jump.
+  // Sets positions and velocities of moving pins in y, after any jump.
   void place_pins(double time, std::span<double> y) const;
-  // y += factor rate(time), of moving pins alone.
+  // Adds factor * rate(time) to y, for moving pins alone.
   void advance_pins(double time, double factor, std::span<double> y) const;
   // Checks that every pair of surfaces is certain to keep apart from `start` at one time to `end`
   // at a later one (positions of all particles, m, as expand() leaves them). Free particles move on
@@ -143,12 +144,12 @@ class Dynamics {
   void expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
                   std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;
-  // Computes the energies at (t, y). Evaluates contact anew where it is on.
+  // Computes the energies at (t, y). With contact, it evaluates contact anew.
   Energies energies(double time, std::span<const double> y);
-  // Computes the energies at (t, y), but takes contact's from the last rate(), whose state is
+  // Computes the energies at (t, y), but takes that of contact from the last rate(), whose state is
   // within a step's tolerance of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
-  // Power (W) of external forces on the free particles: positive where wind drives them. Without
+  // Power (W) of external forces on the free particles; positive if wind drives them. Without
   // prescribed motion it costs one evaluation of those forces alone.
   double external_power(double time, std::span<const double> y);
   bool has_external_forces() const;
@@ -169,8 +170,8 @@ class Dynamics {
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
   void add_mass_damping();
-  // Turns forces (N) into accelerations (m/s^2), zero where particles are held. Returns whether all
-  // of them are finite.
+  // Turns forces (N) into accelerations (m/s^2), which are zero for held particles. Returns true if
+  // all are finite.
   bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
   void assemble(double time, std::span<const double> y, Definiteness definiteness,
                 const Derivatives& into);
@@ -199,7 +200,7 @@ class Dynamics {
   std::optional<Contact> contact_;
   BlockMatrix stiffness_;
   bool has_damping_ = false;
-  BlockMatrix damping_;  // made when first wanted; never together with the product
+  BlockMatrix damping_;  // made on first use; excludes damping_product_
   std::vector<Vec3> damping_product_;
   Linearisation linearisation_;
   std::optional<double> load_;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double energy_share = 0.05;
 
-// Equilibria under growing loads have no motion that work could become.
+// False for equilibria with wind or prescribed motion: they have no motion that work could become.
 bool can_be_watched(const Dynamics& dynamics) {
   const Scene& scene = dynamics.scene();
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
@@ -24,7 +24,7 @@ bool can_be_watched(const Dynamics& dynamics) {
   return !moves && !(dynamics.has_external_forces() && !scene.source.world.wind.isZero());
 }
 
-// m: the diagonal of the box around the start.
+// The diagonal of the box around the start of the dynamic bodies, m.
 double size_of_start(const Scene& scene) {
   Eigen::AlignedBox3d box;
   for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);
@@ -46,11 +46,11 @@ EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start, doub
   start_kinetic_ = energies.kinetic - external_.held_kinetic_energy();
 }
 
-// J: by gravity alone, from rest.
+// The energy of a fall by gravity alone, from rest, J.
 double EnergyWatch::fall_energy(double time) const {
   time -= start_time_;
   const double gravity = scene_.source.world.gravity.norm();
-  // Steps of equilibria are loads, not times.
+  // For equilibria, `time` measures the load and is no time.
   const bool is_motion = !traits_of(scene_.source.time.method).finds_equilibria();
   const double fall = is_motion ? 0.5 * gravity * time * time : longest_fall_;
   return mass_ * gravity * std::min(longest_fall_, fall);
@@ -77,7 +77,7 @@ std::optional<Failure> EnergyWatch::check(double time, std::span<const double> y
       std::sqrt(std::max(put_in + external_.doubt(), 0.0) + energy_share * most_) + error;
   const double share = within / (limit * limit);
   largest_share_ = std::max(largest_share_, share);
-  // A share that is not finite is too large, too.
+  // The comparison also rejects a share that is not finite.
   if (share <= 1) return std::nullopt;
   return failure(time, y, within, put_in);
 }

@@ -8,7 +8,7 @@ namespace weft::sim {
 ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double time)
     : dynamics_(dynamics), time_(time) {
   const Scene& scene = dynamics.scene();
-  // Equilibria know neither time nor velocity.
+  // Equilibria have neither time nor velocity.
   if (traits_of(scene.source.time.method).finds_equilibria()) return;
   for (const PrescribedMotion& held : scene.prescribed) {
     if (!held.moves || held.particles.empty()) continue;

@@ -1,4 +1,4 @@
-// The work that is done on a scene from outside: by wind, and by pins and obstacles that move.
+// External work on a scene: by wind, and by moving pins and obstacles.
 #pragma once
 
 #include <span>
@@ -9,19 +9,19 @@
 
 namespace weft::sim {
 
-// Counts the work that the free particles are given beside that of gravity. With F the forces on
-// particles whose motion is prescribed (without gravity, mass damping and drag), x their positions,
-// P the power of external forces (drag) on the free particles and h the length of a step from 0 to
-// 1,
+// Sums the work on the free particles, without that of gravity. F are the forces (without gravity,
+// mass damping and drag) on particles with prescribed motion, x their positions, and P the power of
+// external forces (drag) on the free particles. For a step of length h from 0 to 1,
 //   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
 //   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
-// If forces and power rise or fall throughout a step, the true work is off by no more than the
-// doubt. What internal damping, contact damping and friction turn into heat is not subtracted: on
-// all particles together they only take energy, so that the work is not less than what becomes
-// motion and strain. Drag is counted on the free particles themselves, losses included.
+// If forces and power are monotonic in each step, the error of the work is at most the doubt.
+// Internal damping, contact damping and friction turn some of this work into heat, which is not
+// subtracted: on all particles together they only take energy, so the work is an upper bound of
+// what becomes motion and strain. Drag is counted on the free particles themselves, losses
+// included.
 class ExternalWork {
  public:
-  // `y`: the state at `time`, s. The dynamics must outlive it.
+  // `y` is the state at `time` (s). The dynamics must outlive this object.
   ExternalWork(Dynamics& dynamics, std::span<const double> y, double time = 0);
   void transfer(StateArchive& archive);
 
@@ -35,7 +35,7 @@ class ExternalWork {
   double work() const { return work_; }    // J
   double doubt() const { return doubt_; }  // J
   // Energies (J) of the dynamic particles with prescribed motion, at the end of the last step.
-  // Their pins give and take these directly.
+  // Their pins supply and take these directly.
   double held_kinetic_energy() const { return held_kinetic_energy_; }
   double held_gravitational_energy() const { return held_gravitational_energy_; }
 

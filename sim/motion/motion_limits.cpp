@@ -9,7 +9,7 @@ namespace weft::sim {
 
 namespace {
 
-// Parts of a body whose distances are looked at one by one.
+// Largest number of parts into which a body is split to compare distances.
 constexpr std::size_t most_blocks = 256;
 
 // A step that is too long is shortened to this share.
@@ -44,7 +44,8 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
   if (range_ > 0 && apply()) paths_.emplace(scene);
 }
 
-// An event within the shortest step of the last one is as good as passed: bounds hold across it.
+// Returns the next event after `time`. An event within the shortest step counts as passed: bounds
+// hold across events.
 double MotionLimits::next_event(double time) const {
   const double after = time + scene_.source.time.minimum_step;
   const auto next = std::upper_bound(events_.begin(), events_.end(), after,

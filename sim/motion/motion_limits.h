@@ -1,4 +1,4 @@
-// How long a step may be where pins or obstacles move: their motion must be seen by it.
+// Limits of a step's length by the motion of pins and obstacles, which the step must resolve.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,18 +13,20 @@
 
 namespace weft::sim {
 
-// A step ends at the latest
-// - at the next keyframe, start or stop;
-// - where a pin has turned by `largest_turn` or, with contact, strays from its chord by a tenth of
+// Finds the latest end of a step. A step ends at the latest
+// - at the next keyframe, start or stop of a motion;
+// - when a pin has rotated by `largest_turn` or, with contact, strays from its chord by a tenth of
 //   contact.range;
-// - where a moving obstacle has used up four fifths of the distance to a part of a body that is
-//   beyond contact's reach. Once that is less than an eighth of contact.range, where the obstacle
-//   and that part have moved an eighth of contact.range against each other, or it has turned or
-//   strayed as far as a pin may. (The shortest barriers act over a quarter of the range);
+// - when an obstacle and a part of a body have used up four fifths of the distance between them
+// that
+//   exceeds contact's reach. If that is less than an eighth of contact.range, the step may instead
+//   last until they have moved by an eighth of contact.range against each other, or until the
+//   obstacle has rotated or strayed as far as a pin may. (The shortest barriers act over a quarter
+//   of the range);
 // - before pins might pass through an obstacle or through other pins (prescribed_paths.h).
-// An obstacle counts by the distance to it and by the speeds at the start of the step: one that
-// cannot come into reach shortens nothing. Obstacles without contact do not count at all. Proofs
-// are in docs/theory.md, section 2.
+// An obstacle counts by its distance and by the speeds at the start of the step: one that cannot
+// come into reach shortens no step. Without contact, obstacles do not count. Proofs are in
+// docs/theory.md, section 2.
 class MotionLimits {
  public:
   static constexpr double largest_turn = 0.15;  // rad
@@ -32,18 +34,18 @@ class MotionLimits {
   static constexpr double near_part = 0.125;    // of contact.range: half of the shortest barrier's
   static constexpr double approach_part = 0.8;  // of the distance left
 
-  // Both must outlive it.
+  // Scene and dynamics must outlive the limits.
   MotionLimits(const Scene& scene, const Dynamics& dynamics);
 
-  // False where nothing moves, and no step is ever shortened.
+  // False if nothing moves: no step is ever shortened.
   bool apply() const { return !motions_.empty(); }
-  // The latest end of a step from `time` and the state `y` that is to end at `wanted`. Nothing
-  // where time.minimum_step is too long: failure() then names the motion. Costs a pass over the
-  // particles where an obstacle moves, and nothing where only pins do.
+  // Returns the latest end of a step from `time` and the state `y` that is to end at `wanted`.
+  // Returns nothing if even a step of time.minimum_step is too long; failure() then names the
+  // motion. Costs a pass over the particles if an obstacle moves, and nothing if only pins do.
   std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
   Failure failure(double time) const;
-  // Does a motion start, stop or pass a keyframe within time.minimum_step of `time`, and does its
-  // velocity jump there?
+  // True if a motion starts, stops or passes a keyframe within time.minimum_step of `time`; and
+  // true if its velocity jumps there.
   bool has_event_at(double time) const;
   bool jumps_at(double time) const;
 
@@ -84,7 +86,7 @@ class MotionLimits {
   double range_ = 0;  // m; 0 without contact
   std::vector<Moving> motions_;
   std::vector<MotionEvent> events_;         // by time
-  std::vector<std::vector<Block>> blocks_;  // by body; their particles once, their boxes anew
+  std::vector<std::vector<Block>> blocks_;  // by body; boxes are updated in each step
   std::vector<char> is_bounded_;            // by body, in this step
   std::vector<Approach> approaches_;
   std::vector<Vec3> position_, velocity_;
@@ -93,7 +95,7 @@ class MotionLimits {
   std::vector<double> distances_;  // m^2, to its blocks
   const Moving* culprit_ = nullptr;
   std::optional<PrescribedPaths> paths_;  // with contact, where something moves
-  std::optional<ContactFault> crossing_;  // of the last interval that was looked at
+  std::optional<ContactFault> crossing_;  // of the last interval that was checked
 };
 
 }  // namespace weft::sim

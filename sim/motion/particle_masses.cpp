@@ -13,7 +13,7 @@ using materials::lane_count;
 using materials::Lanes;
 using materials::UnalignedLanes;
 
-// Number of lane vectors that the coordinates of a batch of particles fill in memory.
+// Number of lane vectors that hold the coordinates of a batch of particles.
 constexpr int rows = 3;
 
 Lanes load(const double* at) { return Lanes(*reinterpret_cast<const UnalignedLanes*>(at)); }
@@ -21,7 +21,7 @@ void store(Lanes numbers, double* at) { *reinterpret_cast<UnalignedLanes*>(at) =
 
 std::size_t whole_batches(std::size_t count) { return count - count % lane_count; }
 
-// Returns row `row` of a batch in which every particle has the vector `v`.
+// Returns row `row` of a batch whose particles all have the vector `v`.
 Lanes repeated(const Vec3& v, int row) {
   Lanes numbers;
   for (int lane = 0; lane < lane_count; ++lane)

@@ -1,5 +1,5 @@
-// Sums and accelerations weighted with the particles' masses, a batch of particles at a time.
-// Methods with many short steps compute them in every step.
+// Mass-weighted sums and accelerations, computed for batches of particles. Methods with many short
+// steps compute them in every step.
 #pragma once
 
 #include <span>
@@ -8,22 +8,23 @@
 
 namespace weft::sim {
 
-// sum_i mass_i a_i . b_i. Precondition, here and below: as many masses as vectors.
+// Returns sum_i mass_i a_i . b_i. Precondition, here and below: there are as many masses as
+// vectors.
 double mass_product(std::span<const double> mass, std::span<const Vec3> a, std::span<const Vec3> b);
 
-// sum_i mass_i a_i . a_i and sum_i mass_i a_i . (2 a_i - before_i - after_i): of a vibration
-// sampled three times, the second is 2 - 2 cos(phase between two samples) times the first.
+// `all` is sum_i mass_i a_i . a_i, `bent` is sum_i mass_i a_i . (2 a_i - before_i - after_i). For a
+// vibration sampled three times, bent = (2 - 2 cos(phase between two samples)) all.
 struct VibrationProducts {
   double all = 0, bent = 0;
 };
 VibrationProducts vibration_products(std::span<const double> mass, std::span<const Vec3> before,
                                      std::span<const Vec3> a, std::span<const Vec3> after);
 
-// sum_i mass_i x_i
+// Returns sum_i mass_i x_i.
 Vec3 mass_moment(std::span<const double> mass, std::span<const Vec3> x);
 
-// Turns forces (N) into accelerations (m/s^2), with gravity added. Returns the sum of all
-// components, which is not finite where one of them is not.
+// Turns forces (N) into accelerations (m/s^2) and adds gravity. Returns the sum of all components,
+// which is not finite if one of them is not.
 double accelerate(std::span<const double> mass, const Vec3& gravity, std::span<Vec3> force);
 
 }  // namespace weft::sim

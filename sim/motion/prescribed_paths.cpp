@@ -88,7 +88,8 @@ bool PrescribedPaths::moves(int body, double from, double to) const {
   });
 }
 
-// Two bodies without features in common motion, of which one at least is no obstacle of the case.
+// True if prescribed features of the two bodies may cross: at least one body is no obstacle of the
+// case, and their features do not all follow one motion.
 bool PrescribedPaths::may_cross(const BodyPair& pair) const {
   const std::vector<int>&a = features_[pair.a].motions, &b = features_[pair.b].motions;
   if (scene_.bodies[pair.a].is_obstacle || a.empty() || b.empty()) return false;
@@ -169,7 +170,7 @@ double PrescribedPaths::largest_stray(const Particles& particles) const {
   return largest;
 }
 
-// Around the true paths of these and all that is between them.
+// The box around the true paths of these particles and everything between them.
 template <class Particles>
 Eigen::AlignedBox3d PrescribedPaths::swept_box(const Particles& particles) const {
   Box box;
@@ -199,7 +200,7 @@ std::optional<ContactFault> PrescribedPaths::check(const BodyPair& pair) {
   return check_kind(true, a.edges, b.edges);
 }
 
-// One motion carries all of them: they keep their distance.
+// True if one motion carries all nodes: they keep their distances.
 bool PrescribedPaths::is_rigid(const std::array<int, 4>& nodes) const {
   return std::all_of(nodes.begin(), nodes.end(),
                      [&](int node) { return motion_of_[node] == motion_of_[nodes[0]]; });

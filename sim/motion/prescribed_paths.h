@@ -1,4 +1,4 @@
-// Pins against obstacles, and against other pins: whether their prescribed paths cross.
+// Checks whether prescribed paths cross: those of pins with obstacles and with other pins.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,17 +13,17 @@
 
 namespace weft::sim {
 
-// Contact leaves out features all of whose vertices follow prescribed paths, since no force could
-// part them. Where such paths cross there is no state without a crossing, so that the run must end.
+// Finds crossings that contact leaves out. Contact ignores features whose vertices all follow
+// prescribed paths, since no force could part them. If such paths cross, every state has a
+// crossing, so the run must end.
 class PrescribedPaths {
  public:
-  // O(mesh). The scene must outlive it and have contact.
+  // Costs O(mesh). The scene must outlive it and have contact.
   explicit PrescribedPaths(const Scene& scene);
 
-  // Two features that are not certain to keep from passing through each other within the interval,
-  // if any; the shorter the interval, the better the bounds. No distance is demanded. Costs a pass
-  // over the particles of bodies that move, and a look at every pair of their prescribed features
-  // and of those near them whose boxes meet.
+  // Returns two features that may pass through each other within the interval, if any. No distance
+  // is demanded. The shorter the interval, the better the bounds. Costs a pass over the particles
+  // of moving bodies, and one check per pair of prescribed features whose boxes meet.
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:
@@ -32,7 +32,7 @@ class PrescribedPaths {
     std::vector<int> vertices;
     std::vector<std::array<int, 2>> edges;
     std::vector<std::array<int, 3>> triangles;
-    std::vector<int> motions;  // that hold them: numbers of `motions_`
+    std::vector<int> motions;  // numbers, as in motion_of_, of the motions that hold them
   };
   bool moves(int body, double from, double to) const;
   bool may_cross(const BodyPair& pair) const;
@@ -57,7 +57,7 @@ class PrescribedPaths {
   std::vector<char> is_placed_;      // by body, within the interval in hand
   double from_ = 0, to_ = 0;         // s, that interval
   BodyTree tree_;                    // of the boxes of the features' paths
-  std::vector<double> stray_;        // m, by motion, within the interval in hand
+  std::vector<double> stray_;        // m, by motion, within the current interval
   std::vector<Vec3> start_, end_;    // m, by particle
   std::vector<Vec3> moved_, rates_;  // scratch
 };

@@ -14,7 +14,7 @@ namespace weft::sim {
 namespace {
 
 constexpr int iterations = 30;
-// A tracker starts with fewer iterations, to within 3 percent, because follow() goes on with them.
+// Iterations with which a tracker starts. They reach 3 percent, since follow() continues them.
 constexpr int first_iterations = 10;
 
 struct Spectrum {
@@ -84,8 +84,8 @@ Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   return {radius, place_of_largest(vector)};
 }
 
-// Returns the typical size of a quad, m. Differences are taken over a fraction `part_of_length` of
-// it, which is so small that forces are linear.
+// Returns the typical size of a quad, m. Differences are taken over the fraction `part_of_length`
+// of it, which is small enough for forces to be linear.
 double usual_length(const Scene& scene) {
   Eigen::AlignedBox3d box;
   for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);

@@ -12,30 +12,29 @@ namespace weft::sim {
 struct SpectralEstimate {
   double frequency = 0;  // rad/s: the root of the spectral radius of M^-1 K
   double decay = 0;      // 1/s: the spectral radius of M^-1 D
-  int place = -1;        // the particle that takes most part in the faster of the two; -1: none
-  // The rate which an explicit method's steps must be short against.
+  int place = -1;        // the particle with the largest part in the faster of both; -1: none
+  // The rate that limits the steps of an explicit method.
   double stiffest() const { return frequency > decay ? frequency : decay; }
 };
 
-// Estimates the spectrum by power iterations on the matrices of the dynamics at (t, y), which it
-// assembles, without contact. Prescribed particles are held. Estimates are from below, within a few
-// percent: the radius is approached along a series that grows. Cost: an assembly, and 30 products
-// per matrix.
+// Estimates the spectrum at (t, y) by power iterations on the matrices of the dynamics, which it
+// assembles without contact. Prescribed particles are held. Estimates approach the radius from
+// below, to within a few percent. Cost: an assembly, and 30 products per matrix.
 SpectralEstimate estimate_spectrum(Dynamics& dynamics, double t, std::span<const double> y);
 
-// Follows the fastest vibration of a motion. Now and then it takes one iteration of the power
-// method from the last vector, by a difference of accelerations. For scenes without contact.
+// Tracks the fastest vibration of a motion. Each call of follow() takes one power iteration from
+// the last vector, by a difference of accelerations. For scenes without contact.
 class FrequencyTracker {
  public:
   // Starts at the state y, with a third as many iterations as estimate_spectrum().
   FrequencyTracker(Dynamics& dynamics, double t, std::span<const double> y);
 
-  // Takes one iteration at the state y, whose accelerations these are. Cost: an evaluation of the
+  // Takes one iteration at the state y, which has these accelerations. Cost: an evaluation of the
   // forces.
   void follow(double t, std::span<const double> y, std::span<const Vec3> acceleration);
-  // Follows from now on the vibration that dominates these accelerations.
+  // Tracks from now on the vibration that dominates these accelerations.
   void turn_to(std::span<const Vec3> acceleration);
-  // Writes or reads all that the bits of later frequencies depend on.
+  // Writes or reads everything on which the bits of later frequencies depend.
   void transfer(StateArchive& archive) { archive(amplitude_, vibration_, frequency_); }
   double frequency() const { return frequency_; }  // rad/s, from below
   int place() const;                               // the particle that vibrates most

@@ -7,16 +7,17 @@
 
 namespace weft::sim {
 
-// 1 / position_tolerance for positions, 1 / (velocity_tolerance + relative_tolerance |v|) for
-// velocities; `y` and `weights` are of 6 * particles. One weight for the three components of a
-// vector: the test does not depend on the axes. False where a value is not finite.
+// Computes the weights 1 / position_tolerance for positions and 1 / (velocity_tolerance +
+// relative_tolerance |v|) for velocities; `y` and `weights` have 6 * particles entries. The three
+// components of a vector share one weight, so the test does not depend on the axes. Returns false
+// if a value is not finite.
 bool error_weights(const TimeCase& options, std::span<const double> y, std::span<double> weights);
 
-// m/s: what the case gives, or 100 /s position_tolerance.
+// The velocity tolerance of the case, m/s; by default 100 /s * position_tolerance.
 double velocity_tolerance(const TimeCase& options);
 
-// The particle whose components (6 * particles) weigh most: where to look when an error is too
-// large. A value that is not finite is the worst of all.
+// Returns the particle with the largest weighted error, to name when an error is too large.
+// `errors` has 6 * particles components; a value that is not finite counts as the largest.
 int worst_particle(std::span<const double> errors, std::span<const double> weights);
 
 }  // namespace weft::sim

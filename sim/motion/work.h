@@ -1,13 +1,14 @@
-// The work of integration, counted and not timed: choices that depend on it are the same on every
-// machine.
+// The work of integration, counted instead of timed: choices that depend on it are the same on
+// every machine.
 #pragma once
 
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
 
-// The unit of work is an iteration of conjugate gradients with block-Jacobi, without contact, at
-// 33^2 vertices. Iterations with multigrid take up to four times as long, and are not told apart.
+// Work of a run so far. The unit is an iteration of conjugate gradients with block-Jacobi, without
+// contact, at 33^2 vertices. Iterations with multigrid count as one too, although they take up to
+// four times as long.
 inline constexpr double assembly_work = 5;
 inline double work_of(const Dynamics& dynamics, std::int64_t linear_iterations) {
   const Counters& counters = dynamics.statistics().counters;

@@ -10,13 +10,15 @@ namespace weft::sim {
 
 class CpuLimit {
  public:
-  // `limit` (s) of CPU time of the process, all its threads together, from now on.
+  // Limits the CPU time (s) of the process, all threads together, from now on.
   explicit CpuLimit(double limit);
-  // Looks at most once a millisecond; in between it costs some tens of nanoseconds.
+  // True if the limit is exceeded. Reads the clock of CPU time at most once per millisecond; other
+  // calls cost some tens of nanoseconds.
   bool is_passed();
-  // Leaves out so much CPU time (s) that was spent on something else.
+  // Leaves out CPU time (s) that was spent on something else.
   void exclude(double time) { start_ += time; }
-  // The end of a run that has passed it: how far it came, by what steps, and where it is fastest.
+  // The failure of a run that exceeded the limit: how far it came, by which steps, and where it is
+  // fastest.
   Failure failure(const Simulation& simulation) const;
 
  private:

@@ -14,11 +14,11 @@ namespace weft::sim {
 
 namespace {
 
-// Explicit steps are cheap, and one that is too long shows for ever after: their energies are
-// looked at this often, and before every frame.
+// Number of explicit steps between two checks of their energies, which also take place before every
+// frame. Explicit steps are cheap, and the energy that too long a step adds remains visible.
 constexpr int explicit_steps_between_looks = 8;
 
-// The first bytes of a saved state; the last digit counts its layouts.
+// First bytes of a saved state; the last digit is the version of its layout.
 constexpr std::string_view save_mark = "weft state 1";
 
 }  // namespace
@@ -44,7 +44,7 @@ struct Simulation::Implementation {
   std::vector<Vec3> of_body(std::string_view body, const std::vector<Vec3>& all) const;
   void transfer(StateArchive& archive);
 
-  std::unique_ptr<const Scene> owned;  // null: the caller's
+  std::unique_ptr<const Scene> owned;  // null if the caller owns it
   const Scene& scene;
   Statistics statistics;
   Dynamics dynamics;
@@ -57,7 +57,7 @@ struct Simulation::Implementation {
   std::size_t contact_pairs = 0;       // in the last force evaluation of the last step
   std::optional<double> smallest_gap;  // m, likewise
   std::vector<StepObserver*> observers;
-  // The state between the ends of the last step that advance() has led to; empty: its end.
+  // The interpolated state within the last step that advance() has reached; empty: the step's end.
   std::vector<double> inner_state;
   double inner_time = 0;
   mutable std::optional<Energies> energies;  // after the last step
@@ -74,7 +74,7 @@ bool Simulation::Implementation::is_look_due() const {
          std::floor(last_look * rate) != std::floor(integrator->time() * rate);
 }
 
-// Judges the energies of the steps since the last look.
+// Judges the energies of the steps since the last check.
 std::optional<Failure> Simulation::Implementation::judge_step() {
   ++steps_since_look;
   if (!is_look_due()) return std::nullopt;
@@ -148,7 +148,7 @@ void Simulation::Implementation::transfer(StateArchive& archive) {
         "\"euler\", \"implicit_midpoint\", \"verlet\", \"static\"");
   }
   watch->transfer(archive);
-  // The cost of restoring does not count.
+  // The statistics are restored last, so the cost of restoring does not count.
   archive(statistics, steps_since_look, last_look, inner_state, inner_time);
   if (archive.reads() && !archive.is_at_end())
     throw std::invalid_argument("a saved state with too many bytes");
