@@ -8,8 +8,8 @@ namespace weft::materials {
 
 namespace {
 
-// The energy 1/2 t^T C t with t_k at the value that makes it least: the Schur complement of C_kk.
-// C_kk > 0 as long as the curvature energy is positive definite, which -1 < nu < 1 grants.
+// Condenses C by setting t_k to the value that minimises 1/2 t^T C t: the Schur complement of C_kk.
+// C_kk > 0 if the curvature energy is positive definite, as -1 < nu < 1 ensures.
 Mat3 condensed(const Mat3& modulus, int k) {
   Mat3 result = modulus - modulus.col(k) * (modulus.row(k) / modulus(k, k));
   result.row(k).setZero();
@@ -27,7 +27,7 @@ Mat3 triangle_bending_modulus(const Nodes3& rest, const std::array<bool, 3>& has
   const double double_area = edges.col(0).cross(edges.col(1)).norm();
   assert(double_area > 0);
   // With g_i = m_i m_i^T / h_i: g_i : g_j = (m_i . m_j)^2 / (h_i h_j) and tr g_i = 1 / h_i. The m_i
-  // are the edges turned by a right angle, so their products are those of the edges.
+  // are the edges rotated by a right angle, so their products are those of the edges.
   const Vec3 lengths = edges.colwise().norm();
   Mat3 modulus;
   for (int i = 0; i < 3; ++i) {

@@ -1,5 +1,5 @@
-// The contact barrier, its damping and regularised friction as functions of a number or two,
-// inline: they are called for every contact of every evaluation.
+// The contact barrier, its damping and regularised friction as functions of one or two numbers.
+// They are inline because every contact of every evaluation calls them.
 #pragma once
 
 #include <cassert>
@@ -7,10 +7,10 @@
 
 namespace weft::materials {
 
-// W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond: value and derivatives
-// with respect to the gap g, J, N, N/m, N/m^2, for a stiffness in N/m. C2 at g = range; the third
-// derivative jumps there. Precondition: g > 0 (g <= 0 gives NaN or infinities in a release build,
-// never a finite force). (Li et al. 2020, Incremental Potential Contact, eq. 6.)
+// The barrier W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond (Li et al.
+// 2020, Incremental Potential Contact, eq. 6), and its derivatives with respect to the gap g: J, N,
+// N/m, N/m^2, for a stiffness in N/m. W is C2 at g = range, where the third derivative jumps.
+// Precondition: g > 0. In a release build g <= 0 gives NaN or infinities, never a finite force.
 struct BarrierDerivatives {
   double value = 0, first = 0, second = 0, third = 0;
 };
@@ -21,22 +21,21 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
   const double depth = gap - range;         // negative
   const double relative = depth * inverse;  // 1 - range / g
   const double ratio = range * inverse;
-  // log1p would keep more digits near the range, where the force vanishes, and lose them near
-  // contact.
+  // log1p would be more exact near the range, where the force vanishes, but less near contact.
   const double logarithm = std::log(gap / range);
   return {-stiffness * depth * depth * logarithm, -stiffness * depth * (2 * logarithm + relative),
           -stiffness * (2 * logarithm + (4 - relative) * relative),
           -2 * stiffness * inverse * (1 + ratio * (1 + ratio))};
 }
 
-// Barrier and damping together: the push F = P psi(z) >= 0 of a contact along its normal, N, with
-// P = -W' of the barrier, z = D g' / P and the gap rate g' (m/s),
+// Barrier and damping together: the push F = P psi(z) >= 0 of a contact along its normal, N. Here P
+// = -W' of the barrier, z = D g' / P, g' is the gap rate (m/s), and
 //   D = damping_time W'' x / (x + 1/100),  x = 1 - gap / range
 //   psi(z) = 1 - z for z <= 0,  (1 - z)^2 (1 + z) for 0 < z < 1,  0 for z >= 1.
-// Approaching surfaces are pushed by P - D g'. Parting ones are pushed less, and never pulled: a
-// surface that leaves faster than P / D is let go. F is C1 in the gap and in the rate, up to and
-// beyond the range. D is the damping proportional to the stiffness of the barrier, but for the
-// outermost hundredth of the range, where it falls as P does. All of the dissipation is in psi:
+// Approaching surfaces are pushed by P - D g'. Parting ones are pushed less, and never pulled:
+// there is no force on a surface that parts faster than P / D. F is C1 in the gap and in the rate,
+// also at the range and beyond. D is proportional to the stiffness of the barrier, except in the
+// outermost hundredth of the range, where it falls as P does. psi contains all of the dissipation:
 // another restitution is another psi (docs/theory.md, section 7).
 struct DampedPush {
   double force = 0;      // N
@@ -63,9 +62,9 @@ inline DampedPush damped_push(const BarrierDerivatives& barrier, double gap, dou
           -damping * slope};
 }
 
-// Regularised Coulomb friction: magnitude factor f(s) in [0, 1] of the sliding speed s >= 0 (m/s):
-// 2 s/e - (s/e)^2 for s < e, else 1 (IPC, eq. 13 ff.), returned as f(s)/s so that force = -mu N
-// (f/s) v_t is smooth at rest, with d f / d s. Precondition: e > 0.
+// Regularised Coulomb friction (IPC, eq. 13 ff.): factor f(s) in [0, 1] of the force at sliding
+// speed s >= 0 (m/s), f = 2 s/e - (s/e)^2 for s < e, else 1. It is returned as f(s)/s, which makes
+// the force -mu N (f/s) v_t smooth at rest, with the slope d f / d s. Precondition: e > 0.
 struct FrictionFactor {
   double over_speed = 0;  // f(s) / s, s/m
   double slope = 0;       // f'(s), s/m
@@ -78,9 +77,9 @@ inline FrictionFactor friction_factor(double speed, double regularisation_speed)
   return {(2 - ratio) * inverse, 2 * (1 - ratio) * inverse};
 }
 
-// Edge-edge mollifier (IPC, section 4.1): 1 where the squared cross product c of the edges is >=
-// the threshold e > 0, falling smoothly to 0 for parallel ones: m = -(c/e)^2 + 2 c/e. c and e in
-// m^4; derivatives with respect to c. C1 at c = e.
+// Edge-edge mollifier (IPC, section 4.1) m(c) of the squared cross product c of the edges, and its
+// derivatives with respect to c. m = 1 for c >= e, the threshold e > 0; below, m = -(c/e)^2 + 2 c/e
+// falls smoothly to 0 for parallel edges. c and e are in m^4. m is C1 at c = e.
 struct MollifierDerivatives {
   double value = 1, first = 0, second = 0;
 };

@@ -5,10 +5,10 @@
 
 namespace weft::materials {
 
-// Air density times the coefficients, kg/m^3, not negative: force per area is
-// 1/2 |w| (normal w_n + tangential w_t), w = wind - velocity of the centroid, split along the
-// normal and the plane of the triangle. The force does not depend on which side is called the
-// front, and its power on a body in still air is never positive.
+// Air density times the drag coefficients, kg/m^3, not negative. The force per area is 1/2 |w|
+// (normal w_n + tangential w_t): w is the wind minus the velocity of the centroid, split into its
+// parts along the normal and in the plane of the triangle. The force does not depend on the
+// orientation of the normal, and its power on a body in still air is never positive.
 template <class Real>
 struct DragOf {
   Real normal = 0;
@@ -35,7 +35,7 @@ FlowOf<Real> flow_past(const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
   return flow;
 }
 
-// B w, kg/(m^2 s).
+// B w of drag_damping(), kg/(m^2 s).
 template <class Real>
 Vec3Of<Real> weighted_wind(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   return drag.tangential * flow.relative_wind +
@@ -51,10 +51,11 @@ Vec3Of<Real> drag_force(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
          weighted_wind(drag, flow);
 }
 
-// -d force / d (centroid velocity), made symmetric positive semi-definite, N s/m: for the Newton
-// matrix, a ninth in every block of a pair of nodes. With B = normal n n^T + tangential (I - n n^T)
-// the force is A/2 |w| B w; the matrix is A/2 |w| (B + B w w^T B / w^T B w), exact along w always,
-// and in every direction for a wind along the normal or in the plane. Zero in still air.
+// -d force / d (centroid velocity), made symmetric positive semi-definite for the Newton matrix, N
+// s/m; every block of a pair of nodes gets a ninth. With B = normal n n^T + tangential (I - n n^T),
+// the force is A/2 |w| B w, and the matrix is A/2 |w| (B + B w w^T B / w^T B w). The matrix is
+// exact along w; for a wind along the normal or in the plane it is exact in every direction. Zero
+// in still air.
 template <class Real>
 Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                           const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {

@@ -1,6 +1,6 @@
-// The angle between two triangles that share an edge, and its derivatives. Nodes: x0 -> x1 the
-// shared edge, x2 and x3 the nodes across it: the triangles (x0, x1, x2) and (x1, x0, x3), both
-// counter-clockwise seen from the same side.
+// The angle between two triangles that share an edge, and its derivatives. The shared edge is x0 ->
+// x1, and x2 and x3 are the nodes opposite to it. The triangles are (x0, x1, x2) and (x1, x0, x3),
+// both counter-clockwise seen from the same side.
 #pragma once
 
 #include "materials/membrane.h"
@@ -8,9 +8,9 @@
 
 namespace weft::materials {
 
-// The vectors of a hinge that both angle and gradient need; a caller who wants both makes them
-// once. They are the edge, the arms from x0 to the nodes across it (m) and the normals (m^2).
-// `flat_triangle` is true when either triangle has no area (its sine at x0 is below 1e-12).
+// The vectors of a hinge, which both angle and gradient need; callers of both compute them once.
+// They are the edge, the arms from x0 to the opposite nodes (m) and the normals (m^2).
+// `flat_triangle` is true if either triangle has no area (its sine at x0 is below 1e-12).
 template <class Real>
 struct HingeVectorsOf {
   Vec3Of<Real> edge, arm2, arm3, normal2, normal3;
@@ -19,8 +19,8 @@ struct HingeVectorsOf {
 };
 using HingeVectors = HingeVectorsOf<double>;
 
-// Returns true if a triangle of these two sides and normal has no area. It is written so that NaN
-// counts as a proper triangle and is handed on instead of hidden.
+// True if a triangle of these two sides and normal has no area. NaN counts as a proper triangle: it
+// is passed on, not hidden.
 template <class Real>
 auto is_flat(const Real& squared_normal, const Real& squared_side, const Real& squared_other) {
   return squared_normal <= 1e-24 * squared_side * squared_other;
@@ -43,9 +43,9 @@ HingeVectorsOf<Real> hinge_vectors(const NodesOf<Real, 4>& x) {
   return h;
 }
 
-// The angle is 0 when flat, in [-pi, pi], positive when the surface is a valley seen from that side
-// (x3 above the plane of the first triangle). It jumps by 2 pi where the triangles fold onto each
-// other. A triangle without area has no angle: 0, with no derivatives.
+// The angle of a hinge in [-pi, pi]: 0 when flat, positive when the surface is a valley seen from
+// that side (x3 above the plane of the first triangle). It jumps by 2 pi where the triangles fold
+// onto each other. A triangle without area has the angle 0 and no derivatives.
 template <class Real>
 Real hinge_angle(const HingeVectorsOf<Real>& h) {
   // sin ~ edge . (normal3 x normal2) / |edge| = |edge| arm3 . normal2, accurate near 0 and pi.
@@ -54,8 +54,8 @@ Real hinge_angle(const HingeVectorsOf<Real>& h) {
 }
 inline double hinge_angle(const Nodes4& x) { return hinge_angle(hinge_vectors(x)); }
 
-// d angle / d x_i as columns, 1/m: a node across the edge lifts the angle by one over its height
-// along the normal of its triangle, and the ends of the edge take the reactions of a lever.
+// d angle / d x_i as columns, 1/m. Moving an opposite node along the normal of its triangle changes
+// the angle by one over its height; the ends of the edge take the reactions of a lever.
 template <class Real>
 NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   const auto over = [&](const Real& numerator, const Real& denominator) {
@@ -63,7 +63,7 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   };
   const Vec3Of<Real> gradient2 = over(h.edge_length, h.squared_normal2) * h.normal2;
   const Vec3Of<Real> gradient3 = over(h.edge_length, h.squared_normal3) * h.normal3;
-  // The feet of the heights stand at these fractions of the edge, counted from x0.
+  // Positions of the feet of the heights as fractions of the edge, counted from x0.
   const Real inverse = over(1.0, h.edge_length * h.edge_length);
   const Real foot2 = dot(h.edge, h.arm2) * inverse;
   const Real foot3 = dot(h.edge, h.arm3) * inverse;
@@ -76,20 +76,22 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
 }
 inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vectors(x)); }
 
-// The part of one triangle in sum_i moment_i d^2 angle_i / dx dx over its three hinges; hinge i has
-// the edge opposite node i. It is symmetric, and only over the triangle's own three nodes, as x2
-// and x3 of a hinge are not coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their
-// Jacobians). Its unit is that of the moments / m^2. The whole Hessian is the sum over both
-// triangles of every hinge. A triangle without area contributes nothing.
+// One triangle's part of sum_i moment_i d^2 angle_i / dx dx over its three hinges; hinge i has the
+// edge opposite node i. The whole Hessian is the sum over both triangles of every hinge. The part
+// is symmetric and involves only the triangle's own nodes, since x2 and x3 of a hinge are not
+// coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their Jacobians). Its unit is
+// that of the moments / m^2. A triangle without area contributes nothing.
 //
-// Derivation, for the edge p -> q of a triangle (p, q, r): with the unit normal N, the unit edge e
-// of length l, the unit vector m in the plane from the edge to r, the height h of r, the foot t of
-// that height, w = (t - 1, -t, 1) and s = (-1, 1, 0), the gradient is w_a N / h,
+// Derivation, for the edge p -> q of a triangle (p, q, r). Let N be the unit normal, e the unit
+// edge, l its length, m the unit vector in the plane from the edge to r, h the height of r and t
+// the foot of that height. With w = (t - 1, -t, 1) and s = (-1, 1, 0), the gradient is w_a N / h,
+// and
 //   dN = -(m/h) N.D - (e/l) N.d(q - p), dh = m.D, dt = e.D / l + h/l^2 m.d(q - p), D = sum w_b
-//   dx_b,
-// so block (a, b) is -w_a w_b/h^2 (m N^T + N m^T) - (s_a w_b N e^T + w_a s_b e N^T)/(h l)
-// - s_a s_b/l^2 N m^T. The last term alone is not symmetric, but its sum over both triangles is, so
-// each gives its symmetric part. All terms hold N: block (a, b) is N c_ab^T + c_ba N^T.
+//   dx_b.
+// Block (a, b) is therefore
+//   -w_a w_b/h^2 (m N^T + N m^T) - (s_a w_b N e^T + w_a s_b e N^T)/(h l) - s_a s_b/l^2 N m^T.
+// The last term alone is not symmetric, but its sum over both triangles is, so each triangle takes
+// its symmetric part. All terms contain N: block (a, b) is N c_ab^T + c_ba N^T.
 template <class Real>
 class HingeStress {
  public:

@@ -1,5 +1,5 @@
-// Several numbers side by side: the formulas of the materials are templates over their number type,
-// `double` for one stencil, `Lanes` for a batch of them at once.
+// Batches of numbers. The formulas of the materials are templates over their number type: `double`
+// for one stencil, `Lanes` for a batch of them at once.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,9 +14,8 @@
 
 namespace weft::materials {
 
-// There are as many lanes as fill a register. The namespace keeps a program that is compiled for
-// another processor than Weft's libraries from being linked with functions of theirs that take
-// other sizes.
+// The number of lanes that fill a register. The namespace depends on it, so a program that is
+// compiled for another processor than Weft's libraries cannot link with functions of other sizes.
 #if defined(__AVX512F__)
 inline namespace eight_lanes {
 inline constexpr int lane_count = 8;
@@ -82,7 +81,7 @@ inline Lanes negate_where(Lanes::Mask condition, Lanes a) { return choose(condit
 inline Lanes magnitude(Lanes a) { return negate_where(a < Lanes(0), a); }
 
 // std::atan2 within 2 units in the last place, for numbers whose sum and ratio neither overflow nor
-// underflow; 0 for two zeros; NaN where either is. The angle's octant is folded onto |t| <= 0.66,
+// underflow; 0 for two zeros, NaN if either is NaN. The angle's octant is folded onto |t| <= 0.66,
 // where atan t = t + t^3 P(t^2) / Q(t^2) (S. L. Moshier, Cephes, atan.c, 1984: error 1.8e-16).
 inline Lanes arc_tangent(Lanes y, Lanes x) {
   constexpr double half_pi = std::numbers::pi / 2, half_pi_rest = 6.123233995736765886e-17;
@@ -107,7 +106,7 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
                       z +
                   1.945506571482613964425e2;
   const Lanes small = t + t * (z * p / q);
-  // The octant's own angle, in two parts, and the way round.
+  // The angle of the octant, in two parts, and the sense of rotation.
   Lanes octant = choose(is_diagonal, half_pi / 2, 0.0);
   octant = choose(is_steep, half_pi - octant, octant);
   octant = choose(is_back, 2 * half_pi - octant, octant);
@@ -115,7 +114,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   const Lanes angle = octant + (negate_where(is_steep ^ is_back, small) + rest);
   return negate_where(y < Lanes(0), angle);
 }
-// Exchanges halves of each 2 distance numbers between each row and that `distance` below it.
+// Exchanges, between each row and the one `distance` below it, one half of every 2 * distance
+// numbers.
 template <int distance, int... lane>
 void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence<int, lane...>) {
   for (int i = 0; i < lane_count; ++i) {
@@ -127,7 +127,7 @@ void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence
         a, b, ((lane & distance) == 0 ? lane + distance : lane_count + lane)...);
   }
 }
-// Row i becomes column i.
+// Transposes: row i becomes column i.
 inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   constexpr std::make_integer_sequence<int, lane_count> lanes;
   exchange<1>(rows, lanes);
@@ -135,8 +135,8 @@ inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   if constexpr (lane_count == 8) exchange<4>(rows, lanes);
 }
 
-// The functions below handle vectors that follow each other in memory, one per lane. (Pointers to
-// unaligned numbers are named: what `auto` deduces is aligned.)
+// The functions below handle vectors that are adjacent in memory, one per lane. (Pointers to
+// unaligned numbers spell out their type, since `auto` would deduce an aligned one.)
 typedef double UnalignedLanes __attribute__((vector_size(8 * lane_count), aligned(8), may_alias));
 
 #if defined(__AVX512F__)
@@ -163,14 +163,14 @@ inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   rows[1] += __builtin_shufflevector(b, z, 10, 1, 2, 11, 4, 5, 12, 7);
   rows[2] += __builtin_shufflevector(c, z, 0, 13, 2, 3, 14, 5, 6, 15);
 }
-// Repeats each number three times in a row, as vectors that follow each other in memory need it.
+// Repeats each number three times in a row, to multiply vectors that are adjacent in memory.
 inline std::array<Lanes, 3> threefold(Lanes a) {
   const Lanes::Vector v = a.values;
   return {Lanes(__builtin_shufflevector(v, v, 0, 0, 0, 1, 1, 1, 2, 2)),
           Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3, 4, 4, 4, 5)),
           Lanes(__builtin_shufflevector(v, v, 5, 5, 6, 6, 6, 7, 7, 7))};
 }
-// Moves each number one lane further. The last number of `before` goes to the first lane.
+// Moves each number up by one lane. The last number of `before` goes to the first lane.
 inline Lanes moved_up(Lanes before, Lanes a) {
   return Lanes(__builtin_shufflevector(before.values, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
 }
@@ -178,8 +178,8 @@ inline Lanes moved_up(Lanes before, Lanes a) {
 typedef double Pair __attribute__((vector_size(16)));
 typedef double UnalignedPair __attribute__((vector_size(16), aligned(8), may_alias));
 
-// Loads by pairs of numbers. Two numbers that are six apart in memory, one of either half, are
-// already where shuffles within the halves, which are the quickest, want them.
+// Loads pairs of numbers. Two pairs that are six numbers apart in memory fill the halves of a
+// register, so only shuffles within halves follow, which are the fastest.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const auto half = [at](int i) { return Pair(*reinterpret_cast<const UnalignedPair*>(at + i)); };
   const Lanes::Vector xy = __builtin_shufflevector(half(0), half(6), 0, 1, 2, 3);

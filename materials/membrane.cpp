@@ -11,13 +11,14 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
   const Nodes3 edges = opposite_edges(rest);
   const double double_area = edges.col(0).cross(edges.col(1)).norm();
   assert(double_area > 0);
-  // Delingette 2008 writes mu for twice the shear modulus of the usual Lame pair.
+  // In Delingette 2008, mu is twice the shear modulus of the usual Lame pair.
   const double plane_stress = stiffness / (1 - poisson_ratio * poisson_ratio);
   const double lambda = plane_stress * poisson_ratio;
   const double mu = plane_stress * (1 - poisson_ratio);
   TriangleMembrane membrane;
   membrane.damping_time = damping_time;
-  // k_i / 2 on the diagonal, c_ij / 2 beside it: 2 (lambda + mu) cot_i cot_j, plus or minus mu.
+  // C has k_i / 2 on the diagonal and c_ij / 2 beside it: 2 (lambda + mu) cot_i cot_j, plus or
+  // minus mu.
   membrane.shear = mu / (16 * double_area);
   const double scale = std::sqrt(2 * (lambda + mu) / (16 * double_area));
   for (int i = 0; i < 3; ++i) {

@@ -1,6 +1,6 @@
-// Triangle springs (Delingette 2008): the St. Venant-Kirchhoff membrane in squared edge lengths,
-// W = sum_i k_i/4 q_i^2 + sum_(i<j) c_ij/2 q_i q_j with q_i = l_i^2 - L_i^2, written W = 1/2 q^T C
-// q. Kelvin-Voigt damping replaces q by q + beta q' in the force.
+// Triangle springs (Delingette 2008): the St. Venant-Kirchhoff membrane in squared edge lengths.
+// The energy is W = sum_i k_i/4 q_i^2 + sum_(i<j) c_ij/2 q_i q_j = 1/2 q^T C q with q_i = l_i^2 -
+// L_i^2. Kelvin-Voigt damping replaces q by q + beta q' in the force.
 #pragma once
 
 #include <array>
@@ -26,12 +26,12 @@ struct TriangleMembraneOf {
 };
 using TriangleMembrane = TriangleMembraneOf<double>;
 
-// `stiffness` is E h (N/m), -1 < poisson_ratio < 1 (plane stress), rest positions as columns (m).
-// Precondition: the rest triangle has an area.
+// Makes the membrane of a triangle. `stiffness` is E h (N/m), -1 < poisson_ratio < 1 (plane
+// stress), rest positions are columns (m). Precondition: the rest triangle has an area.
 TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, double poisson_ratio,
                                         double damping_time);
 
-// The edge opposite each node, running round the triangle: x2 - x1, x0 - x2, x1 - x0, as columns.
+// The edges opposite the nodes, in order round the triangle: x2 - x1, x0 - x2, x1 - x0, as columns.
 template <class Real>
 NodesOf<Real, 3> opposite_edges(const NodesOf<Real, 3>& x) {
   NodesOf<Real, 3> edges;
@@ -55,7 +55,7 @@ Vec3Of<Real> squared_length_changes(const TriangleMembraneOf<Real>& membrane,
   return {now[0] - rest[0], now[1] - rest[1], now[2] - rest[2]};
 }
 
-// q', m^2/s, of nodes that move with v.
+// q', m^2/s, for nodes that move with velocities v.
 template <class Real>
 Vec3Of<Real> squared_length_rates(const NodesOf<Real, 3>& edges, const NodesOf<Real, 3>& v) {
   return {2.0 * dot(edges.col(0), v.col(2) - v.col(1)),
@@ -70,7 +70,7 @@ Real membrane_energy(const TriangleMembraneOf<Real>& membrane, const NodesOf<Rea
   return 0.5 * dot(change, membrane.times_modulus(change));
 }
 
-// C (q + beta q'), one tension per edge, N/m: the edge i pulls its ends together with 2 s_i e_i.
+// Tensions s = C (q + beta q'), one per edge, N/m: edge i pulls its ends together with 2 s_i e_i.
 template <class Real>
 Vec3Of<Real> edge_tensions(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& edges,
                            const NodesOf<Real, 3>& v) {
@@ -100,8 +100,8 @@ NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
   return pulls_of(edge_tensions(membrane, edges, v), edges);
 }
 
-// Without damping, of the two triangles of a quad, on its corners: those of the nodes 0, 1, 2 and
-// 1, 3, 2. What they share is computed once.
+// Forces without damping of the two triangles of a quad on its corners, N; the triangles have the
+// nodes 0, 1, 2 and 1, 3, 2. Shared terms are computed once.
 template <class Real>
 NodesOf<Real, 4> undamped_membrane_forces(const TriangleMembraneOf<Real>& one,
                                           const TriangleMembraneOf<Real>& other,
@@ -128,8 +128,8 @@ NodesOf<Real, 4> undamped_membrane_forces(const TriangleMembraneOf<Real>& one,
   return forces;
 }
 
-// G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness but for the
-// stress; times beta it is -d forces / d v, exact, N s/m.
+// G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness without the part
+// of the stress. Times beta it is -d forces / d v, exactly, N s/m.
 template <class Real>
 StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real>& membrane,
                                                    const NodesOf<Real, 3>& x) {
@@ -153,7 +153,7 @@ StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real
   return result;
 }
 
-// That times -u, for the nodes' u as columns: the forces of a displacement, N for m.
+// The forces -G C G^T u of a displacement u, whose node values are columns: N for m.
 template <class Real>
 NodesOf<Real, 3> membrane_material_pulls(const TriangleMembraneOf<Real>& membrane,
                                          const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& u) {
@@ -161,9 +161,9 @@ NodesOf<Real, 3> membrane_material_pulls(const TriangleMembraneOf<Real>& membran
   return pulls_of(membrane.times_modulus(squared_length_rates(edges, u)), edges);
 }
 
-// Adds the part of the stiffness that the tensions (as of edge_tensions) make: d^2 q_i / dx dx is
-// 2 I on the diagonal of either end of edge i and -2 I between them. Indefinite where edges push;
-// with `pull_only`, which leaves these out, positive semi-definite.
+// Adds the part of the stiffness that stems from the tensions (see edge_tensions). d^2 q_i / dx dx
+// is 2 I on the diagonal of either end of edge i and -2 I between them. The part is indefinite
+// where edges push; `pull_only` leaves these out and makes it positive semi-definite.
 template <class Real>
 void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
                          StencilMatrix<Real, 3>& stiffness) {

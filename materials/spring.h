@@ -1,5 +1,5 @@
 // A spring between two nodes with Kelvin-Voigt damping: W = k/2 (l - L)^2, dissipation k beta l'^2
-// / 2. Every function is inline: the caller's loop over springs is the hot one.
+// / 2. All functions are inline, for the caller's loop over springs.
 #pragma once
 
 #include <algorithm>
@@ -35,10 +35,11 @@ inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, c
          difference;
 }
 
-// -d force0 / d x0 at constant velocity of extension (exact without damping), N/m. Node pairs: [K
-// -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T; indefinite under compression, and
-// positive semi-definite with `pull_only`, which takes a negative T for 0. k I for coincident
-// nodes: exact for a spring without rest length, and a usable step otherwise.
+// -d force0 / d x0 at constant velocity of extension (exact without damping), N/m; a pair of nodes
+// has [K -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T. K is indefinite under
+// compression; `pull_only` takes a negative T as 0 and makes it positive semi-definite. For
+// coincident nodes it is k I: exact for a spring without rest length, and usable for a Newton step
+// otherwise.
 inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
                              const Vec3& v1, bool pull_only = false) {
   const Vec3 difference = x1 - x0;
@@ -48,7 +49,7 @@ inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x
   const double rate_over_length = dot(difference, v1 - v0) / squared_length;
   double tension_over_length =
       spring.stiffness * (1 - spring.rest_length / length + spring.damping_time * rate_over_length);
-  // More than k would push across n n^T what it pulls elsewhere.
+  // A tension above k l would make the part along n n^T negative.
   if (pull_only) tension_over_length = std::clamp(tension_over_length, 0.0, spring.stiffness);
   Mat3 result = ((spring.stiffness - tension_over_length) / squared_length * difference) *
                 difference.transpose();

@@ -13,8 +13,8 @@ template <class Real>
 using Vec3Of = Eigen::Matrix<Real, 3, 1>;
 template <class Real>
 using Mat3Of = Eigen::Matrix<Real, 3, 3>;
-// Node values of a stencil as columns: 3 x nodes. Left unaligned: Eigen's alignment depends on the
-// compiler's -march, which a program that links the library may not share.
+// Node values of a stencil as columns: 3 x nodes. The type is not aligned: Eigen's alignment
+// depends on the compiler's -march, which a program that links the library may not share.
 template <class Real, int nodes>
 using NodesOf = Eigen::Matrix<Real, 3, nodes, Eigen::ColMajor | Eigen::DontAlign>;
 
@@ -23,8 +23,8 @@ using Mat3 = Mat3Of<double>;
 using Nodes3 = NodesOf<double, 3>;
 using Nodes4 = NodesOf<double, 4>;
 
-// Eigen's own sums over three components load pairs that were just stored one by one, which stalls
-// the processor: these are 2 to 3 times faster where vectors have just been computed.
+// Sums over three components, written out. Eigen's own load pairs that were just stored one by one,
+// which stalls the processor; these are 2 to 3 times faster for vectors just computed.
 template <class A, class B>
 auto dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
   return typename A::Scalar(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
