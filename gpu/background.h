@@ -20,11 +20,12 @@ class Background {
  private:
   static constexpr int steps = 4096;
   int width_;
-  // The elevation's sine at a pixel: (start + across * x + down * y) / distance, where x and y are
-  // pixels from the middle, and so is the distance from the eye.
+  // The sine of the elevation at a pixel: (start + across * x + down * y) / distance, where x and y
+  // count pixels from the middle, and the distance from the eye is in pixels too.
   float start_, across_, down_;
   float middle_x_, middle_y_, focal_length_;
-  std::array<std::array<std::uint8_t, 3>, steps + 1> colours_;  // by the elevation's sine, -1..1
+  std::array<std::array<std::uint8_t, 3>, steps + 1>
+      colours_;  // by the sine of the elevation, -1..1
 };
 
 }  // namespace weft::gpu

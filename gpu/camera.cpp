@@ -13,7 +13,7 @@ namespace {
 
 constexpr double margin = 1.1;  // the picture's size, as a factor on what must be seen
 
-// The bounds that the points set on the eye along one axis of the picture. A point is seen when its
+// The bounds that the points set on the eye along one axis of the picture. A point is seen if its
 // slope |across - eye_across| / (eye_depth - depth) is at most the picture's.
 struct Axis {
   std::vector<Eigen::Vector2d> points;  // across, and depth towards the eye
@@ -25,13 +25,13 @@ struct Axis {
     }
     return value;
   }
-  // Returns the nearest depth of the eye at which everything fits between lines of this slope:
-  // there the highest line that falls meets the lowest line that rises.
+  // Returns the nearest depth of the eye at which all points fit between lines of this slope: there
+  // the highest falling line meets the lowest rising one.
   double nearest_eye(double slope) const {
     return 0.5 * (largest(1, slope) + largest(-1, slope)) / slope;
   }
-  // Returns where across the eye must be, at this depth, to see the extreme points on both sides at
-  // the same angle: the root of a decreasing function.
+  // Returns the eye's place across, at this depth, from which the extreme points on both sides are
+  // at the same angle: the root of a decreasing function.
   double middle(double eye_depth) const {
     double low = -largest(-1, 0);
     double high = largest(1, 0);
@@ -105,9 +105,9 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect) {
   return camera_for_points(corners_of_box(lowest, highest), aspect);
 }
 
-// An offset d at the distance r from the eye, at the angle a from the axis of the picture, moves a
-// point by at most d / (r cos^2 a) in the plane at distance 1, where a pixel is 2 slope / height.
-// The angle is largest in the corners.
+// Derivation: an offset d at distance r from the eye, at the angle a from the picture's axis, moves
+// a point by at most d / (r cos^2 a) in the plane at distance 1. A pixel of that plane is 2 slope /
+// height. The angle is largest in the corners.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels) {
   assert(pixels >= 0);
   const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);

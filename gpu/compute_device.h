@@ -29,19 +29,20 @@ struct ComputePyramid::Device {
     bool tangents = false;
     bool spheres = false;
   };
-  // A dispatch over all the patches that have levels left.
+  // A dispatch over all patches that have levels left.
   struct Stage {
     std::uint32_t first_task = 0, task_count = 0, groups = 0;
   };
 
   GlContext& context;
   const GlFunctions& gl = context.functions();
-  // Mesa's software rounds like the CPU; GLSL promises less.
+  // Mesa's software rasterisers round like the CPU; GLSL promises less.
   bool rounds_like_the_cpu = context.backend() != GlBackend::hardware;
   std::vector<Body> bodies;
   std::size_t blocks = 0, tangent_blocks = 0, vertices = 0;
   GlBuffer levels{gl}, map{gl}, tasks{gl};
-  // The vertices at the starts of all paths, then at their ends, which only swept bodies use.
+  // The vertices at the starts of all paths, followed by those at their ends, which only swept
+  // bodies use.
   GlBuffer coordinates{gl};
   GlBuffer bounds{gl}, tangents{gl}, unbounded{gl};
   ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
@@ -50,7 +51,7 @@ struct ComputePyramid::Device {
   // The stages of the last rebuild: for all bodies, for those with tangents, for those with
   // spheres.
   std::vector<Stage> stages, tangent_stages, sphere_stages;
-  std::vector<float> staging;  // a body's positions on their way
+  std::vector<float> staging;  // a body's positions during the upload
 
   explicit Device(GlContext& gl_context) : context(gl_context) {}
   void upload(const BodyImage& image);

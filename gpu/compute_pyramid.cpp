@@ -13,7 +13,7 @@ namespace {
 using Vertex = std::array<float, 3>;
 constexpr std::uint32_t all_bounded = 0xFFFFFFFF;
 
-// From the patch top down; `blocks` counts them.
+// Returns the levels of a patch from its top down, and adds their blocks to `blocks`.
 std::vector<bsi::BlockLevel> block_levels(const bsi::Patch& image, std::size_t& blocks) {
   const int depth_u = std::max(0, bsi::ceil_log2(image.quad_cols()) - 1);
   const int depth_v = std::max(0, bsi::ceil_log2(image.quad_rows()) - 1);
@@ -96,7 +96,7 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
   own.map.write(std::span<const std::uint32_t>(map));
   own.coordinates.reserve(own.vertices * 2 * sizeof(Vertex), "vertices");
   own.bounds.reserve(own.blocks * sizeof(BlockTexels), "boxes and spheres");
-  own.tangents.reserve(0, "bounds of steps");  // made when they are first asked for
+  own.tangents.reserve(0, "bounds of steps");  // allocated on first use
   const std::vector<std::uint32_t> bounded(own.bodies.size(), all_bounded);
   own.unbounded.reserve(bounded.size() * sizeof(std::uint32_t), "marks of bodies");
   own.unbounded.write(std::span<const std::uint32_t>(bounded));
@@ -130,7 +130,7 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
   }
 }
 
-// From the last levels up, two levels each.
+// Plans the dispatches from the last levels up, two levels each.
 std::vector<ComputePyramid::Device::Stage> ComputePyramid::Device::plan_stages(
     const std::vector<const Body*>& bounded, std::vector<shaders::Task>& tasks) {
   std::vector<Stage> stages;

@@ -9,7 +9,6 @@
 
 namespace weft::gpu::shaders {
 
-// A number with all its bits.
 std::string exactly(float value) {
   return "uintBitsToFloat(" + std::to_string(std::bit_cast<std::uint32_t>(value)) + "u)";
 }
@@ -31,7 +30,7 @@ layout(std430, binding = 0) readonly buffer Levels { Level levels[]; };
 )";
 
 const char* const vertices = R"(
-// At the starts of all paths, then at their ends.
+// Vertices at the starts of all paths, followed by those at their ends.
 layout(std430, binding = 1) readonly buffer Vertices { float coordinates[]; };
 layout(std430, binding = 2) readonly buffer Map { uint particle_of_texel[]; };
 uniform uint vertex_count;
@@ -51,8 +50,8 @@ vec3 start_of(uint vertex) {
 vec3 end_of(uint vertex) { return start_of(vertex_count + vertex); }
 )";
 
-// Two texels a block: the low bounds of its box and the radius of its sphere, the high bounds and
-// nothing. The sphere's centre is the middle of the box.
+// Two texels per block: the low bounds of its box with the radius of its sphere, then the high
+// bounds and nothing. The sphere's centre is the middle of the box.
 const char* const boxes = R"(
 layout(std430, binding = 4) buffer Bounds { vec4 bounds[]; };
 struct Box { vec3 low, high; };
@@ -66,8 +65,8 @@ float squared(vec3 d) {
 }
 )";
 
-// For the steps between vertices: along u and along v, the lower bounds with their signs changed,
-// so that every union is a maximum. Leaf blocks' are not kept.
+// Bounds of the steps between vertices, along u and along v. Lower bounds are negated, so that
+// every union is a maximum. Leaf blocks have none.
 const char* const tangents = R"(
 layout(std430, binding = 6) buffer Tangents { float tangents[]; };
 struct Tangent { vec3 minus_low_u, minus_low_v, high_u, high_v; };
@@ -99,8 +98,8 @@ uvec4 find_task() {
   return tasks[first_task + low];
 }
 
-// Calls that differ from kernel to kernel visit the vertices of a leaf block: rows and columns
-// range.x .. range.y and range.z .. range.w, both included.
+// Returns the vertices of a leaf block: rows range.x .. range.y and columns range.z .. range.w,
+// both included.
 uvec4 vertices_of_leaf(Level level, uint u, uint v) {
   return uvec4((v * level.quad_rows) >> level.log_v, ((v + 1u) * level.quad_rows) >> level.log_v,
                (u * level.quad_cols) >> level.log_u, ((u + 1u) * level.quad_cols) >> level.log_u);
@@ -123,7 +122,8 @@ void store(uint block, Box box) {
   bounds[2u * block + 1u] = vec4(box.high, 0.0);
 }
 
-// Largest bits of a coordinate, sign apart: those of NaN and infinity are larger than the others.
+// Returns the largest bits of a coordinate without its sign; those of NaN and infinity exceed all
+// others.
 uint size_of(vec3 p) {
   uvec3 bits = floatBitsToUint(p) & 0x7FFFFFFFu;
   return max(bits.x, max(bits.y, bits.z));
@@ -152,7 +152,8 @@ Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
-// For spheres, as bsi/sphere_build.cpp makes them; their lowest level needs no vertices.
+// The functions that bounds_main calls, for spheres as in bsi/sphere_build.cpp; their lowest level
+// needs no vertices.
 const char* const sphere_bounds = R"(
 #define Bound vec4
 #define FIRST first
@@ -242,7 +243,7 @@ void main() {
   uint index = (gl_WorkGroupID.x - task.x) * 64u + gl_LocalInvocationID.x;
   if (index >= 1u << (top.log_u + top.log_v)) return;
   uint u = index & ((1u << top.log_u) - 1u), v = index >> top.log_u;
-  // Which axes are split: masks of one bit.
+  // Masks of one bit: which axes are split.
   uint mu = middle.log_u - top.log_u, mv = middle.log_v - top.log_v;
   uint lu = lowest.log_u - middle.log_u, lv = lowest.log_v - middle.log_v;
   uint whole_block = top.FIRST + index;
@@ -284,7 +285,7 @@ std::string bound_boxes() {
 }
 
 std::string bound_spheres(bool rounds_like_the_cpu) {
-  // GLSL's roots are good to 2^-20 (4.5 units in the last place), the CPU's to 2^-24.
+  // GLSL's roots are exact to 2^-20 (4.5 units in the last place), the CPU's to 2^-24.
   const float round_up = rounds_like_the_cpu ? bsi::round_up : 1 + 0x1p-19F;
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
          "const float round_up = " + exactly(round_up) +

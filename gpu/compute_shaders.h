@@ -1,6 +1,6 @@
-// The compute shaders (GLSL 4.50) of the pyramid and the traversals. They are small and few,
-// because llvmpipe takes up to seconds to compile one. They use plain loads and stores of 32-bit
-// numbers and atomics on them: no subgroups, no shared memory.
+// The compute shaders (GLSL 4.50) of the pyramid and the traversals. They are small and few, since
+// llvmpipe takes up to seconds to compile one. They use only plain loads, stores and atomics of
+// 32-bit numbers: no subgroups, no shared memory.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace weft::gpu::shaders {
 
-// One level of one patch, as the shaders see it (std430). Levels of a patch follow each other, the
-// patch top first.
+// One level of one patch in the layout of the shaders (std430). The levels of a patch follow each
+// other, patch top first.
 struct Level {
   std::uint32_t first = 0;  // block
   std::uint32_t log_u = 0, log_v = 0;
@@ -29,39 +29,39 @@ struct Level {
 };
 inline constexpr std::uint32_t no_map = 0xFFFFFFFF;
 
-inline constexpr int group_size = 64;  // invocations a work group
+inline constexpr int group_size = 64;  // invocations per work group
 
-// A work group looks up its task by its number: a patch and three of its levels. Each level is that
-// of the next one's parents, or the same.
+// The task of a work group, found by the group's number: a patch and three of its levels. Each
+// level is the parent level of the one before, or the same level.
 struct Task {
   std::uint32_t first_group = 0;  // of the dispatch
   std::uint32_t lowest = 0, middle = 0;
-  std::uint32_t top_and_swept = 0;  // the highest bit is set where paths are bounded at both ends
+  std::uint32_t top_and_swept = 0;  // the highest bit is set if paths are bounded at both ends
 };
 
-// Bounds of the steps between the vertices of a block, as bsi::TangentBounds has them.
+// Bounds of the steps between the vertices of a block, in the form of bsi::TangentBounds.
 struct Tangent {
   float bound[12];
 };
 
-// Every invocation bounds the blocks of three levels that lie under one block of the top one, that
-// included. With `from_image` the lowest level, of leaf blocks, is made from the vertices;
-// otherwise it is there.
+// Bounds blocks by boxes. Every invocation bounds the blocks of three levels that lie under one
+// block of the top one, including that block. With `from_image`, the lowest level consists of leaf
+// blocks and is made from the vertices; otherwise it is already bounded.
 std::string bound_boxes();
-// This bounds blocks by spheres, where the boxes are there. `rounds_like_the_cpu` says that its
-// arithmetic can be trusted to; otherwise radii are a little larger.
+// Bounds blocks by spheres; the boxes must be there. `rounds_like_the_cpu` states that the device's
+// arithmetic rounds so; otherwise radii are slightly larger.
 std::string bound_spheres(bool rounds_like_the_cpu);
-// This bounds the steps between vertices (bsi::TangentBounds), on all but the last levels.
+// Bounds the steps between vertices (bsi::TangentBounds) on all but the last levels.
 std::string bound_tangents();
 
 // --- Traversal ------------------------------------------------------------------------------
 
 // The criteria by which pairs of blocks are compared.
 struct Query {
-  double certificate_margin = -1;  // negative: the tangent certificate is not to be used
+  double certificate_margin = -1;  // negative: no tangent certificate
   float half_margin = 0;
   std::uint32_t flags = 0;
-  float point[3]{};  // with flag point: what the blocks are compared with
+  float point[3]{};  // with the flag for points: centre that the blocks are compared with
   float sphere_reach = 0;
   float filter_reach =
       -1;  // m; pairs of quads proved farther apart are left out; negative: none are
@@ -71,7 +71,7 @@ namespace query_flags {
 inline constexpr std::uint32_t self = 1, point = 2, swept_a = 4, swept_b = 8;
 }
 
-// Two blocks of a query; a == b in a self traversal: the block with itself.
+// Two blocks of a query. In a self traversal, a == b is the block with itself.
 struct BlockPair {
   std::uint32_t a = 0, b = 0;
   std::uint32_t levels = 0;  // of a: the lower 16 bits; of b: the upper ones
@@ -86,7 +86,7 @@ struct List {
 
 // Appends the pairs of children that are within the margin of each other by the bounds that `bound`
 // names. Pairs of leaf blocks go to their own list. With `rounds_like_the_cpu` the tangent
-// certificate decides to the bit as on the CPU; otherwise it leaves out a little less.
+// certificate decides to the bit as on the CPU; otherwise it rejects slightly fewer pairs.
 std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu);
 // Turns pairs of leaf blocks into pairs of leaves: query, a, b.
 std::string find_leaves();

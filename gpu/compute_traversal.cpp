@@ -11,18 +11,19 @@
 namespace weft::gpu {
 namespace {
 
-// The lists of one run: pairs of blocks, one list per level; pairs of leaf blocks; candidates.
+// The lists of one run: one list of block pairs per level, the pairs of leaf blocks, the
+// candidates.
 constexpr int pair_lists = 30;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
-// The smallest float32 number that is certain not to be less.
+// Returns a float32 number that is not less, the smallest one.
 float rounded_up(double value) {
   const auto rounded = static_cast<float>(value);
   if (static_cast<double>(rounded) >= value) return rounded;
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-// The margin and what rounding may take from a distance, m: less than 4 units of 2^-24 of the
+// The margin plus a bound of the rounding of a distance, m: less than 4 units of 2^-24 of the
 // largest coordinates for vertices, 11 for their components along a direction, and 7 for two paths.
 float filter_reach(double margin, const ComputePyramid::Device::Body& a,
                    const ComputePyramid::Device::Body& b) {
@@ -41,7 +42,8 @@ struct ComputeTraversal::Implementation {
   const GlFunctions& gl = device.gl;
   GLint group_limit = 0;
   GlBuffer queries{gl}, lists{gl}, leaf_pairs{gl}, results{gl};
-  std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};  // read and written in turns
+  std::array<GlBuffer, 2> pairs{GlBuffer(gl),
+                                GlBuffer(gl)};  // one is read while the other is written
   ComputeProgram expand_pairs{gl, shaders::expand_pairs(bound, device.rounds_like_the_cpu)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
   // Number of items that the lists have room for.
@@ -127,7 +129,8 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
                                                std::size_t result_count) {
-  // The lists grow by half as much again where the device allows it: what has grown will grow on.
+  // Lists grow by an extra half if the device allows it, since a list that has grown tends to grow
+  // again.
   const std::size_t limit = buffer_limit(gl);
   const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
     if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));
@@ -142,7 +145,7 @@ void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size
   results.reserve(result_capacity * sizeof(Candidate), "candidates");
 }
 
-// Runs through all levels and returns the lengths that the lists would have needed.
+// Traverses all levels and returns the lengths that the lists would have needed.
 Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
   Lists filled{};
   const auto start_count = static_cast<std::uint32_t>(starts.size());
@@ -210,8 +213,8 @@ std::span<const Candidate> ComputeTraversal::Implementation::run(Leaf leaf) {
   constexpr std::size_t first_capacity = 1024;
   reserve(std::max(starts.size(), first_capacity), first_capacity, first_capacity);
   Lists filled = traverse(leaf);
-  // A list that was cut short hides the pairs that would have followed. Once more may not be
-  // enough, but every time one level more is complete.
+  // A truncated list hides the pairs that would have followed, so one repetition may not be enough;
+  // each completes at least one more level.
   while (!has_room(filled)) {
     ++reruns;
     std::size_t longest = 0;

@@ -1,5 +1,5 @@
-// Which leaves come near what, found on the device: single, dual and self traversal of the pyramids
-// of a ComputePyramid, breadth-first, many at once.
+// Finds leaves that are near something, on the device: single, dual and self traversal of the
+// pyramids of a ComputePyramid, breadth-first, for many queries at once.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@ struct PairQuery {
   int body_a = 0;
   int body_b = 0;
   double margin = 0;  // m, >= 0
-  // For a body with itself: leave out what the tangent certificate proves not to touch; the body
-  // must have been rebuilt with BodyImage::tangents.
+  // For a body with itself: leaves out pairs that the tangent certificate proves not to touch. The
+  // body must have been rebuilt with BodyImage::tangents.
   bool certificate = true;
-  // Pairs of quads are left out that a plane proves to end farther apart than the margin and twice
-  // the longest path of their corners. Fewer come back from the device.
+  // Leaves out pairs of quads that a plane proves to end farther apart than the margin and twice
+  // the longest path of their corners. Fewer pairs return from the device.
   bool distance_filter = false;
 };
 
@@ -34,7 +34,7 @@ struct Ball {
 
 // A pair of leaves that a query found, in the atlas' numbers (triangle t belongs to quad t / 2).
 // `a` and `b` belong to the query's bodies; for a body with itself a < b (quads: a <= b). For a
-// ball, `query` and `a` are its number, and `b` is the leaf.
+// ball, `query` and `a` are the ball's number, and `b` is the leaf.
 struct Candidate {
   std::uint32_t query = 0;
   std::uint32_t a = 0;
@@ -42,19 +42,19 @@ struct Candidate {
   bool operator==(const Candidate&) const = default;
 };
 
-// The candidates are those of the traversals of bsi/ (bsi/traversal.h) that the filter of the query
-// leaves, in any order.
+// Traversals on the device. Their candidates are those of bsi/traversal.h that pass the query's
+// filter, in any order.
 //
-// A search makes one dispatch for every level of the deepest pyramid, and one for the leaves. Only
-// the lengths of the lists and the candidates come back. A list that outgrew its memory is enlarged
-// and the work done again, so that nothing is lost. Memory is kept from call to call.
+// A search makes one dispatch per level of the deepest pyramid, and one for the leaves. Only the
+// lengths of the lists and the candidates return. If a list outgrows its memory, the list is
+// enlarged and the work repeated, so nothing is lost. Memory is kept between calls.
 //
-// All functions make the context current on the calling thread, and throw std::runtime_error with
-// the reason when OpenGL fails (memory, a buffer beyond what the device allows).
+// All functions make the context current on the calling thread. They throw std::runtime_error with
+// the reason if OpenGL fails (memory, a buffer beyond what the device allows).
 class ComputeTraversal {
  public:
-  // The pyramids must outlive this. Every bound but `box` needs the spheres of all bodies asked for
-  // (BodyImage::spheres).
+  // The pyramids must outlive this object. Every bound except `box` needs the spheres of all
+  // queried bodies (BodyImage::spheres).
   explicit ComputeTraversal(ComputePyramid& pyramids, bsi::Bound bound = bsi::Bound::box);
   ~ComputeTraversal();
   ComputeTraversal(const ComputeTraversal&) = delete;
@@ -65,7 +65,7 @@ class ComputeTraversal {
   // Runs single traversals of one body.
   std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
                                          Leaf leaf);
-  // Returns how often lists were enlarged and the work done again, since this was made.
+  // Returns how often lists were enlarged and the work repeated, since construction.
   int reruns() const;
 
  private:

@@ -1,4 +1,5 @@
-// The depths of surfaces as a light far away sees them: what is behind them is in the shadow.
+// A shadow map: the depths of surfaces seen from a distant light. Whatever lies behind them is in
+// their shadow.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,15 +16,15 @@ class DepthMap {
   // `size` texels along each side.
   explicit DepthMap(int size) : size_(size) {}
 
-  // Draws the triangles as a light sees them that shines against `direction` (unit) on a box of
-  // half size `reach` around the origin. Beyond the box nothing is in the shadow, but what stands
-  // between it and the light throws one. O(triangles + texels covered).
+  // Draws the triangles as seen by a light that shines against `direction` (unit) on a box of half
+  // size `reach` around the origin. Nothing beyond the box is in shadow, but surfaces between the
+  // box and the light throw shadows into it. O(triangles + texels covered).
   void draw(const TriangleBatch& batch, const Vec3& direction, const Vec3& up, double reach);
 
   // Size of a texel, m.
   float texel() const { return texel_; }
-  // Returns the share of a square of texels around the position that is lit, 0..1: of 1 x 1 texel
-  // (`lit`), and of 3 x 3, which makes the rims of shadows soft (`softly_lit`).
+  // Return the lit share, 0..1, of a square of texels around the position: of 1 x 1 texel (`lit`),
+  // and of 3 x 3, which makes the rims of shadows soft (`softly_lit`).
   float lit(const Eigen::Vector3f& position) const;
   float softly_lit(const Eigen::Vector3f& position) const;
 

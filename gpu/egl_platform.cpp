@@ -10,8 +10,8 @@
 namespace weft::gpu {
 namespace {
 
-// The part of EGL 1.5 used here, as in the Khronos registry (egl.xml): no package is needed for a
-// dozen lines.
+// The part of EGL 1.5 used here, from the Khronos registry (egl.xml): a dozen lines need no
+// package.
 namespace egl {
 using Boolean = unsigned;
 using Enum = unsigned;
@@ -37,7 +37,7 @@ struct Egl {
   egl::Boolean (*destroy_context)(egl::Handle, egl::Handle) = nullptr;
   egl::Boolean (*make_current)(egl::Handle, egl::Handle, egl::Handle, egl::Handle) = nullptr;
   egl::Handle (*current_context)() = nullptr;
-  // Extensions, null where they are missing.
+  // Extensions; null if missing.
   egl::Handle (*platform_display)(egl::Enum, void*, const egl::Integer*) = nullptr;
   egl::Boolean (*query_devices)(egl::Integer, egl::Handle*, egl::Integer*) = nullptr;
 
@@ -59,7 +59,7 @@ struct Egl {
     }
   }
 
-  // Every device, then Mesa's platform without one. Those that cannot be opened are left out.
+  // Opens every device, then Mesa's platform without one, and skips those that cannot be opened.
   std::vector<egl::Handle> open_displays() const {
     std::vector<egl::Handle> opened;
     const auto open = [&](egl::Enum platform, egl::Handle device) {
@@ -79,13 +79,13 @@ struct Egl {
   }
 };
 
-// A failure is tried anew.
+// Loads the library on first use; after a failure the next call tries again.
 const Egl& library() {
   static const Egl loaded;
   return loaded;
 }
 
-// Opened once: a display is the process's, and outlives its contexts.
+// The displays, opened once: a display belongs to the process and outlives its contexts.
 const std::vector<egl::Handle>& displays() {
   static const std::vector<egl::Handle> opened = library().open_displays();
   return opened;
@@ -123,7 +123,7 @@ class EglPlatform : public GlPlatform {
   void* function_address(const char* name) const override {
     return library().function_address(name);
   }
-  // As OpenGL names it. The context must be current.
+  // The renderer's name from OpenGL. The context must be current.
   std::string renderer() const {
     const auto get_string = reinterpret_cast<PFNGLGETSTRINGPROC>(function_address("glGetString"));
     return reinterpret_cast<const char*>(get_string(GL_RENDERER));

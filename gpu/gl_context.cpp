@@ -16,7 +16,7 @@ namespace {
 
 std::atomic<int> contexts_made{0};
 
-// The backend last used by this process, which settles which library it may use.
+// The backend that this process used last, which determines the library it may use.
 std::mutex process_mutex;
 std::optional<GlBackend> process_backend;
 
@@ -33,7 +33,7 @@ std::unique_ptr<GlPlatform> make_platform(GlBackend backend) {
     process_backend = backend;
     return platform;
   }
-  // Even a search that ends without a device leaves EGL's drivers loaded.
+  // Even a search that finds no device leaves EGL's drivers loaded.
   if (!process_backend) process_backend = GlBackend::egl_software;
   auto platform = make_egl_platform(backend == GlBackend::hardware);
   process_backend = backend;
@@ -80,7 +80,7 @@ GlBackend software_backend() {
       return *process_backend == GlBackend::osmesa ? GlBackend::osmesa : GlBackend::egl_software;
     }
   }
-  // Loading it is harmless, unlike making a context.
+  // Loading the library is harmless, unlike making a context.
   for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}) {
     if (dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr) return GlBackend::osmesa;
   }
@@ -104,8 +104,8 @@ GlContext::GlContext(GlBackend backend)
       functions_(std::make_unique<GlFunctions>()),
       platform_(make_platform(backend)) {
   make_current();
-  // A null test is not enough (Mesa hands out addresses for unknown names too), but the profile
-  // asked for has them all.
+  // Mesa returns addresses for unknown names too, so a test for null is not enough; but the
+  // requested profile has all functions.
 #define WEFT_GL_RESOLVE(type, function)                                                       \
   functions_->function = reinterpret_cast<type>(platform_->function_address("gl" #function)); \
   if (functions_->function == nullptr) throw std::runtime_error("OpenGL has no gl" #function);

@@ -1,5 +1,5 @@
-// An OpenGL 4.5 core context without a window: on a graphics processor (EGL), or drawn by the CPU
-// (OSMesa; EGL where OSMesa is missing, as from Mesa 25.1 on).
+// An OpenGL 4.5 core context without a window: on a graphics processor (EGL) or emulated by the CPU
+// (OSMesa; EGL if OSMesa is missing, as from Mesa 25.1 on).
 #pragma once
 
 #include <memory>
@@ -19,20 +19,20 @@ enum class GlBackend {
 
 std::string_view name(GlBackend backend);
 
-// Returns OSMesa, or EGL software where there is none or the process uses EGL already.
+// Returns OSMesa, or EGL software if OSMesa is missing or the process already uses EGL.
 GlBackend software_backend();
 
 // Returns true if the machine shows a device that may be a graphics processor (in /dev). Loads
 // nothing.
 bool may_have_graphics_processor();
 
-// The libraries are loaded when the first context is made, so a run that needs none neither pays
-// for them nor fails where they are missing. EGL and OSMesa in one process abort at exit (Mesa
-// 22.3): the one that is loaded first is the process's, and asking for the other throws.
+// An OpenGL context. Its libraries are loaded when the first context is made, so a run that needs
+// none neither pays for them nor fails if they are missing. EGL and OSMesa in one process abort at
+// exit (Mesa 22.3): the process keeps the one it loads first, and asking for the other throws.
 class GlContext {
  public:
-  // Leaves the context current on the calling thread. Throws std::runtime_error with the reason
-  // when there is no library, no such device, or no OpenGL 4.5 core profile. ~20 ms the first time
+  // Leaves the context current on the calling thread. Throws std::runtime_error with the reason if
+  // there is no library, no such device, or no OpenGL 4.5 core profile. Costs ~20 ms the first time
   // (EGL ~0.2 s).
   explicit GlContext(GlBackend backend);
   ~GlContext();

@@ -1,4 +1,4 @@
-// The OpenGL 4.5 entry points that gpu/ uses, resolved at run time: the ready-made loaders (epoxy,
+// The OpenGL 4.5 entry points that gpu/ uses, resolved at run time. The ready-made loaders (epoxy,
 // GLEW) find none on an OSMesa context.
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace weft::gpu {
 
-// One line an entry point: the type of its pointer, and its name without "gl".
+// One line per entry point: the type of its pointer, and its name without "gl".
 #define WEFT_GL_FUNCTIONS(X)                                   \
   X(PFNGLATTACHSHADERPROC, AttachShader)                       \
   X(PFNGLBINDBUFFERPROC, BindBuffer)                           \

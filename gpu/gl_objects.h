@@ -1,5 +1,7 @@
-// Programs and buffers of OpenGL, and its errors as exceptions. All of it belongs to the context
-// that is current when it is made, and must die while that is current or after it.
+// Programs and buffers of OpenGL, and its errors as exceptions. All objects belong to the context
+// that is current at their construction. They must be destroyed while it is current, or after it. @
+// gpu/gl_objects.h ~ Throws std::runtime_error with the compiler's log. Links a program. Throws
+// std::runtime_error with the compiler's log.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +14,14 @@
 
 namespace weft::gpu {
 
-// Throws std::runtime_error with the compiler's log.
+// Links a program. Throws std::runtime_error with the compiler's log.
 GLuint link_program(const GlFunctions& gl,
                     std::span<const std::pair<GLenum, std::string>> stages_and_sources);
 
 // Throws std::runtime_error("OpenGL cannot TASK: ...") if there was an error since the last call.
 void check_gl(const GlFunctions& gl, const char* task);
 
-// The most bytes that a shader may see of a buffer.
+// Largest number of bytes of a buffer that a shader can access.
 std::size_t buffer_limit(const GlFunctions& gl);
 
 // A shader storage buffer.
@@ -30,8 +32,8 @@ class GlBuffer {
   GlBuffer(const GlBuffer&) = delete;
   GlBuffer& operator=(const GlBuffer&) = delete;
 
-  // Makes the buffer at least so large, and never empty. Its contents are lost when it grows.
-  // Throws std::runtime_error where the device allows none of this size or has no memory for it.
+  // Makes the buffer at least this large, and never empty; its contents are lost when it grows.
+  // Throws std::runtime_error if the device does not allow this size or has no memory for it.
   void reserve(std::size_t bytes, const char* content);
   std::size_t bytes() const { return bytes_; }
   void bind(GLuint binding) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_); }
@@ -43,7 +45,8 @@ class GlBuffer {
     gl_->NamedBufferSubData(name_, static_cast<GLintptr>(first_byte),
                             static_cast<GLsizeiptr>(items.size_bytes()), items.data());
   }
-  // Waits for what writes it; a MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) must have been made.
+  // Waits for pending writes. Precondition: a MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) has been
+  // made.
   template <typename Item>
   void read(std::span<Item> items, std::size_t first_byte = 0) const {
     if (items.empty()) return;
@@ -68,7 +71,7 @@ class ComputeProgram {
   ComputeProgram(const ComputeProgram&) = delete;
   ComputeProgram& operator=(const ComputeProgram&) = delete;
 
-  // Throws std::runtime_error with the compiler's log.
+  // Compiles the shader if needed and uses it. Throws std::runtime_error with the compiler's log.
   void use();
   // Sets a uniform. Precondition: the program is in use.
   void set(const char* uniform, GLuint value) const {

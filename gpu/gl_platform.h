@@ -8,7 +8,7 @@
 
 namespace weft::gpu {
 
-// One context. The destructor makes it not current, if it is current on the calling thread.
+// One context. If it is current on the calling thread, the destructor makes it not current.
 class GlPlatform {
  public:
   virtual ~GlPlatform() = default;
@@ -21,17 +21,17 @@ class GlPlatform {
   virtual void* function_address(const char* name) const = 0;
 };
 
-// Throw std::runtime_error with the reason when there is no library, no OpenGL 4.5 core profile or,
-// for EGL, no device of the kind asked for.
+// Throw std::runtime_error with the reason if there is no library, no OpenGL 4.5 core profile or,
+// for EGL, no device of the requested kind.
 std::unique_ptr<GlPlatform> make_osmesa_platform();
 std::unique_ptr<GlPlatform> make_egl_platform(bool hardware);
 
-// A library loaded while the program runs. Never unloaded: threads of the rasterisers outlive the
+// A library loaded at run time. It is never unloaded: threads of the rasterisers outlive the
 // contexts.
 class LoadedLibrary {
  public:
-  // Loads the first of the names that can be loaded. `subject` and `package` are for the message of
-  // the std::runtime_error.
+  // Loads the first of the names that exists. `subject` and `package` are for the message of the
+  // std::runtime_error.
   LoadedLibrary(std::string subject, std::initializer_list<const char*> names, const char* package);
 
   template <typename Function>

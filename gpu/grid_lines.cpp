@@ -16,7 +16,7 @@ struct Axis {
   double length() const { return quads * edge; }
 };
 
-// Along the rows of a patch (row after row), or along its columns.
+// The direction along the rows of a patch, or along its columns.
 enum class Direction : bool { along_rows, along_cols };
 
 Axis measure(const bsi::Atlas& atlas, int number, Direction direction,
@@ -36,8 +36,8 @@ Axis measure(const bsi::Atlas& atlas, int number, Direction direction,
   return {is_down ? patch.quad_rows() : patch.quad_cols(), count == 0 ? 0 : sum / count};
 }
 
-// The side of a cell, m: a whole number of edges of the longest axis, of which it makes about
-// most_cells, without a rest where a number near that divides its quads.
+// Returns the side of a cell, m: a whole number of edges of the longest axis, which splits it into
+// about most_cells. If a number near that divides the axis's quads, it is taken.
 double cell_size(const Axis& longest) {
   const double wanted = std::max(1.0, static_cast<double>(longest.quads) / most_cells);
   int step = static_cast<int>(std::ceil(wanted));
@@ -49,7 +49,8 @@ double cell_size(const Axis& longest) {
   return step * longest.edge;
 }
 
-// Rows (or columns) that get a line: those a cell apart, and the last one of an open axis.
+// Returns the rows (or columns) that get a line: those a cell apart, and the last one of an open
+// axis.
 std::vector<int> lined_places(const Axis& axis, int count, double cell) {
   const int step = axis.edge > 0 ? std::max(1, static_cast<int>(std::lround(cell / axis.edge)))
                                  : std::max(1, axis.quads);

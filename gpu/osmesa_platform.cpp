@@ -4,11 +4,11 @@
 
 #include "gpu/gl_functions.h"
 #include "gpu/gl_platform.h"
-// After glcorearb.h, which both headers can share a file with in this order.
+// This header follows glcorearb.h: only in this order can one file include both.
 #include <GL/osmesa.h>
 
 #ifdef __SANITIZE_ADDRESS__
-// OSMesa 22.3 keeps about 150 bytes of each context it destroys. Read by the leak sanitizer.
+// Tells the leak sanitizer that OSMesa 22.3 keeps about 150 bytes of each context it destroys.
 extern "C" const char* __lsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; }
 #endif
@@ -16,8 +16,8 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; 
 namespace weft::gpu {
 namespace {
 
-// The few functions of OSMesa itself. Loaded, not linked: linking would make every `weft` command
-// start 15 ms later (it pulls in LLVM) and fail where OSMesa is not installed.
+// The functions of OSMesa itself. They are loaded, not linked: linking pulls in LLVM, makes every
+// `weft` command start 15 ms later, and fails if OSMesa is not installed.
 struct OsMesa {
   decltype(&OSMesaCreateContextAttribs) create_context = nullptr;
   decltype(&OSMesaDestroyContext) destroy_context = nullptr;
@@ -36,7 +36,7 @@ struct OsMesa {
   }
 };
 
-// A failure is tried anew.
+// Loads the library on first use; after a failure the next call tries again.
 const OsMesa& osmesa() {
   static const OsMesa loaded;
   return loaded;
@@ -82,8 +82,8 @@ class OsMesaPlatform : public GlPlatform {
   }
 
  private:
-  // OSMesa insists on a buffer to draw into; ours is never looked at (all drawing is to framebuffer
-  // objects).
+  // OSMesa requires a buffer to draw into. Nothing draws into it: contexts only run compute
+  // shaders.
   static constexpr int buffer_size = 16;
   std::vector<unsigned char> buffer_ =
       std::vector<unsigned char>(std::size_t{4} * buffer_size * buffer_size);

@@ -9,7 +9,7 @@
 namespace weft::gpu {
 namespace {
 
-// The numbers of what may touch each band of rows.
+// Lists, for each band of rows, the numbers of the triangles or lines that may touch it.
 std::vector<std::vector<std::uint32_t>> by_band(const auto& drawn, int height) {
   std::vector<std::vector<std::uint32_t>> bands((height + SampleBand::rows - 1) / SampleBand::rows);
   for (std::uint32_t number = 0; number < drawn.size(); ++number) {
@@ -21,14 +21,14 @@ std::vector<std::vector<std::uint32_t>> by_band(const auto& drawn, int height) {
   return bands;
 }
 
-// Some samples of a pixel that see the same piece of surface, at their mean place.
+// Samples of a pixel that see the same piece of surface, at their mean place.
 struct Fragment {
   std::uint32_t triangle = no_triangle;
   int samples = 0, samples_in_triangle = 0;
   float x = 0, y = 0;  // within the pixel
 };
 
-// Lights what is seen and lays it over the background of one row after the other.
+// Lights the surfaces seen in a row and draws them over the background, row by row.
 class RowPainter {
  public:
   RowPainter(const LitScene& scene, int width)
@@ -50,7 +50,7 @@ class RowPainter {
   std::vector<int> sums_;                         // sRGB values added up over these samples
 };
 
-// Triangles of one side of a surface that meet in a corner: they are lit alike.
+// True for triangles of the same side of one surface that share a corner: they are lit together.
 bool RowPainter::are_neighbours(std::uint32_t first, std::uint32_t second) const {
   const ScreenTriangle& a = scene_.geometry.triangles[first];
   const ScreenTriangle& b = scene_.geometry.triangles[second];
@@ -151,7 +151,7 @@ void RowPainter::paint(const SampleBand& band, int row_in_band, int row,
   }
   light_fragments();
   for (int col = 0; col < width; ++col) {
-    // A line at the rim of a surface covers some of the background too.
+    // A line at the rim of a surface also covers part of the background.
     const float brightness = band.brightness(row_in_band, col);
     if (seen_[col] == 0 && brightness == 1) continue;
     const float share = brightness / samples_per_pixel;

@@ -19,7 +19,7 @@
 namespace weft::gpu {
 namespace {
 
-// The error that libpng reports. It is kept until it is safe to throw: libpng is C and leaves by
+// The error that libpng reports. It is stored until throwing is safe: libpng is C and exits by
 // longjmp.
 struct PngFailure {
   std::string reason;
@@ -32,7 +32,7 @@ void keep_error(png_structp png, png_const_charp reason) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
-// A text chunk with this key and value signs what write_png makes.
+// Key and value of the text chunk that signs files of write_png.
 constexpr char signature_key[] = "Software";
 constexpr char signature[] = "Weft";
 
@@ -49,12 +49,12 @@ void sign(png_structp png, png_infop info) {
   png_set_text(png, info, &text, 1);
 }
 
-// Returns false on an error. Nothing with a destructor lives in here, because of the longjmp.
+// Returns false on an error. No object here has a destructor, because of longjmp.
 bool write_rows(png_structp png, png_infop info, std::FILE* file, const Picture& picture) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_init_io(png, file);
-  // Runs of equal differences between neighbours are all that pictures this smooth have. Files are
-  // no larger than with a search for repetitions, in half its time.
+  // Smooth pictures compress as runs of equal differences between neighbours: files are no larger
+  // than with a search for repetitions, which takes twice the time.
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_compression_strategy(png, Z_RLE);
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width),
@@ -100,7 +100,7 @@ bool is_own_png(const std::string& path) {
   const std::string chunk = std::string(signature_key) + '\0' + signature;
   std::string start(8, '\0');
   if (!file.read(start.data(), 8) || start != "\x89PNG\r\n\x1a\n") return false;
-  // Chunks: length, type, data, checksum.
+  // A chunk consists of length, type, data and checksum.
   for (std::array<unsigned char, 8> head{}; file.read(reinterpret_cast<char*>(head.data()), 8);) {
     const std::uint32_t length = std::uint32_t{head[0]} << 24 | std::uint32_t{head[1]} << 16 |
                                  std::uint32_t{head[2]} << 8 | std::uint32_t{head[3]};

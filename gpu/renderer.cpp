@@ -34,7 +34,7 @@ ViewFrame look_along(const Vec3& backward, const Vec3& up) {
   return frame;
 }
 
-// Memory that is reused from picture to picture.
+// The parts of a picture; their memory is reused from picture to picture.
 struct Renderer::Implementation {
   Implementation(int picture_width, int picture_height)
       : width(picture_width), height(picture_height) {}
@@ -72,7 +72,7 @@ Picture Renderer::draw(std::span<const DrawnSurface> surfaces, const Camera& cam
 
   batch.assemble(surfaces, camera.target);
   key_shadow.draw(batch, key, up, reach);
-  // Vertices that the projection adds keep no light off.
+  // The reach is found before the projection adds vertices, which throw no shadows.
   const double reach_of_sky = sky_reach(batch, reach);
   geometry.project(perspective, batch);
   add_sky_light(up, reach_of_sky, batch);

@@ -22,19 +22,19 @@ struct Picture {
 // Red, green and blue, linear (not sRGB), 0..1.
 using Colour = std::array<float, 3>;
 
-// All positions are finite, all indices within `positions`.
+// A surface to draw. All positions are finite, all indices within `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
   std::span<const std::array<int, 3>> triangles;  // particle indices
   Colour front_colour{};                          // of the side they are counter-clockwise from
   Colour back_colour{};
-  // Thin darker lines on the surface, as pairs of particles: for rows and columns of the image.
+  // Thin darker lines on the surface, as pairs of particles, such as rows and columns of the image.
   std::span<const std::array<int, 2>> lines = {};
   // Unit normals by position; if empty, those of vertex_normals (gpu/triangle_batch.h).
   std::span<const Vec3> normals = {};
 };
 
-// Colours that go together, a lighter one for the back; they repeat after 8.
+// A pair of colours, the lighter one for the back. The palette repeats after 8.
 struct SurfaceColours {
   Colour front{};
   Colour back{};
@@ -42,7 +42,7 @@ struct SurfaceColours {
 SurfaceColours palette(int index);
 // The grey of obstacles.
 SurfaceColours obstacle_colours();
-// The red of what touches.
+// The red of spheres that touch.
 Colour touching_colour();
 
 struct Camera {
@@ -52,10 +52,10 @@ struct Camera {
   double field_of_view_deg = 35;  // vertical
 };
 
-// Returns a camera that sees all the points from a three-quarter view, a little above. It is as
-// near as a margin of a twentieth on each side allows, with what it sees in the middle; `aspect` is
-// width / height. Points less than 1 mm apart are seen as a box of 1 mm. O(points). Precondition:
-// at least one point, all finite.
+// Returns a camera that sees all points from a three-quarter view, a little above. It is as near as
+// a margin of a twentieth on each side allows, with the points in the middle; `aspect` is width /
+// height. Points less than 1 mm apart are seen as a box of 1 mm. O(points). Precondition: at least
+// one point, all finite.
 Camera camera_for_points(std::span<const Vec3> points, double aspect);
 // Returns such a camera for a box, which is seen whole. Precondition: lowest <= highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
@@ -65,26 +65,26 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
 // which the eye sees a deviation.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels);
 
-// Lines for DrawnSurface: the borders of each patch, and rows and columns between which cells are
-// as square as whole numbers of quads allow, in metres at these positions (by particle, finite),
-// and at most 12 along the longest axis of all patches. O(particles).
+// Lines for DrawnSurface: the borders of each patch, and rows and columns that split it into cells.
+// Cells are as square as whole numbers of quads allow, in metres at these positions (by particle,
+// finite). There are at most 12 along the longest axis of all patches. O(particles).
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions);
 
-// Memory for pictures of one size.
+// Draws pictures of one size; keeps its memory from picture to picture.
 class Renderer {
  public:
-  // Pixels; 1..8192 each. Throws std::runtime_error for other sizes.
+  // Sizes are in pixels, 1..8192 each. Throws std::runtime_error for other sizes.
   Renderer(int width, int height);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
-  // Shaded with smooth normals (area-weighted), two-sided, anti-aliased, on a light background. A
-  // key light with soft shadows stands to the left of the camera; the rest is light of the sky
-  // (`camera.up`), shadowed too, so that folds and contacts darken. Shadows are for what the camera
-  // looks at: they reach twice as far from `camera.target` as the picture does. What is nearer to
-  // the eye than a thousandth of its distance to the target is cut off. The same input gives the
-  // same bytes. On one thread, some 0.5 us per triangle and 0.04 us per pixel that shows one.
+  // Draws surfaces shaded with smooth normals (area-weighted), two-sided, anti-aliased, on a light
+  // background. A key light with soft shadows stands to the left of the camera. The sky
+  // (`camera.up`) gives the rest of the light, shadowed too, so folds and contacts darken. Shadows
+  // reach twice as far from `camera.target` as the picture does. Anything nearer to the eye than a
+  // thousandth of its distance to the target is cut off. The same input gives the same bytes. On
+  // one thread it takes about 0.5 us per triangle and 0.04 us per pixel that shows one.
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:
@@ -92,11 +92,11 @@ class Renderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// 8-bit sRGB. Throws std::runtime_error, which names the file, when it cannot be written.
+// Writes a PNG file of 8-bit sRGB. Throws std::runtime_error, which names the file, if it cannot be
+// written.
 void write_png(const std::string& path, const Picture& picture);
-// Returns true if there is a PNG file at `path` that write_png made: it signs them with a text
-// chunk, Software = "Weft". Reads no further than the first pixels. False for whatever cannot be
-// read.
+// True if write_png made the PNG file at `path`: it signs files with a text chunk, Software =
+// "Weft". Reads no further than the first pixels. False for anything that cannot be read.
 bool is_own_png(const std::string& path);
 
 }  // namespace weft::gpu

@@ -1,4 +1,4 @@
-// A band of rows of a picture holds what the eye sees at four samples of each pixel.
+// A band of rows of a picture, with what the eye sees at four samples per pixel.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 namespace weft::gpu {
 
 inline constexpr int samples_per_pixel = 4;
-// Places of the samples within a pixel, rotated against it: no two share a row or a column.
+// Positions of the samples within a pixel, a rotated grid: no two share a row or a column.
 inline constexpr std::array<float, samples_per_pixel> sample_x{0.375F, 0.875F, 0.125F, 0.625F};
 inline constexpr std::array<float, samples_per_pixel> sample_y{0.125F, 0.375F, 0.625F, 0.875F};
 inline constexpr std::uint32_t no_triangle = ~std::uint32_t{0};
 
-// The processor's vector instructions take four pixels side by side at a time, a block: first the
-// first samples of all four, then the second ones, and so on.
+// A block is four pixels side by side, which vector instructions process at a time: first the first
+// samples of all four, then the second ones, and so on.
 inline constexpr int pixels_per_block = 4;
 inline constexpr int block_size = pixels_per_block * samples_per_pixel;
 
@@ -26,18 +26,18 @@ class SampleBand {
 
   explicit SampleBand(int width);
 
-  // Empties the band, which from now on begins at row `top` of the picture.
+  // Empties the band and places it at row `top` of the picture.
   void begin(int top);
-  // Draws the triangle where it is nearer than what is there; triangles() will return `number`.
+  // Draws the triangle where it is nearest so far; triangles() will return `number` there.
   void draw(const ScreenTriangle& triangle, std::uint32_t number);
-  // Draws a line on what has been drawn. Lines come after all triangles.
+  // Draws a line on the triangles, all of which must be drawn before.
   void draw(const ScreenLine& line);
 
   // The triangles seen at the samples of a block, or no_triangle.
   const std::uint32_t* triangles(int row, int block) const {
     return &triangles_[place(row, block)];
   }
-  // The share of the light of a pixel that lines leave.
+  // The share of a pixel's light that lines let through.
   float brightness(int row, int col) const {
     return brightness_[static_cast<std::size_t>(row) * width_ + col];
   }

@@ -10,9 +10,9 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double longest_edge = 16;  // pixels
-// Lines are brought nearer to the eye by so many sizes of a pixel at their distance, so that the
-// surface they are on does not hide them. (Pushing the surface back by its slope would let what is
-// 2 mm behind a fold, seen edge-on, shine through.)
+// Distance by which lines are moved towards the eye, in pixels at their distance, so that their own
+// surface does not hide them. (Pushing back the surface by its slope would reveal lines 2 mm behind
+// a fold that is seen edge-on.)
 constexpr double line_pull_in_pixels = 1.5;
 
 // A vertex as the eye sees it.
@@ -46,10 +46,10 @@ class Projection {
  private:
   void add_screen_vertex(const BatchVertex& vertex);
   bool is_out_of_sight(const std::array<std::uint32_t, 3>& corners) const;
-  // Returns the length in space of an edge that must be cut, of others 0.
+  // Returns the length in space of an edge that must be cut; 0 for other edges.
   double length_to_cut(std::uint32_t from, std::uint32_t to) const;
   std::uint32_t middle(std::uint32_t from, std::uint32_t to);
-  // Returns the box of the pixels between two places; it is empty beyond the picture.
+  // Returns the box of the pixels between two places; empty if it lies outside the picture.
   ScreenBox box_around(const Vector2d& low, const Vector2d& high) const;
   void set_up(const BatchTriangle& triangle);
   float line_darkness(std::uint32_t vertex) const;
@@ -65,7 +65,7 @@ void Projection::add_screen_vertex(const BatchVertex& vertex) {
   vertices_.push_back({seen, perspective_->pixel(seen)});
 }
 
-// All corners are beyond the same side of the picture, or too near.
+// True if all corners are beyond the same side of the picture, or too near.
 bool Projection::is_out_of_sight(const std::array<std::uint32_t, 3>& corners) const {
   unsigned beyond = 31;
   for (const std::uint32_t corner : corners) {
@@ -81,7 +81,7 @@ bool Projection::is_out_of_sight(const std::array<std::uint32_t, 3>& corners) co
   return beyond != 0;
 }
 
-// The answer depends on the edge alone, so that triangles on both sides of it are cut alike.
+// The result depends on the edge alone, so triangles on both sides of it are cut alike.
 double Projection::length_to_cut(std::uint32_t from, std::uint32_t to) const {
   const ScreenVertex& a = vertices_[from];
   const ScreenVertex& b = vertices_[to];
@@ -151,7 +151,7 @@ void Projection::set_up(const BatchTriangle& triangle) {
   drawn.surface = triangle.surface;
   drawn.is_front = twice_area < 0;  // the picture's y points downwards
   drawn.nearness = plane_through(points, nearness, twice_area);
-  // Some roundings of a float as large as the triangle.
+  // The slack is some roundings of a float of the triangle's size.
   const double slack_in_pixels = 1e-6 * (high - low).sum();
   for (int i = 0; i < 3; ++i) {
     std::array<double, 3> values{};
@@ -164,8 +164,8 @@ void Projection::set_up(const BatchTriangle& triangle) {
   }
 }
 
-// Lines fade out where the surface turns away: there they crowd, and the far side's would shine
-// through.
+// Lines fade out where the surface turns away: they crowd there, and those of the far side would
+// show through.
 float Projection::line_darkness(std::uint32_t vertex) const {
   const Vec3 view = perspective_->eye - batch_->vertices[vertex].position().matrix().cast<double>();
   const Vec3 normal = batch_->vertices[vertex].normal().matrix().cast<double>();

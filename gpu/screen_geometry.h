@@ -10,8 +10,8 @@
 
 namespace weft::gpu {
 
-// A quantity that is linear in the picture: start + across * x + down * y. Its x and y are relative
-// to the upper left pixel of the triangle or line it belongs to, where floats are precise.
+// A quantity that is linear in the picture: start + across * x + down * y. x and y are relative to
+// the upper left pixel of its triangle or line, which keeps floats precise.
 struct ScreenPlane {
   float start = 0, across = 0, down = 0;
 
@@ -25,12 +25,12 @@ struct ScreenBox {
 
 struct ScreenTriangle {
   ScreenBox box;
-  // Shares of the corners in a point of the picture; a point is inside where no share is below
-  // -slack, which makes up for rounding. In space a share counts in proportion to the corner's
+  // Barycentric shares of the corners at a point of the picture. A point is inside if no share is
+  // below -slack, which allows for rounding. In space, a share counts in proportion to the corner's
   // nearness.
   std::array<ScreenPlane, 3> shares;
   std::array<float, 3> slack;
-  // The reciprocal of the distance from the eye, along the line of sight, 1/m.
+  // Reciprocal of the distance from the eye, along the line of sight, 1/m.
   ScreenPlane nearness;
   std::array<float, 3> corner_nearness;
   std::array<std::uint32_t, 3> corners;
@@ -43,7 +43,7 @@ struct ScreenLine {
   ScreenBox box;
   ScreenPlane along;                       // 0..1 from its tail to its head
   ScreenPlane aside;                       // pixels from its middle
-  float nearness = 0, nearness_slope = 0;  // 1/m, at the tail, and what the head has more
+  float nearness = 0, nearness_slope = 0;  // 1/m, at the tail, and its difference to the head
   float darkness = 0, darkness_slope = 0;  // share of the light it takes away, 0..1
 };
 
@@ -51,8 +51,8 @@ struct ScreenGeometry {
   std::vector<ScreenTriangle> triangles;
   std::vector<ScreenLine> lines;
 
-  // Replaces the contents by what of the batch is in the picture. Triangles that are large in it
-  // are cut into smaller ones, so that light at their corners is enough; the vertices this takes
+  // Replaces the contents by the part of the batch that the picture shows. Triangles that are large
+  // in the picture are cut into smaller ones, so light at their corners is enough; the new vertices
   // are appended to the batch. O(vertices + triangles + pixels / 100).
   void project(const Perspective& perspective, TriangleBatch& batch);
 };

@@ -5,12 +5,12 @@
 
 namespace weft::gpu::shaders {
 
-// Returns GLSL for a number with all its bits.
+// Returns GLSL text for a number, exact to the bit.
 std::string exactly(float value);
 std::string exactly(double value);
 
-// The declarations of buffers, and functions that read them: the table of levels; vertices, which
-// need levels; boxes and spheres; bounds of steps.
+// Declarations of buffers with functions that read them: the table of levels; vertices, which need
+// levels; boxes and spheres; bounds of steps.
 extern const char* const levels;
 extern const char* const vertices;
 extern const char* const boxes;

@@ -9,21 +9,21 @@
 
 namespace weft::gpu {
 
-// The 8-bit sRGB values of linear ones.
+// A table of the 8-bit sRGB values of linear ones.
 class SrgbTable {
  public:
   SrgbTable();
-  // Beyond 0..1 it is the value of the nearer end.
+  // Values outside 0..1 count as the nearer end.
   std::uint8_t of_linear(float value) const {
     return values_[static_cast<int>(std::clamp(value, 0.0F, 1.0F) * steps)];
   }
 
  private:
   static constexpr int steps = 1 << 14;
-  std::array<std::uint8_t, steps + 1> values_;  // each that of the middle of a step
+  std::array<std::uint8_t, steps + 1> values_;  // each for the middle of a step
 };
 
-// Points of surfaces that are lit together by vector instructions: each quantity is an array.
+// Points of surfaces that vector instructions light together: each quantity is an array.
 struct LitPoints {
   static constexpr int capacity = 256;
   using Values = std::array<float, capacity>;
@@ -40,7 +40,7 @@ struct Lights {
   Eigen::Vector3f eye, up, key;  // the eye's position; directions up and towards the key light
 };
 
-// Lights the points by Lambert's law under a key light, whose shadow `key_shadow` tells, the sky
+// Lights the points by Lambert's law under a key light with the shadows of `key_shadow`, the sky
 // and the ground, with a faint sheen and a rim.
 void shade(const Lights& lights, const DepthMap& key_shadow, LitPoints& points);
 

@@ -55,7 +55,7 @@ void add_sky_light(const Vec3& up, double reach, TriangleBatch& batch) {
     for (BatchVertex& vertex : batch.vertices) {
       const Vector3f normal = vertex.normal().matrix();
       const float cosine = normal.dot(light);
-      // The light is looked up a little off the surface, so that this does not shade itself.
+      // The light is sampled slightly off the surface, so that it does not shade itself.
       const float offset = std::copysign(1.5F * map.texel(), cosine);
       const float lit = std::abs(cosine) * map.lit(vertex.position().matrix() + offset * normal);
       (cosine > 0 ? vertex.front_sky() : vertex.back_sky()) += lit;

@@ -25,18 +25,18 @@ Box point_of(Query query) {
   vec3 point = vec3(query.x, query.y, query.z);
   return Box(point, point);
 }
-// Both widened by the half margin.
+// Compares both boxes widened by half the margin.
 bool overlap(Box a, Box b, float half_margin) {
   precise vec3 a_low = a.low - half_margin, a_high = a.high + half_margin;
   precise vec3 b_low = b.low - half_margin, b_high = b.high + half_margin;
   return all(lessThanEqual(a_low, b_high)) && all(lessThanEqual(b_low, a_high));
 }
 
-// A list being appended to: how many work groups its next reader needs, and its length, which goes
-// on being counted past the capacity.
+// A list that is appended to: the number of work groups that its next reader needs, and its length.
+// The length counts beyond the capacity too.
 layout(std430, binding = 5) buffer Lists { uvec4 lists[]; };
 uniform uint group_limit;
-// Place for `added` items; `readers` invocations will read each.
+// Reserves places for `added` items, each read by `readers` invocations; returns the first.
 uint append(uint list, uint added, uint readers) {
   uint first = atomicAdd(lists[list].w, added);
   uint groups = (readers * (first + added) + 63u) / 64u;
@@ -52,8 +52,8 @@ layout(std430, binding = 2) writeonly buffer PairsOut { uvec4 pairs_out[]; };
 layout(std430, binding = 7) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 uniform uint list_in, list_out, list_leaves, pair_capacity, leaf_capacity;
 
-// The blocks of the level below under a block, or that itself: child i is first + (i & 1) and, in
-// the next row, + (i >> 1) * stride.
+// The children of a block in the level below, or the block itself if it is a leaf block. Child i is
+// first + (i & 1), plus (i >> 1) * stride for the next row.
 struct Children { uint level, first, stride, mask_u, count; };
 Children children_of(uint block, uint number) {
   Level level = levels[number];
@@ -97,7 +97,7 @@ bool certified(Tangent t, double margin) {
          is_beyond(diagonal, stray_diagonal, -a, stray_u, size, margin);
 }
 
-// The distance of two blocks along an axis, -1 .. 1, or 2 where they are no neighbours.
+// Returns the distance of two blocks along an axis, -1 .. 1, or 2 if they are no neighbours.
 int step_between(uint a, uint b, uint blocks, bool wraps) {
   int step = int(b) - int(a);
   if (wraps && step == int(blocks) - 1) step = -1;
@@ -105,7 +105,8 @@ int step_between(uint a, uint b, uint blocks, bool wraps) {
   return abs(step) <= 1 ? step : 2;
 }
 
-// A block with itself, or two neighbours in the window of up to 2 x 2 blocks that holds both.
+// True if a block with itself, or two neighbours in the window of up to 2 x 2 blocks that holds
+// both, are certified not to touch.
 bool cannot_touch(Query query, uvec4 pair) {
   if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
   Level level = levels[pair.z >> 16];
@@ -170,7 +171,7 @@ void main() {
 }
 )";
 
-// Four invocations a pair of leaf blocks, one for every quad of the first.
+// Four invocations per pair of leaf blocks, one for each quad of the first.
 const char* const leaves_main = R"(
 layout(std430, binding = 6) readonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 layout(std430, binding = 7) writeonly buffer Results { uint results[]; };
@@ -200,7 +201,7 @@ uvec4 corners_of(Level level, Quad quad) {
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col)),
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col + 1u)));
 }
-// The bounds of a quad's leaves: both triangles, or the quad as the first.
+// The bounds of a quad's leaves: of both triangles, or of the quad in the first.
 struct Leaves { Box first, second; };
 Leaves bound_leaves(uvec4 corner, bool swept) {
   Box diagonal = join(bound_vertex(corner.y, swept), bound_vertex(corner.z, swept));
@@ -214,9 +215,6 @@ bool share_particle(uvec3 a, uvec3 b) {
   return any(equal(a, b)) || any(equal(a, b.yzx)) || any(equal(a, b.zxy));
 }
 
-// True where a plane proves that the quads end farther apart than the reach of the filter and
-// twice the longest path of their corners. The plane lies across the normal of either quad or the
-// line between their centres.
 float longest_path(uvec4 corner) {
   vec4 path = vec4(distance(start_of(corner.x), end_of(corner.x)),
                    distance(start_of(corner.y), end_of(corner.y)),
@@ -224,13 +222,16 @@ float longest_path(uvec4 corner) {
                    distance(start_of(corner.w), end_of(corner.w)));
   return max(max(path.x, path.y), max(path.z, path.w));
 }
-// One corner a column.
+// Returns the corners as columns.
 mat4x3 corners_at_end(uvec4 corner, bool swept) {
   uvec4 at = swept ? corner + uvec4(vertex_count) : corner;
   return mat4x3(start_of(at.x), start_of(at.y), start_of(at.z), start_of(at.w));
 }
 float least(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
 float greatest(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
+// True if a plane proves that the quads end farther apart than the reach of the filter and twice
+// the longest path of their corners. The plane's normal is that of either quad, or the line between
+// their centres.
 bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   if (query.filter_reach < 0.0) return false;
   bool swept_a = (query.flags & 4u) != 0u, swept_b = (query.flags & 8u) != 0u;
@@ -247,7 +248,8 @@ bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   return false;
 }
 
-// Bit 4 j + 2 s + t: leaf s of the quad (0 where leaves are quads) and leaf t of quad j of b.
+// Returns bits of near leaves: bit 4 j + 2 s + t stands for leaf s of the quad (0 if leaves are
+// quads) and leaf t of quad j of b.
 uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corners, uint block_b,
                  Level level_b) {
   bool swept_b = (query.flags & 8u) != 0u;
@@ -327,7 +329,7 @@ void main() {
 
 std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
   const auto flag = [](bool value) { return value ? "true" : "false"; };
-  // GLSL asks no more of float64 than of float32: products good to 2^-24, roots to 2^-20.
+  // GLSL requires no more of float64 than of float32: products exact to 2^-24, roots to 2^-20.
   const double rounding = rounds_like_the_cpu ? 0x1p-46 : 0x1p-16;
   const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-16;
   return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
@@ -339,7 +341,7 @@ std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
 }
 
 std::string find_leaves() {
-  // Lengths are good to 2^-19 of themselves.
+  // Lengths are exact to 2^-19 of themselves.
   return std::string("#version 450 core\n") + levels + vertices + boxes + queries +
          "const float filter_factor = " + exactly(1 + 0x1p-16F) + ";\n" + leaves_main;
 }

@@ -11,13 +11,14 @@
 
 namespace weft::gpu {
 
-// A vertex's values are interpolated over triangles together, so they are one vector.
+// A vertex; its values are one vector, since they are interpolated together.
 struct BatchVertex {
   Eigen::Array<float, 8, 1> values;
 
   auto position() const { return values.head<3>(); }    // m, relative to the batch's origin
-  auto normal() const { return values.segment<3>(3); }  // unit, or zero where there is no area
-  // The light of the sky on the side that the normal leaves, and on the other (gpu/sky_light.h).
+  auto normal() const { return values.segment<3>(3); }  // unit, or zero without area
+  // The light of the sky on the side to which the normal points, and on the other
+  // (gpu/sky_light.h).
   float& front_sky() { return values[6]; }
   float& back_sky() { return values[7]; }
 };
@@ -32,16 +33,16 @@ struct TriangleBatch {
   std::vector<BatchTriangle> triangles;
   std::vector<std::array<std::uint32_t, 2>> lines;
 
-  // Replaces the contents; positions are relative to `origin`, and there is no light of the sky
-  // yet. O(vertices + triangles).
+  // Replaces the contents by these surfaces, without light of the sky. Positions become relative to
+  // `origin`. O(vertices + triangles).
   void assemble(std::span<const DrawnSurface> surfaces, const Vec3& origin);
 };
 
-// Unit normals by vertex: the sum of the areas of the triangles around it, as vectors, made unit.
-// Zero where that sum is zero.
+// Unit normals by vertex: the normalised sum of the area vectors of the triangles around it. Zero
+// where that sum is zero.
 std::vector<Vec3> vertex_normals(const DrawnSurface& surface);
-// Returns the normals of the original surface at the places of the detail's vertices, so that the
-// light falls on a surface of reduced detail as on the original. O(triangles of the original).
+// Returns the normals of the original surface at the detail's vertices, so that a surface of
+// reduced detail is lit like the original. O(triangles of the original).
 std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSurface& original);
 
 }  // namespace weft::gpu

@@ -49,7 +49,7 @@ inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x
   const double rate_over_length = dot(difference, v1 - v0) / squared_length;
   double tension_over_length =
       spring.stiffness * (1 - spring.rest_length / length + spring.damping_time * rate_over_length);
-  // A tension above k l would make the part along n n^T negative.
+  // The upper limit keeps the coefficient of the first term below from becoming negative.
   if (pull_only) tension_over_length = std::clamp(tension_over_length, 0.0, spring.stiffness);
   Mat3 result = ((spring.stiffness - tension_over_length) / squared_length * difference) *
                 difference.transpose();
