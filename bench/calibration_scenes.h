@@ -1,4 +1,4 @@
-// Scenes of short horizon on which tolerances are calibrated, and others on which that is verified.
+// Short scenes on which tolerances are calibrated, and others that verify the calibration.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ struct CalibrationScene {
   const char* shows;
   std::vector<std::string> overrides;  // KEY=VALUE of the text of `base`
   const char* base;                    // TOML
-  bool held_out;                       // for verification: the calibration has not seen it
+  bool held_out;                       // for verification, not for calibration
 };
 
 const std::vector<CalibrationScene>& calibration_scenes();

@@ -1,4 +1,4 @@
-// Other libraries' ways to move cloth, each in a program of its own beside weft-bench.
+// Other libraries' methods of moving cloth, each in a separate program beside weft-bench.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace weft::bench {
 
-// A way to set a method that is worth trying at any step. The names are those of ClothSettings.
+// Settings of a method that are worth trying at any step. The names are those of ClothSettings.
 struct ClothVariant {
   const char* label;
   int iterations = 1;
@@ -26,14 +26,14 @@ struct ClothMethod {
   std::vector<ClothVariant> variants;
 };
 
-// Returns all methods that Weft knows of, whether they were built or not.
+// Returns all known methods, whether they were built or not.
 std::span<const ClothMethod> cloth_methods();
 
-// Returns the path of the program, beside this one or in the build folder; nothing where it was not
+// Returns the path of the program, beside this one or in the build folder; empty if it was not
 // built.
 std::optional<std::string> cloth_program(const ClothMethod& method);
 
-// Returns the part of the scene that the libraries cannot express; nothing if they can express all
+// Returns a feature of the scene that the libraries cannot express; empty if they can express all
 // of it.
 std::optional<std::string> beyond_peers(const sim::Scene& scene);
 

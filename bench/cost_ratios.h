@@ -1,4 +1,4 @@
-// Cost of an error by method, and the ratios that are drawn from it.
+// Cost of an error by method, and ratios of such costs.
 #pragma once
 
 #include <optional>
@@ -10,17 +10,17 @@ namespace weft::bench {
 // One rung of a ladder of settings.
 struct CostPoint {
   double cpu = 0;               // s
-  std::optional<double> error;  // m; nothing where the run failed
+  std::optional<double> error;  // m; empty if the run failed
 };
 
-// Who chooses the steps, and how each is taken.
+// How steps are chosen, and how each is taken.
 enum class StepKind {
   controlled,  // implicit, chosen by an error tolerance
   implicit,    // fixed and implicit
   explicit_    // fixed and explicit
 };
 
-// A method with one way of setting it, from coarse to fine.
+// A method with one kind of setting, from coarse to fine.
 struct CostLadder {
   std::string method;
   StepKind kind = StepKind::controlled;
@@ -28,10 +28,10 @@ struct CostLadder {
   std::vector<CostPoint> points;
 };
 
-// Returns the cost (CPU s) of this error (m), between two rungs on logarithmic scales; nothing
-// where it does not get there.
+// Returns the cost (CPU s) of this error (m), interpolated between two rungs on logarithmic scales;
+// empty if the ladder does not reach it.
 std::optional<double> cost_at(const CostLadder& ladder, double error);
-// The least of all ladders for which `counts` holds.
+// Returns the least cost of the ladders for which `counts` holds.
 template <class Counts>
 std::optional<double> least_cost(const std::vector<CostLadder>& ladders, double error,
                                  const Counts& counts) {
@@ -44,8 +44,8 @@ std::optional<double> least_cost(const std::vector<CostLadder>& ladders, double 
   return least;
 }
 
-// Costs at one error as multiples of each other; nothing where either side does not get there.
-// Below 1: the method named second is the dearer one.
+// Ratios of costs at one error; empty if either side does not reach it. A ratio below 1 means that
+// the method named second costs more.
 struct CostRatios {
   std::optional<double> fixed_over_controlled;     // the cheapest fixed step of any kind
   std::optional<double> implicit_over_controlled;  // the cheapest implicit fixed step

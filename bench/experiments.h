@@ -1,7 +1,8 @@
-// The experiments of weft-bench: one function and one file each. main.cpp names them to the user.
+// The experiments of weft-bench: one function and one file each. main.cpp describes them to the
+// user.
 //
-// Each returns the exit code: 0, or 1 when what it found is wrong (sets that differ, a contact at
-// the wrong distance), which it has then said on standard error.
+// Each returns the exit code: 0, or 1 if its results are wrong (sets that differ, a contact at the
+// wrong distance), which it reports on standard error.
 #pragma once
 
 #include <filesystem>
@@ -17,13 +18,13 @@ struct HierarchyOptions {
   std::vector<int> sizes{128, 256, 512};
   std::vector<std::string> scenes;                         // empty: all
   std::vector<std::string> methods;                        // empty: all
-  std::vector<int> threads{1};                             // of Weft; its peers have one
-  std::vector<int> growth{64, 128, 256, 512, 1024, 2048};  // sizes of the growth of Weft's own cost
+  std::vector<int> threads{1};                             // of Weft; peers use one
+  std::vector<int> growth{64, 128, 256, 512, 1024, 2048};  // sizes for the growth of Weft's cost
   int repeats = 7;
 };
 int run_hierarchy(const HierarchyOptions& options);
 
-// The pyramid and its parts beside a copy, and on several threads.
+// Rebuild of the pyramid and its parts, compared with a copy, and on several threads.
 struct RebuildOptions {
   std::vector<int> sizes{64, 128, 200, 256, 257, 512, 1024, 2048};
   int threads = 1;
@@ -48,10 +49,10 @@ int run_paper_particles(const PaperOptions& options);
 // std::runtime_error without.
 int run_paper_lod(const PaperOptions& options);
 
-// The narrow phase in batches beside scalar functions, on sheets of n x n vertices.
+// The narrow phase in batches compared with scalar functions, on sheets of n x n vertices.
 int run_narrow_phase(int size);
 
-// The pyramids and traversals of gpu/ beside those of the CPU. Needs gpu/; throws
+// The pyramids and traversals of gpu/ compared with those of the CPU. Needs gpu/; throws
 // std::runtime_error without the device.
 struct GpuOptions {
   std::string backend = "auto";  // "gpu", "osmesa"
@@ -61,7 +62,7 @@ struct GpuOptions {
 };
 int run_gpu(const GpuOptions& options);
 
-// One implicit step's linear system of a sheet, by block-Jacobi and by multigrid.
+// The linear system of an implicit step of a sheet, solved with block-Jacobi and with multigrid.
 struct LinearSolverOptions {
   bool json = false;
   std::vector<int> sizes{33, 65, 129, 257, 513};
@@ -73,8 +74,8 @@ struct LinearSolverOptions {
 };
 int run_linear_solver(const LinearSolverOptions& options);
 
-// Run time against error of every method of time integration, over a ladder of tolerances or steps,
-// on case files.
+// Run time against error of every time integration method, over a ladder of tolerances or steps, on
+// case files.
 struct AccuracyOptions {
   std::vector<std::string> cases;
   std::vector<std::string> overrides;  // of the cases: KEY=VALUE
@@ -82,7 +83,7 @@ struct AccuracyOptions {
   std::optional<double> horizon;       // s; the duration of the case
   double reference_tolerance = 1e-8;   // m
   double reference_budget = 600;       // s of CPU time
-  double certainty = 1e-6;             // m: where two references part by more, the horizon ends
+  double certainty = 1e-6;             // m: distance of two references at which the horizon ends
   double budget = 60;                  // s of CPU time, of one run
   int repeats = 1;
   bool json = false;
@@ -91,7 +92,7 @@ struct AccuracyOptions {
 std::vector<std::string> accuracy_methods();
 int run_accuracy(const AccuracyOptions& options);
 
-// Run time against the drift of the energy, by the same methods: of a motion that should keep it.
+// Run time against the drift of energy, for the same methods and a motion that conserves it.
 struct EnergyDriftOptions {
   std::string path;                    // of the case
   std::vector<std::string> overrides;  // KEY=VALUE
@@ -112,14 +113,14 @@ struct ScalingOptions {
 };
 int run_scaling(const ScalingOptions& options);
 
-// A grid of extreme cases, each of which must finish rightly or say clearly why not: the slices are
-// in stability_grid.cpp, the checks in stability_cell.h.
+// A grid of extreme cases, each of which must finish correctly or report clearly why not. The
+// slices are in stability_grid.cpp, the checks in stability_cell.h.
 struct StabilityOptions {
   std::vector<std::string> slices;  // empty: all
-  bool quick = false;               // a small grid, in which all should be well
-  int every = 1;                    // every n-th cell alone
-  // s of CPU time, of a run of 81 vertices; nothing: measured, 45 times the median, or a minute for
-  // the small grid
+  bool quick = false;               // a small grid whose cells should all finish
+  int every = 1;                    // n: only every n-th cell
+  // Limit of CPU time for a run of 81 vertices, s. Empty: 45 times the measured median, or a minute
+  // for the small grid.
   std::optional<double> limit;
   int jobs = 1;  // cells at a time
   bool json = false;
@@ -127,14 +128,14 @@ struct StabilityOptions {
 };
 int run_stability(const StabilityOptions& options);
 
-// The table behind time.accuracy: settings against errors on scenes of short horizon; or a check of
-// it on scenes that it has not seen.
+// The table behind time.accuracy: settings against errors on short scenes; or its verification on
+// other scenes.
 struct CalibrateOptions {
   bool verify = false;
   std::vector<std::string> scenes;              // empty: all of their kind
-  std::vector<double> asked{1e-3, 3e-4, 1e-4};  // m; of the check
+  std::vector<double> asked{1e-3, 3e-4, 1e-4};  // m; accuracies to verify
   double reference_tolerance = 1e-8;            // m
-  double certainty = 1e-5;                      // m: within which references must agree to the end
+  double certainty = 1e-5;                      // m: references must agree within this to the end
   double budget = 60;                           // s of CPU time, of one run
   std::filesystem::path output;                 // the table; empty: none
   std::filesystem::path plot;                   // SVG file; empty: none
@@ -142,8 +143,8 @@ struct CalibrateOptions {
 std::vector<std::string> calibration_scene_names();
 int run_calibrate(const CalibrateOptions& options);
 
-// The cost of what a scene does not need: the CPU time of a run with it over that of one without,
-// in pairs of runs in turn.
+// The cost of features that a scene does not need: the ratio of CPU time with and without them,
+// from pairs of alternating runs.
 struct SkippingOptions {
   std::vector<std::string> pairs;  // empty: all
   int repeats = 9;                 // pairs of runs

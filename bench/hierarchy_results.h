@@ -9,13 +9,13 @@
 namespace weft::bench {
 
 enum class MethodKind {
-  weft,     // what a user gets
-  variant,  // Weft in another way, for comparison
+  weft,     // Weft as users get it
+  variant,  // Weft with other options, for comparison
   peer,
   oracle,  // brute force
 };
 
-// Medians of one method on one scene, ms; empty where the method has no such operation.
+// Medians of one method on one scene, ms; empty if the method has no such operation.
 struct Row {
   std::string scene;
   int n = 0;
@@ -30,7 +30,7 @@ struct Row {
 
 struct Results {
   std::vector<Row> rows;
-  int floor_n = 0;      // of the two below
+  int floor_n = 0;      // size that the two values below are for
   double floor_ms = 0;  // a copy: the image's bytes read, the hierarchy's written
   std::size_t hierarchy_bytes = 0;
 };

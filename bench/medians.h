@@ -27,7 +27,8 @@ double cpu_time_of(const Work& work) {
   return time_of(CLOCK_PROCESS_CPUTIME_ID, work);
 }
 
-// CPU time of the calling thread, s: other threads may still be spinning after work of theirs.
+// CPU time of the calling thread, s. It leaves out other threads, which may still be spinning after
+// their work.
 template <class Work>
 double thread_time_of(const Work& work) {
   return time_of(CLOCK_THREAD_CPUTIME_ID, work);

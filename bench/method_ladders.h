@@ -1,4 +1,4 @@
-// The methods of time integration, each with a ladder of settings from coarse to fine.
+// The time integration methods, each with a ladder of settings from coarse to fine.
 #pragma once
 
 #include <span>
@@ -9,30 +9,30 @@
 
 namespace weft::bench {
 
-// How a method is set for a given accuracy: by a tolerance (m) or by a step (s).
+// A method whose accuracy is set by a tolerance (m) or by a step (s).
 struct Ladder {
   const char* name;
   StepKind kind;
   bool by_step;
-  double first;    // its coarsest setting
-  double divisor;  // from one to the next
+  double first;    // coarsest setting
+  double divisor;  // ratio of a setting to the next
   int count;
   void (*apply)(sim::TimeCase& time, double setting);
 };
 
 std::span<const Ladder> method_ladders();
 
-// Steps that are given, of Weft's methods and of other libraries': from the first down by the
-// divisor, 14 of them, as far as the budget allows.
+// Fixed steps, of Weft's methods and of other libraries': up to 14 of them, from the first down by
+// the divisor, as far as the budget allows.
 inline constexpr double first_step = 1.0 / 30;  // s
 inline constexpr double step_divisor = 2;
 inline constexpr int step_count = 14;
 
-// When to leave a ladder: two settings in a row have spent the budget. Coarse ones may fail to come
-// to an end where finer ones do: these do not count before one has.
+// Tells when to stop climbing a ladder: two settings in a row have exceeded the budget. Coarse
+// settings may fail to finish where finer ones succeed, so they count only after one has finished.
 class LadderEnd {
  public:
-  // After each setting.
+  // Call after each setting.
   bool is_reached(bool over_budget) {
     counts_ = counts_ || !over_budget;
     too_slow_ = over_budget && counts_ ? too_slow_ + 1 : 0;

@@ -1,4 +1,4 @@
-// The common part of the paper's two timed experiments.
+// The shared part of the paper's two timed experiments.
 #pragma once
 
 #include <array>
@@ -11,22 +11,27 @@
 
 namespace weft::bench {
 
-// Measures scenes one after the other: rebuild of the pyramids of all bodies but particles, query
-// (candidates) and exact test (hits among them). Each bound of the traversals is compared with
-// brute force, which tests every pair of boxes and makes the same exact test. Times are medians
-// over the passes, ms of one thread. Brute force is repeated for about a second, at least once, and
-// left out where a pass would take some seconds.
+// Measures scenes one after the other: rebuild of the pyramids of all bodies except particles,
+// query (candidate pairs) and exact test (hits among them). Each bound of the traversals is checked
+// against brute force, which tests every pair of boxes and makes the same exact test. Times are
+// medians over the passes, ms of one thread. Brute force is repeated for about a second, at least
+// once; it is left out if one pass would take some seconds.
 class PaperFigure {
  public:
-  // `scenes` describes the scenes; `columns` are the table's headings of what tells them apart.
+  // `scenes` describes the scenes; `columns` are the table's headings for the values that
+  // distinguish them.
   PaperFigure(const std::string& scenes, const std::string& columns, int passes);
 
-  // Measures a scene. `columns` are its own, `x` its place in the chart.
+  // Measures a scene. `columns` are its values under those headings, `x` its place in the chart.
   void add(const CollisionScene& scene, const std::string& columns, double x);
 
-  // Writes NAME.csv and NAME.svg, and the table to standard output. Returns false where two methods
-  // found different candidates or hits, which is reported on standard error. Throws
-  // std::runtime_error as write_text().
+  // Writes NAME.csv and NAME.svg, and the table to standard output. Returns false if two methods
+  // found different candidates or hits, which it reports on standard error. Throws
+  // std::runtime_error as write_text(). = bench/plot.h ~ of the same length; with logarithmic of
+  // the same length; with logarithmic axes, positive of equal length; positive on logarithmic axes
+  // = bench/plot.h ~ // with its unit with its unit including its unit @ bench/plot.h ~ Writes text
+  // to a file, making its Writes text to a file and creates its folder if needed. Throws
+  // std::runtime_error, naming the path.
   bool write(const std::filesystem::path& directory, const std::string& name,
              const std::string& title, const std::string& note, const std::string& x_title) const;
 

@@ -1,4 +1,4 @@
-// Times of all methods on one scene, taken in turn.
+// Measures all methods on one scene, in alternation.
 #pragma once
 
 #include <string>
@@ -18,11 +18,10 @@ struct SceneMeasurement {
 // Names of all methods of this build.
 std::vector<std::string> method_names();
 
-// Appends a row for each method that can do the scene. Pass after pass, every method rebuilds,
-// refits, queries; the exact tests of peers, which take long, and brute force in the first pass
-// alone.
-// CPU time of one thread, wall time of several. False, after saying so on standard error, if any
-// finds other candidates or other hits than it should.
+// Appends a row for each method that can handle the scene. In every pass, each method rebuilds,
+// refits and queries. Brute force and the slow exact tests of peers run only in the first pass.
+// Times are CPU time for one thread, wall time for several. Returns false, after a report on
+// standard error, if a method finds wrong candidates or wrong hits.
 bool measure_scene(CollisionScene scene, const SceneMeasurement& measurement,
                    std::vector<Row>& rows);
 

@@ -9,18 +9,19 @@
 
 namespace weft::bench {
 
-// A geometry image, its triangles for those who want a mesh; or, without an atlas, particles.
+// A geometry image with its triangles, for methods that need a mesh; or, without an atlas,
+// particles.
 struct Body {
   bsi::Atlas atlas;
   std::vector<std::array<int, 3>> triangles;
   std::vector<bsi::Vec3> start;  // metres
-  std::vector<bsi::Vec3> end;    // of a swept body: where its particles go; else empty
+  std::vector<bsi::Vec3> end;    // end positions of a swept body; else empty
 
   bool is_particles() const { return triangles.empty(); }
   bool is_swept() const { return !end.empty(); }
 };
 
-// One body against itself, or the first against the second. Particles come first.
+// A query of one body against itself, or of the first against the second. Particles come first.
 struct CollisionScene {
   std::string name;
   int n = 0;  // images of n x n vertices
@@ -33,23 +34,24 @@ struct CollisionScene {
 
 constexpr double scene_margin = 2e-3;  // m
 
-// tori: two of n x n vertices, linked like a chain, their surfaces half a margin from each other.
+// The names of all scenes.
+// tori: two tori of n x n vertices, linked like a chain, half a margin apart.
 // Sheets of n x n vertices, 2 m wide:
-//   rolled: a spiral of layers 0.8 to 1.2 margins apart;
-//   pleated: 20 pleats, each as far from the next but one;
+//   rolled: a spiral with layers 0.8 to 1.2 margins apart;
+//   pleated: 20 pleats, each at that distance from the next but one;
 //   crumpled: pleats of many widths and distances, bent by waves in all directions;
 //   drape: hung over a ball in folds, nowhere near itself.
-// The same with "-swept": every vertex on its way along a straight line, some millimetres long.
+// NAME-swept: the same, with every vertex moving along a straight line, some millimetres long.
 // particles-1k, -10k, -100k: uniform in a box about a torus of n x n vertices.
 std::vector<std::string> scene_names();
 
-// Deterministic. Throws std::invalid_argument on an unknown name.
+// Makes a scene, always the same one. Throws std::invalid_argument for an unknown name.
 CollisionScene make_scene(const std::string& name, int n);
 
-// A torus as the paper's experiments use it, around the z axis, n x n vertices.
+// The torus of the paper's experiments, around the z axis, n x n vertices.
 constexpr double torus_major = 0.5, torus_minor = 0.2;  // radii, m
 Body make_paper_torus(int n);
-// Uniform in the box of that torus widened by 5 cm, with a fixed seed.
+// Particles uniform in the box of that torus widened by 5 cm, with a fixed seed.
 Body make_particles(int count);
 
 }  // namespace weft::bench

@@ -1,4 +1,4 @@
-// Pairs of scenes of which the second has what the first does not need.
+// Pairs of scenes; the second has features that the first does not need.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ struct SkippingPair {
   std::string name;
   std::string meaning;
   std::string without, with;    // cases
-  double bar = 0;               // the ratio of the CPU times to stay below; 0: none
-  bool same_trajectory = true;  // the first body must move the same in both, to the bit
+  double bar = 0;               // largest allowed ratio of the CPU times; 0: none
+  bool same_trajectory = true;  // the first body must move identically in both
 };
 
 std::vector<SkippingPair> skipping_pairs();

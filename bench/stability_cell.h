@@ -1,21 +1,21 @@
-// One cell of the stability grid: a case, run in a process of its own and judged.
+// One cell of the stability grid: a case, run in a separate process and judged.
 //
-// Every state that is looked at is checked, 25 in a run (200 where obstacles or pins move)
-// and its last one:
+// 25 states of a run (200 if obstacles or pins move) and its last one are checked:
 // - positions and velocities are finite;
-// - there is no more energy than was put in (sim/motion/energy_watch.h). A run looks at this
-//   after each of its steps and fails by itself; what passes it and is found here is wrong;
-// - with contact, no triangle passes through another (crossings.h, exact), and, where obstacles are
-//   at rest, the first surface of two has not come out on the other side of the second;
-// - without contact, pins and gravity, the momentum is that of the start, to an error of the
+// - there is no more energy than was put in (sim/motion/energy_watch.h). A run checks this after
+// each
+//   of its steps and fails by itself; an excess that is only found here makes the outcome `wrong`;
+// - with contact, no triangle passes through another (crossings.h, exact), and, if obstacles are at
+//   rest, the first of two surfaces has not come out on the other side of the second;
+// - without contact, pins and gravity, the momentum is that of the start, up to an error of the
 //   tolerance in every component and one thousandth;
-// - a run that gets to its end is inexact, whatever its own watch says, when it is further from a
-//   converged run of the same case (stability_reference.h) than `strayed_share` of how far that
-//   has moved (root mean squares over the particles), beside a hundred times its tolerance and what
-//   is known of the converged run; or when more than `lost_share` of the largest kinetic energy has
-//   gone, where nothing damps, touches or moves it;
-// - at the end of a static run, the root mean square of the accelerations left is at most a
+// - at the end of a static run, the root mean square of the remaining accelerations is at most a
 //   thousandth of gravity.
+// A run that finishes is `inexact` in two cases, whatever its own watch says. Either its distance
+// from a converged run of the same case (stability_reference.h) exceeds `strayed_share` of the
+// distance which that has moved (root mean squares over the particles); a hundred times its
+// tolerance and the uncertainty of the converged run are allowed on top. Or more than `lost_share`
+// of the largest kinetic energy is lost although nothing damps, touches or moves it.
 #pragma once
 
 #include <functional>
@@ -32,13 +32,13 @@
 
 namespace weft::bench {
 
-// In the order of the legend. From `too_slow` on: forbidden.
+// Outcomes in the order of the legend; those from `too_slow` on are forbidden.
 enum class Outcome {
   finished,
-  inexact,  // has come to its end, far from a converged run or without much of its energy
+  inexact,  // finished far from a converged run, or with much energy lost
   refused,
   failed,
-  limited,   // the run has ended at its compute.cpu_limit, and says so
+  limited,   // the run ended at its compute.cpu_limit, and reports it
   too_slow,  // has taken more than most_medians, however it ended; found when all have run, unless
              // a limit was given
   hung,
@@ -55,29 +55,29 @@ inline bool is_forbidden(Outcome outcome) { return outcome >= Outcome::too_slow;
 
 struct CellResult {
   Outcome outcome = Outcome::crashed;
-  std::string message;  // of the run, or what the check has found; empty where it finished
+  std::string message;  // of the run or of the check; empty if it finished
   double cpu = 0;       // s
   double reached = 0;   // s, simulated
-  double energy = 0;    // largest share of what the watch allows, at the states looked at
+  double energy = 0;    // largest share of the watch's limit, at the checked states
   std::int64_t steps = 0;
-  // NaN where nothing is known: m, from the converged run; share of the largest kinetic energy.
+  // Distance from the converged run (m), and lost share of the largest kinetic energy; NaN if
+  // unknown.
   double error = std::numeric_limits<double>::quiet_NaN();
   double lost = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Checks the states of a scene. Has dynamics of its own and leaves the integrator's alone.
+// Checks the states of a scene. It has its own dynamics and does not touch the integrator's.
 class Judge {
  public:
   explicit Judge(const sim::Scene& scene);
-  // Returns what is wrong with the state `y` at `time` (s), for the outcome `wrong`; nothing if it
-  // is right.
+  // Returns the fault of the state `y` at `time` (s), for the outcome `wrong`; empty if there is
+  // none.
   [[nodiscard]] std::optional<std::string> check(double time, std::span<const double> y);
-  // Returns what is wrong with the forces left at the end of a static run; nothing if they are
-  // small.
+  // Returns the fault of the remaining forces at the end of a static run; empty if they are small.
   [[nodiscard]] std::optional<std::string> check_rest(double time, std::span<const double> y);
   double largest_share() const { return energy_watch_.largest_share(); }
-  // Returns the share of the largest kinetic energy of the checked states that is gone at `y`; NaN
-  // where something may take it: damping, air, contact, moving pins or obstacles.
+  // Returns the share of the largest kinetic energy of the checked states that is lost at `y`. NaN
+  // if something may take it: damping, air, contact, moving pins or obstacles.
   double energy_lost(double time, std::span<const double> y);
 
  private:
@@ -97,8 +97,8 @@ class Judge {
   std::vector<sim::Vec3> position_, velocity_;
 };
 
-// Returns what makes the end `y` of a run with a tolerance (m; 0: none) inexact, in words; empty if
-// nothing does. Sets result.error and result.lost.
+// Returns the reason why the end `y` of a run with a tolerance (m; 0: none) is inexact; empty if it
+// is not. Sets result.error and result.lost.
 std::string inexactness(const sim::Scene& scene, Judge& judge, const ConvergedEnd* converged,
                         double tolerance, double time, std::span<const double> y,
                         CellResult& result);
@@ -106,14 +106,14 @@ std::string inexactness(const sim::Scene& scene, Judge& judge, const ConvergedEn
 // True if obstacles or pins move.
 bool something_is_moved(const sim::Scene& scene);
 bool all_finite(std::span<const double> y);
-// True if the message of a failure is clear: it names the body or obstacle, or the refused part of
-// the case, and the time.
+// True if the message of a failure is clear: it names the time and the body or obstacle, or the
+// part of the case that was refused.
 bool is_clear(const std::string& failure);
 
 // Runs `weft run PATH --set ...` without its trajectory for each cell, `jobs` at a time, each in a
-// child process. Its compute.cpu_limit is `limit` (s) times the size of the cell. A child that has
-// not come back from one step after several times that is ended. Returns the results in the order
-// of the cells, compared with `converged`; `done` is told of each as it ends.
+// child process. Its compute.cpu_limit is `limit` (s) times the size of the cell. A child whose
+// step takes several times that is killed. Returns the results in the order of the cells, compared
+// with `converged`; calls `done` as each ends.
 std::vector<CellResult> run_cells(std::span<const Cell> cells, const ConvergedEnds& converged,
                                   double limit, int jobs,
                                   const std::function<void(const Cell&, const CellResult&)>& done);

@@ -1,4 +1,4 @@
-// Converged runs of the stability grid: what the ends of its cells are compared with.
+// Converged runs of the stability grid, with which the ends of its cells are compared.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace weft::bench {
 
-// Two methods of different kinds agree in this state within `agreement`.
+// The end of a converged run: two methods of different kinds agree in it within `agreement`.
 struct ConvergedEnd {
   std::vector<sim::Vec3> position;  // m, of the dynamic particles
   double agreement = 0;             // m
@@ -19,11 +19,11 @@ struct ConvergedEnd {
 
 class ConvergedEnds {
  public:
-  // Runs them with a tolerance (m) for cells in which different things happen, `jobs` at a time,
-  // each of the two methods for at most `limit` (s of CPU time) times the size of the cell.
+  // Runs references with a tolerance (m), one for all cells of the same physics, `jobs` at a time.
+  // Each of the two methods may take `limit` (s of CPU time) times the size of the cell.
   void find(std::span<const Cell> cells, double tolerance, double limit, int jobs);
-  // Returns null where no reference was asked for, got to the end of the cell or converged:
-  // buckling cloth is chaotic. Equilibria have no reference.
+  // Returns null if no reference was asked for, reached the end of the cell or converged: buckling
+  // cloth is chaotic. Equilibria have no reference.
   const ConvergedEnd* at_end_of(const Cell& cell) const;
 
  private:

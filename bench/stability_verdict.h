@@ -7,9 +7,9 @@
 
 namespace weft::bench {
 
-// Shares of the cells in which obstacles and pins are at rest: most fail only if a method cannot do
-// what it is asked, and few are so slow that they are ended. `inexact` counts runs of methods with
-// a tolerance alone: a fixed step is as exact as it is.
+// Shares of the cells whose obstacles and pins are at rest. Most of these fail only if a method
+// cannot do what it is asked, and few are so slow that they are ended. `inexact` counts only runs
+// of methods with a tolerance: the error of a fixed step follows from the step.
 struct Shares {
   int cells = 0, failed = 0, limited = 0, inexact = 0;
   static constexpr double most_failed = 0.15, most_limited = 0.05, most_inexact = 0.1;

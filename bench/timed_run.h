@@ -13,14 +13,14 @@ struct TimedRun {
   std::string failure;  // empty: reached the last time
   double cpu = 0;       // s, of the whole process, without setting up the scene
   sim::IntegratorCounts counts;
-  // Positions of the dynamic particles (m) at each of the times that were reached.
+  // Positions of the dynamic particles (m) at each time that was reached.
   std::vector<std::vector<sim::Vec3>> positions;
-  // Energies at the start, and at the end of the step that reached each of the times.
+  // Energies at the start, and at the end of the step that reached each time.
   std::vector<sim::Energies> energies;
 };
 
-// Simulates from t = 0 to the last of `times` (s, increasing, > 0). Stops with a failure when it
-// has taken more CPU time than `budget` (s).
+// Simulates from t = 0 to the last of `times` (s, increasing, > 0). Fails after more CPU time than
+// `budget` (s).
 TimedRun simulate(const sim::Case& source, std::span<const double> times, double budget);
 
 }  // namespace weft::bench

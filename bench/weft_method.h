@@ -1,4 +1,4 @@
-// Weft as one more method beside its peers.
+// Weft as one of the methods that are compared.
 #pragma once
 
 #include <span>
@@ -9,16 +9,16 @@
 namespace weft::bench {
 
 // Returns a scene as meshes, for methods that take meshes, with the definition of its candidates.
-// They are views of `scene`, which must stay where it is.
+// The meshes are views of `scene`, which must not move.
 PeerScene mesh_view(const CollisionScene& scene);
 
 struct WeftVariant {
-  // Without it Weft finds the same pairs as its peers. With it (self queries only) Weft leaves out
-  // pairs that cannot be hits.
+  // Leaves out pairs that cannot be hits (self queries only). Without it Weft finds the same pairs
+  // as its peers.
   bool certificate = true;
-  // query() lists the candidates pair by pair, as peers do, and not by pairs of leaf blocks.
+  // Makes query() list candidates pair by pair, as peers do, instead of by pairs of leaf blocks.
   bool listed = false;
-  // The bounds that the traversals compare. The rebuild makes spheres unless it is `box`.
+  // The bounds that the traversals compare. Unless they are `box`, the rebuild makes spheres too.
   bsi::Bound bound = bsi::Bound::box;
   int threads = 1;
 };
@@ -41,8 +41,8 @@ class WeftMethod final : public Peer {
   std::unique_ptr<Pyramids> pyramids_;
 };
 
-// Returns how many of the candidates of any method come within the margin of the scene, by Weft's
-// narrow phase for lists of pairs.
+// Returns the number of candidates, of any method, within the margin of the scene, by Weft's narrow
+// phase for lists of pairs.
 long weft_hits(const CollisionScene& scene, std::span<const LeafPair> pairs, int threads);
 
 }  // namespace weft::bench

@@ -1,9 +1,8 @@
 // The interface of a library that simulates point masses joined by springs, for benchmarks.
 //
-// Each library is a program of its own, weft-bench-NAME, which reads settings and a problem from
-// standard input and writes the outcome. What it links never meets another build of the same
-// library: Bullet's pairs are found in float32, its cloth moves in float64. A library that crashes
-// costs one row of a table.
+// Each library has its own program, weft-bench-NAME, which reads settings and a problem from
+// standard input and writes the outcome. Programs keep two builds of one library apart: Bullet
+// finds pairs in float32 but moves cloth in float64. A crash costs only one row of a table.
 #pragma once
 
 #include <array>
@@ -19,22 +18,22 @@ struct ClothSpring {
   double stiffness = 0;    // k, N/m: W = k/2 (l - L)^2
 };
 
-// Springs without damping between point masses under gravity, and nothing else: no air, no contact.
+// Undamped springs between point masses under gravity, without air and contact.
 struct ClothProblem {
   std::array<double, 3> gravity{};                        // m/s^2
   std::vector<std::array<double, 3>> position, velocity;  // at the start, m, m/s
-  std::vector<double> mass;                               // kg; 0: held where it is
+  std::vector<double> mass;                               // kg; 0: held in place
   std::vector<ClothSpring> springs;
 };
 
 struct ClothSettings {
-  std::string method;  // one word, of those of the library
+  std::string method;  // one word, by the library's naming
   double step = 0;     // s
   long steps = 0;
-  int iterations = 1;        // of a step, in the method's own sense
-  double tolerance = 0;      // of its linear solver, in its own sense; 0: the library's
+  int iterations = 1;        // per step, as the method defines them
+  double tolerance = 0;      // of its linear solver, as that defines it; 0: its default
   bool line_search = false;  // of Newton's method
-  double budget = 0;         // s of CPU time, at which it gives up
+  double budget = 0;         // s of CPU time, after which it fails
 };
 
 struct ClothOutcome {
@@ -43,11 +42,11 @@ struct ClothOutcome {
   std::vector<std::array<double, 3>> position;  // at the end, m
 };
 
-// Throws std::invalid_argument for a method that is not the library's, or springs that it cannot
-// express.
+// Simulates cloth. Throws std::invalid_argument for an unknown method, or springs that the library
+// cannot express.
 ClothOutcome simulate_cloth(const ClothProblem& problem, const ClothSettings& settings);
 
-// As text, exact to the last bit. Reading leaves the stream failed where something is missing.
+// Text form, exact to the last bit. Reading incomplete text sets the stream's failure state.
 std::ostream& operator<<(std::ostream& stream, const ClothSettings& settings);
 std::istream& operator>>(std::istream& stream, ClothSettings& settings);
 std::ostream& operator<<(std::ostream& stream, const ClothProblem& problem);

@@ -1,4 +1,4 @@
-// The boxes that candidates are defined by, for libraries that want boxes of their user.
+// The boxes that define candidates, for libraries whose user supplies boxes.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace weft::bench {
 
-// Four lanes of float32; the fourth is 0 everywhere, so that it passes every test.
+// Four lanes of float32; the fourth is always 0 and so passes every test.
 using Float4 [[gnu::vector_size(16)]] = float;
 using Int4 [[gnu::vector_size(16)]] = int;
 using Long2 [[gnu::vector_size(16)]] = long long;
@@ -27,7 +27,8 @@ inline bool all(Int4 mask) {
 
 inline Float4 lanes(float value) { return Float4{value, value, value, 0}; }
 
-// The boxes, each widened by half a margin, overlap or touch: in float32 as written.
+// True if the boxes, each widened by half a margin, overlap or touch, computed in float32 as
+// written.
 inline bool near(const Box& a, const Box& b, Float4 half) {
   return all((a.low - half <= b.high + half) & (b.low - half <= a.high + half));
 }
@@ -105,7 +106,7 @@ class SceneBoxes {
   const PrimitiveBoxes& second() const { return bodies_.back(); }
   float half_margin() const { return half_margin_; }
 
-  // Returns a box as libraries get it: the widened boxes of all candidates overlap or touch.
+  // Returns a box for libraries; these widened boxes of all candidates overlap or touch.
   Box widened(const PrimitiveBoxes& body, std::size_t i) const {
     return {body[i].low - half_, body[i].high + half_};
   }
@@ -113,7 +114,7 @@ class SceneBoxes {
     const Float4 half = particle_half_margins_.empty() ? half_ : lanes(particle_half_margins_[a]);
     return near(first()[a], second()[b], half) && !(self_ && first().share_point(a, b));
   }
-  // Appends a candidate for libraries that report either order of a pair once.
+  // Appends a candidate; for libraries that report a pair once, in either order.
   void append_unordered(int a, int b, std::vector<LeafPair>& pairs) const {
     if (!is_candidate(a, b)) return;
     pairs.push_back(self_ && a > b ? LeafPair{b, a} : LeafPair{a, b});
