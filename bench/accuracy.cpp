@@ -30,9 +30,9 @@ struct Row {
   std::string method, setting;
   double cpu = 0;               // s, median
   std::optional<double> error;  // m
-  bool is_bound = false;        // the error is no more than that: lost in that of the reference
+  bool is_bound = false;        // `error` is an upper bound: the reference is not exact enough
   std::int64_t steps = 0;
-  // Known for Weft's own methods alone.
+  // Values that only Weft's own methods have.
   struct Own {
     double energy_change = 0;  // J, of the total; without damping and moving pins it should be none
     std::int64_t newton = 0, linear = 0;
@@ -87,9 +87,9 @@ Row measure(const Case& source, const Ladder& ladder, double setting, const Refe
   return row;
 }
 
-// Climbs a ladder from coarse to fine, to its end or until the error is lost in that of the
-// reference. Of such a row the table says only that the error is less than ten times the
-// reference's. The rules are the same for Weft's methods and for those of other libraries.
+// Climbs a ladder from coarse to fine, to its end or until the error is too small for the
+// reference. The table then states only an upper bound, ten times the reference's error. The rules
+// are the same for Weft's methods and for those of other libraries.
 template <class Measure>
 void climb_rungs(const CostLadder& climbed, double setting, double divisor, int count,
                  const AccuracyOptions& options, const Measure& measure_at, Result& result) {
@@ -144,7 +144,7 @@ Row measure_peer(const ClothMethod& method, const std::string& program, const Cl
   return row;
 }
 
-// Climbs the steps of a library's method in each variant, each of which is a ladder of its own.
+// Climbs the steps of a library's method; each variant is a ladder of its own.
 void climb(const Scene& scene, const ClothMethod& method, const AccuracyOptions& options,
            Result& result) {
   const auto program = cloth_program(method);
@@ -165,7 +165,7 @@ void climb(const Scene& scene, const ClothMethod& method, const AccuracyOptions&
   }
 }
 
-// Returns a ladder for a picture: rows by growing cost, each more exact than all before.
+// Returns a ladder for the chart: rows by growing cost, each more exact than all before.
 std::vector<Row> best_of(std::vector<Row> rows) {
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.cpu < b.cpu; });
   std::vector<Row> best;
@@ -211,8 +211,8 @@ void print_numbers(const std::string& name, const char* format,
   }
 }
 
-// The cost of each method, and how they compare: steps that are fixed, implicit or of any kind,
-// over those that a tolerance chooses, and over Verlet's.
+// Prints the cost of each method, and ratios: fixed steps, implicit or of any kind, over
+// error-controlled ones and over Verlet's.
 void print_ratios(const Result& result) {
   std::printf("\nCPU s for an error of at most\n%-*s", ratio_width, "");
   for (const double error : shown_errors) std::printf(" %10.0e", error);
@@ -312,7 +312,7 @@ int run_accuracy(const AccuracyOptions& options) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   bool right = true;
   for (const std::string& path : options.cases) {
-    // The case's own method and what belongs to it give way to the ladders.
+    // The ladders replace the case's own method and its settings.
     Case source = read_case(path, options.overrides);
     choose_accuracy(source);
     Result result{

@@ -21,7 +21,8 @@ double distance_from_core(const Vec3& p) {
   return std::hypot(std::hypot(p.x(), p.y()) - torus_major, p.z());
 }
 
-// Returns the least value of `f` on [low, high], where it has one minimum, by golden section.
+// Returns the least value of `f` on [low, high], which must contain a single minimum, by golden
+// section.
 template <class Function>
 double least_value(const Function& f, double low, double high) {
   const double ratio = std::numbers::phi - 1;
@@ -72,7 +73,7 @@ class MovingTori {
     static_cast<void>(of_rest_.rebuild(rest_.start, 1));
   }
 
-  // Returns the number of pairs of triangles that meet when the second torus is turned and shifted.
+  // Returns the number of pairs of triangles that meet if the second torus is rotated and shifted.
   long hits(const Matrix3& turn, const Vec3& shift) {
     for (std::size_t i = 0; i < moved_.size(); ++i) moved_[i] = turn * rest_.start[i] + shift;
     static_cast<void>(of_moved_.rebuild(moved_, 1));
@@ -93,7 +94,7 @@ class MovingTori {
   std::vector<bsi::LeafPair> candidates_;
 };
 
-// Returns the first s at which `touches` holds, coming from `far` in steps, then by bisection;
+// Returns the first s at which `touches` holds, searched from `far` in steps and then by bisection;
 // negative if there is none.
 template <class Test>
 double first_touch(const Test& touches, double far, double step, double accuracy) {
@@ -131,7 +132,7 @@ double torus_distance(const Matrix3& turn, const Vec3& shift) {
     const Vec3 core(torus_major * std::cos(angle), torus_major * std::sin(angle), 0);
     return distance_from_core(turn * core + shift);
   };
-  // Minima are far wider than the intervals.
+  // The minima are far wider than these intervals.
   constexpr int intervals = 90;
   std::array<double, intervals> sample{};
   for (int i = 0; i < intervals; ++i) sample[i] = at(2 * pi * i / intervals);

@@ -1,5 +1,5 @@
 // Settings against errors on scenes with converged references: the table behind time.accuracy, and
-// its check on other scenes.
+// its verification on other scenes.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -21,7 +21,7 @@ namespace {
 
 using namespace sim;
 
-constexpr int samples = 20;  // times of a run at which it is compared
+constexpr int samples = 20;  // times at which a run is compared
 // The share `wanted_share` of a rung's scenes should have errors within `wanted_factor` of the
 // table's. A rung is left out if that takes more than `most_factor`, or if a scene's error exceeds
 // `worst_factor` times the table's.
@@ -49,8 +49,8 @@ const CalibratedMethod& method_named(const std::string& name) {
 struct Measurement {
   std::string scene;
   bool meetings = false;
-  double error_rate = std::numeric_limits<double>::infinity();  // m/s; of a failed run infinite
-  double cost = 0;                                              // s a simulated second
+  double error_rate = std::numeric_limits<double>::infinity();  // m/s; infinite for a failed run
+  double cost = 0;                                              // s per simulated second
 };
 
 struct Rung {
@@ -59,7 +59,7 @@ struct Rung {
   std::vector<Measurement> measurements;
 };
 
-// The row of the table that a rung makes of scenes of one kind, and how it was come by.
+// The row of the table for a rung and scenes of one kind, and its basis.
 struct Fit {
   CalibrationRow row{};
   double low = 0, high = 0;  // m/s: between them lies the wanted share of the scenes
@@ -76,8 +76,8 @@ double largest_error(const TimedRun& run, const Reference& reference) {
   return std::isfinite(largest) ? largest : std::numeric_limits<double>::infinity();
 }
 
-// Finds the reference of a scene. Returns nothing, and reports it, where the references part before
-// the end: there is then nothing to measure errors by.
+// Finds the reference of a scene. Returns nothing, and reports it, if the references part before
+// the end: then errors cannot be measured.
 std::optional<Reference> reference_of(const CalibrationScene& scene, const Case& source,
                                       const CalibrateOptions& options) {
   Reference reference = find_reference(source, sample_times(source.time.duration, samples),
@@ -94,7 +94,7 @@ bool is_wanted(const std::vector<std::string>& names, const char* name) {
   return names.empty() || std::ranges::find(names, name) != names.end();
 }
 
-// Climbs the ladders on one scene, each until it takes more than the budget.
+// Climbs the ladders on one scene, each until a run exceeds the budget.
 void measure(const CalibrationScene& scene, const CalibrateOptions& options,
              std::vector<Rung>& rungs) {
   const Case source = case_of(scene);
@@ -106,7 +106,7 @@ void measure(const CalibrationScene& scene, const CalibrateOptions& options,
     Case timed = source;
     apply_setting(timed.time, method, rung.setting);
     const double limit = position_tolerance_limit(source);
-    // Contact allows no such tolerance; an accuracy never asks for it.
+    // Contact does not allow this tolerance, so time.accuracy never chooses it.
     if (!method.by_step && rung.setting > limit) continue;
     timed.time.position_tolerance = std::min(timed.time.position_tolerance, limit);
     const TimedRun run = simulate(timed, reference->times, options.budget);
@@ -119,8 +119,8 @@ void measure(const CalibrationScene& scene, const CalibrateOptions& options,
   }
 }
 
-// The narrowest window on a logarithmic scale with the wanted share of the scenes; its middle is
-// what the table says. Scenes above and below count alike.
+// Finds the narrowest window on a logarithmic scale with the wanted share of the scenes. Its middle
+// goes into the table. Scenes above and below count alike.
 Fit fit(const Rung& rung, bool meetings) {
   std::vector<double> rates;
   double log_cost = 0;
@@ -242,7 +242,7 @@ int calibrate(const CalibrateOptions& options) {
   std::string text =
       "// Written by `weft bench calibrate`: method, whether bodies meet, setting (m, of steps "
       "s),\n"
-      "// error over duration (m/s), factor within which nine of ten scenes had it, CPU time a\n"
+      "// error over duration (m/s), factor within which nine of ten scenes had it, CPU time per\n"
       "// simulated second.\n";
   for (const bool meetings : {false, true}) {
     for (const Ladder& ladder : ladders) {
@@ -259,12 +259,12 @@ int calibrate(const CalibrateOptions& options) {
   return table.empty() ? 1 : 0;
 }
 
-// The result of asking for an accuracy on one scene; nothing where it cannot be asked for.
+// The result of asking for an accuracy on one scene; empty if that is refused.
 struct Achieved {
   double error = 0;  // m
   bool by_stable_steps = false;
-  // Verlet, which is chosen where it is cheapest, may be too exact: its stable steps are shorter
-  // than the accuracy would allow.
+  // Verlet is chosen if it is cheapest, and may then be too exact: its stable steps can be shorter
+  // than the accuracy requires.
   bool is_right(double asked) const {
     return error <= wanted_factor * asked && (by_stable_steps || error >= asked / wanted_factor);
   }

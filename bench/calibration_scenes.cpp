@@ -6,7 +6,7 @@ namespace weft::bench {
 
 namespace {
 
-// Two corners of a square are held.
+// A square held at two corners.
 constexpr const char* corners = R"(
 [time]
 duration = 0.25
@@ -66,7 +66,7 @@ shape = { type = "rectangle", size = [0.4, 0.1], resolution = [9, 33] }
 cols = [0, 1]
 )";
 
-// Two opposite borders are held, and one of them is moved along itself.
+// A sheet held at two opposite borders, one of which moves along itself.
 constexpr const char* shear = R"(
 [time]
 duration = 0.13
@@ -86,7 +86,7 @@ edges = ["last_row"]
 motion = { keyframes = [{ time = 0.0 }, { time = 0.2, translation = [0.08, 0.0, 0.0] }] }
 )";
 
-// A border all around is held: a drum, struck.
+// A drum, held all around and struck.
 constexpr const char* drum = R"(
 [time]
 duration = 0.2

@@ -56,7 +56,7 @@ Child start(std::size_t index, double cpu_limit, const std::function<std::string
   return {process, ends[0], index, {}};
 }
 
-// Reads how a child ended whose pipe has come to its end.
+// Collects the end of a child whose pipe is closed.
 ChildEnd collect(Child& child) {
   close(child.pipe_end);
   int status = 0;
@@ -68,7 +68,8 @@ ChildEnd collect(Child& child) {
   return end;
 }
 
-// Waits until a child says something or ends; returns one that has ended, or `children.size()`.
+// Waits until a child writes or ends; returns the index of one that has ended, or
+// `children.size()`.
 std::size_t listen(std::vector<Child>& children) {
   std::vector<pollfd> pipes;
   for (const Child& child : children) pipes.push_back({child.pipe_end, POLLIN, 0});

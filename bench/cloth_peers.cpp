@@ -32,7 +32,7 @@ std::optional<std::string> beyond_peers(const MaterialCase& material) {
 
 std::array<double, 3> array_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-// A file of this name for as long as it lives.
+// A temporary file, removed with the object.
 class TemporaryFile {
  public:
   TemporaryFile() {
@@ -49,7 +49,7 @@ class TemporaryFile {
   std::string path_ = (std::filesystem::temp_directory_path() / "weft-cloth-XXXXXX").string();
 };
 
-// Returns the output of the program when it reads the file. Neither path may hold an apostrophe.
+// Returns the output of the program for the file as input. Neither path may contain an apostrophe.
 std::string output_of(const std::string& program, const std::string& input_path) {
   FILE* pipe = popen(("'" + program + "' < '" + input_path + "'").c_str(), "r");
   if (pipe == nullptr) return {};
@@ -64,10 +64,10 @@ std::string output_of(const std::string& program, const std::string& input_path)
 }  // namespace
 
 std::span<const ClothMethod> cloth_methods() {
-  // More than four iterations of the soft body only cost more. Bullet's own five Newton iterations
-  // with conjugate gradients down to rounding cost more than ten times as much as one with 1e-4 at
-  // steps of 4 ms, for the same error; searches help where the step is so long that springs buckle
-  // within it.
+  // Variants worth trying. More than four iterations of the soft body only cost more. Bullet's five
+  // Newton iterations, with conjugate gradients down to rounding, cost more than ten times as much
+  // as one with 1e-4 at steps of 4 ms, for the same error. Line searches help if the step is so
+  // long that springs buckle within it.
   static const std::vector<ClothMethod> methods{
       {"bullet-soft-body", "bullet", "soft-body", {{"1 iteration", 1}, {"4 iterations", 4}}},
       {"bullet-deformable",

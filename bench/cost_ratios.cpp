@@ -14,7 +14,7 @@ std::optional<double> cost_at(const CostLadder& ladder, double error) {
       if (before != nullptr && *before->error > error) {
         const double part =
             std::log(error / *before->error) / std::log(*point.error / *before->error);
-        // This setting is the better choice if the coarser one costs more.
+        // If the coarser setting costs more, this setting is the better choice.
         cost = std::min(cost, before->cpu * std::pow(point.cpu / before->cpu, part));
       }
       if (!best || cost < *best) best = cost;

@@ -1,4 +1,4 @@
-// Run time against the drift of the energy, of a motion that should keep it.
+// Run time against the drift of energy, for a motion that conserves it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,13 +20,13 @@ namespace {
 
 using namespace sim;
 
-constexpr int samples = 500;  // of the energy, in a run
+constexpr int samples = 500;  // of the energy, per run
 
 struct Row {
   std::string method, setting;
   double cpu = 0;  // s
-  // Change of the total energy from its start, divided by the largest kinetic energy: the largest
-  // magnitude, and the change at the end. Empty where the run fails.
+  // Change of the total energy since the start, divided by the largest kinetic energy: the largest
+  // magnitude, and the value at the end. Empty if the run fails.
   std::optional<double> largest, last;
   std::int64_t steps = 0;
   std::string failure;

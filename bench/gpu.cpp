@@ -1,5 +1,5 @@
-// The pyramids and traversals of gpu/ beside those of the CPU, and from which size on the device is
-// faster.
+// Compares the pyramids and traversals of gpu/ with those of the CPU, and finds the size from which
+// the device is faster.
 #include "bench/experiments.h"
 
 #include <array>
@@ -19,8 +19,8 @@ namespace {
 
 constexpr double milli = 1e3;
 
-// The least that a rebuild can cost the device: a copy that reads and writes as many bytes as a
-// rebuild reads (the float32 image) and writes (boxes and bounds of steps).
+// A lower bound of a rebuild's cost on the device: a copy that reads as many bytes as a rebuild
+// (the float32 image) and writes as many (boxes and bounds of steps).
 class DeviceCopy {
  public:
   DeviceCopy(gpu::GlContext& context, std::size_t traffic)
@@ -80,13 +80,13 @@ Row measure(gpu::GlContext& context, const std::string& scene_name, int n, bsi::
   Row row;
   row.n = n;
   Times times;
-  for (int pass = -1; pass < repeats; ++pass) {  // the first compiles, and makes room
+  for (int pass = -1; pass < repeats; ++pass) {  // the first compiles shaders and allocates memory
     const auto take = [&](std::vector<double>& taken, const auto& work) {
       const double time = milli * wall_time_of(work);
       if (pass >= 0) taken.push_back(time);
     };
     take(times.copy, [&] { copy.run(); });
-    // Asking for what is not finite waits for the device.
+    // first_unbounded() waits for the device.
     take(times.upload, [&] {
       pyramid.rebuild(std::span(&image, 1));
       static_cast<void>(pyramid.first_unbounded());
@@ -174,7 +174,9 @@ int run_gpu(const GpuOptions& options) {
          {bsi::Bound::sphere, bsi::Bound::box, bsi::Bound::sphere_then_box}) {
       const std::vector<Row> rows = run_scene(*context, scene, bound, options);
       print_break_even(scene, rows);
-      // On a graphics processor the certificate leaves out a few pairs less.
+      // On a graphics processor the certificate rejects a few pairs fewer. @ bench/heat_map.cpp ~
+      // Left of the cells. The width of the labels left of the cells. = bench/heat_map.cpp ~ the
+      // legend's, at least the legend's, at least at least the legend's
       if (context->backend() == gpu::GlBackend::hardware) continue;
       wrong |= !std::ranges::all_of(rows, &Row::same);
     }

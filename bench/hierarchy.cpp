@@ -1,4 +1,4 @@
-// Weft's hierarchy and traversals beside those of its peers, and how their cost grows.
+// Compares Weft's hierarchy and traversals with those of its peers, and shows how their cost grows.
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace weft::bench {
 
 namespace {
 
-// Reads the bytes of the image once, in order, and writes as many as the hierarchy has.
+// A copy that reads the image once, in order, and writes as many bytes as the hierarchy has.
 class Copy {
  public:
   Copy(const std::vector<bsi::Vec3>& image, std::size_t bytes)
@@ -23,7 +23,7 @@ class Copy {
   void run() {
     const auto* source = reinterpret_cast<const char*>(image_.data());
     const std::size_t size = image_.size() * sizeof(bsi::Vec3), all = hierarchy_.size();
-    // Piece by piece, so that what is read twice is read from the cache.
+    // It copies in small pieces, so that bytes that are read twice come from the cache.
     constexpr std::size_t piece = 4096;
     const std::size_t pieces = (size + piece - 1) / piece;
     for (std::size_t i = 0; i < pieces; ++i) {
@@ -46,8 +46,8 @@ Row growth_row(int n, const char* method, MethodKind kind, int threads,
   return row;
 }
 
-// Rebuilds of all kinds, in turn, on the drape. The margin goes with the size of a quad, an eighth
-// of it: a fixed one would soon hold every vertex's neighbours.
+// Measures alternating rebuilds of all kinds on the drape. The margin is an eighth of a quad's
+// size: a fixed margin would soon reach every vertex's neighbours.
 void measure_growth(int n, int repeats, Results& results) {
   CollisionScene scene = make_scene("drape", n);
   scene.margin = 0.25 / n;
@@ -74,7 +74,7 @@ void measure_growth(int n, int repeats, Results& results) {
   weft.candidates = static_cast<long>(pairs.size());
   results.rows.push_back(weft);
   results.rows.push_back(growth_row(n, "weft-sphere-then-box", MethodKind::variant, 1, spheres_ms));
-  // The size that memory and floor are stated for.
+  // Memory and floor are stated for this size.
   if (results.floor_n == 0 || n == 256) {
     results.floor_n = n;
     results.floor_ms = median(copy_ms);
@@ -82,8 +82,8 @@ void measure_growth(int n, int repeats, Results& results) {
   }
 }
 
-// Measures the gain of several threads on a scene in contact: wall times of rebuild and query, with
-// one thread and with `threads` in turn.
+// Measures the gain of several threads on a scene in contact: wall times of rebuild and query,
+// alternating between one thread and `threads`.
 void measure_threads(int n, int threads, int repeats, Results& results) {
   const CollisionScene scene = make_scene("crumpled", n);
   std::vector<LeafPair> pairs;
@@ -112,7 +112,7 @@ void measure_threads(int n, int threads, int repeats, Results& results) {
   }
 }
 
-// Shows what is running on one line of a terminal, in place of the last one; n = 0 clears it.
+// Shows the running scene on one line of a terminal, replacing the previous text; n = 0 clears it.
 void say_what_is_running(const std::string& scene, int n) {
   if (isatty(STDERR_FILENO) == 0) return;
   std::fprintf(stderr, "\r\033[K");

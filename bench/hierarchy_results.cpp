@@ -57,7 +57,7 @@ struct Best {
   void take(const Row& peer) {
     refit = smaller(refit, peer.refit_ms);
     rebuild = smaller(rebuild, peer.rebuild_ms);
-    // A peer that makes its hierarchy as it queries has neither time.
+    // A peer that builds its hierarchy during the query has neither time.
     const std::optional<double> made =
         peer.rebuild_ms || peer.refit_ms ? smaller(peer.rebuild_ms, peer.refit_ms) : 0.0;
     const std::optional<double> found = sum(made, peer.query_ms);

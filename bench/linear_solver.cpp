@@ -38,8 +38,8 @@ corners = ["last_first", "last_last"]
   return build_scene(source);
 }
 
-// A sheet bulged by a tenth of its size, which stretches it everywhere, and the right-hand side of
-// the first Newton iteration of a step from there.
+// A sheet that bulges by a tenth of its size, which stretches it everywhere, with the right-hand
+// side of the first Newton iteration of a step from there.
 struct Problem {
   Problem(int n, int threads, const std::string& preconditioner, double bending_stiffness)
       : scene(sheet(n, threads, preconditioner, bending_stiffness)),
@@ -118,14 +118,15 @@ class Measurement {
   const std::vector<Row>& rows() const { return rows_; }
 
  private:
-  // Measures one thread by its CPU time, which others on the machine do not lengthen, and several
-  // threads by the clock. Returns ms.
+  // Measures one thread by its CPU time, which other load on the machine does not lengthen, and
+  // several threads by wall time. Returns ms.
   template <class Work>
   double ms(int threads, const Work& work) const {
     return 1e3 * (threads == 1 ? thread_time_of(work) : wall_time_of(work));
   }
 
-  // `images`: with a multigrid, whose images and patterns are found once a scene.
+  // Appends times to the lists; `images` is given for a multigrid, whose images and patterns are
+  // found once per scene.
   void measure(Problem& problem, double gamma, Row& row, std::vector<double>& solves,
                std::vector<double>& set_ups, std::vector<double>* images) const {
     VelocityMatrix matrix(problem.dynamics);

@@ -44,7 +44,7 @@ void add_sizes(CLI::App& sub, std::vector<int>& sizes, const char* description) 
 }
 
 void add_repeats(CLI::App& sub, int& repeats) {
-  sub.add_option("--repeats", repeats, "Passes that medians are taken of")
+  sub.add_option("--repeats", repeats, "Passes; times are medians over them")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
 }
@@ -59,7 +59,7 @@ void add_hierarchy(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--methods", options.methods, "Methods (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(method_names()));
-  add_numbers(sub, "--threads", options.threads, 1, 1024, "Threads of Weft; its peers have one");
+  add_numbers(sub, "--threads", options.threads, 1, 1024, "Threads of Weft; peers use one");
   add_numbers(sub, "--growth", options.growth, 4, 8192, "Sizes of the growth of Weft's own cost");
   add_repeats(sub, options.repeats);
 }
@@ -76,7 +76,7 @@ void add_rebuild(CLI::App& sub, Arguments& arguments) {
 void add_paper(CLI::App& sub, Arguments& arguments) {
   sub.add_option("-o,--output", arguments.paper.directory, "Folder of the CSV files and plots")
       ->capture_default_str();
-  sub.add_option("--passes", arguments.paper.passes, "Passes that times are medians of")
+  sub.add_option("--passes", arguments.paper.passes, "Passes; times are medians over them")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
 }
@@ -88,7 +88,7 @@ void add_paper_tori(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--directions", options.directions, "Directions of approach")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
-  sub.add_option("--approach-size", options.approach_size, "n of the tori that approach")
+  sub.add_option("--approach-size", options.approach_size, "Tori of n x n vertices that approach")
       ->check(CLI::Range(8, 1024))
       ->capture_default_str();
 }
@@ -122,7 +122,7 @@ void add_linear_solver(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--bending", options.bending_stiffness, "Bending stiffness, N m")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  sub.add_option("--repeats", options.repeats, "Passes that medians are taken of")
+  sub.add_option("--repeats", options.repeats, "Passes; times are medians over them")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
 }
@@ -130,7 +130,8 @@ void add_linear_solver(CLI::App& sub, Arguments& arguments) {
 void add_accuracy(CLI::App& sub, Arguments& arguments) {
   AccuracyOptions& options = arguments.accuracy;
   sub.add_option("case", options.cases, "Case files")->required()->check(CLI::ExistingFile);
-  sub.add_option("--set", options.overrides, "KEY=VALUE of the cases")->allow_extra_args(false);
+  sub.add_option("--set", options.overrides, "Override a key of the cases: KEY=VALUE")
+      ->allow_extra_args(false);
   sub.add_option("--methods", options.methods, "Methods (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(accuracy_methods()));
@@ -138,12 +139,13 @@ void add_accuracy(CLI::App& sub, Arguments& arguments) {
     sub.add_option(name, value, description)->check(CLI::PositiveNumber)->capture_default_str();
   };
   add_positive("--horizon", options.horizon, "Compare at this time, s (default: the duration)");
-  add_positive("--reference-tolerance", options.reference_tolerance, "Of the references, m");
+  add_positive("--reference-tolerance", options.reference_tolerance,
+               "Tolerance of the references, m");
   add_positive("--reference-budget", options.reference_budget, "CPU time of a reference, s");
   add_positive("--certainty", options.certainty,
                "The horizon ends where the two references part by more, m");
   add_positive("--budget", options.budget, "CPU time of a run, s");
-  sub.add_option("--repeats", options.repeats, "Runs that medians are taken of")
+  sub.add_option("--repeats", options.repeats, "Runs; times are medians over them")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   sub.add_flag("--json", options.json, "Print JSON instead of tables");
@@ -155,7 +157,8 @@ void add_energy_drift(CLI::App& sub, Arguments& arguments) {
   std::vector<std::string> methods;
   for (const Ladder& ladder : method_ladders()) methods.emplace_back(ladder.name);
   sub.add_option("case", options.path, "Case file")->required()->check(CLI::ExistingFile);
-  sub.add_option("--set", options.overrides, "KEY=VALUE of the case")->allow_extra_args(false);
+  sub.add_option("--set", options.overrides, "Override a key of the case: KEY=VALUE")
+      ->allow_extra_args(false);
   sub.add_option("--methods", options.methods, "Methods (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(methods));
@@ -169,15 +172,16 @@ void add_energy_drift(CLI::App& sub, Arguments& arguments) {
 void add_scaling(CLI::App& sub, Arguments& arguments) {
   ScalingOptions& options = arguments.scaling;
   sub.add_option("case", options.path, "Case file")->required()->check(CLI::ExistingFile);
-  sub.add_option("--set", options.overrides, "KEY=VALUE of the case")->allow_extra_args(false);
-  add_sizes(sub, options.sizes, "Its first body's image: n x n vertices");
+  sub.add_option("--set", options.overrides, "Override a key of the case: KEY=VALUE")
+      ->allow_extra_args(false);
+  add_sizes(sub, options.sizes, "Images of the first body: n x n vertices");
   sub.add_option("--steps", options.steps, "Steps of each run")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
   sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
 }
 
-// Returns what is wrong with the name of a slice, or nothing.
+// Returns the fault of a slice's name; empty if there is none.
 std::string is_slice(const std::string& name) {
   const std::vector<std::string> names = slice_names();
   if (std::find(names.begin(), names.end(), name) != names.end()) return "";
@@ -186,11 +190,11 @@ std::string is_slice(const std::string& name) {
 
 void add_stability(CLI::App& sub, Arguments& arguments) {
   StabilityOptions& options = arguments.stability;
-  sub.add_flag("--quick", options.quick, "A small grid, in which all should be well");
+  sub.add_flag("--quick", options.quick, "A small grid whose cells should all finish");
   sub.add_option("--slice", options.slices, "Slices (default: all)")
       ->delimiter(',')
       ->check(is_slice);
-  sub.add_option("--every", options.every, "Every n-th cell alone: a sample of the grid")
+  sub.add_option("--every", options.every, "Only every n-th cell: a sample of the grid")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
   sub.add_option("--limit", options.limit,
@@ -207,7 +211,7 @@ void add_stability(CLI::App& sub, Arguments& arguments) {
 
 void add_calibrate(CLI::App& sub, Arguments& arguments) {
   CalibrateOptions& options = arguments.calibrate;
-  sub.add_flag("--verify", options.verify, "Check the table that is built in, on other scenes");
+  sub.add_flag("--verify", options.verify, "Verify the built-in table on other scenes");
   sub.add_option("--scenes", options.scenes, "Scenes (default: all of their kind)")
       ->delimiter(',')
       ->check(CLI::IsMember(calibration_scene_names()));
@@ -218,11 +222,12 @@ void add_calibrate(CLI::App& sub, Arguments& arguments) {
   const auto add_positive = [&](const char* name, double& value, const char* description) {
     sub.add_option(name, value, description)->check(CLI::PositiveNumber)->capture_default_str();
   };
-  add_positive("--reference-tolerance", options.reference_tolerance, "Of the references, m");
-  add_positive("--certainty", options.certainty, "Within which the references must agree, m");
+  add_positive("--reference-tolerance", options.reference_tolerance,
+               "Tolerance of the references, m");
+  add_positive("--certainty", options.certainty, "Largest distance between the references, m");
   add_positive("--budget", options.budget, "CPU time of a run, s");
   sub.add_option("-o,--output", options.output,
-                 "File of the table: sim/accuracy/calibration_table.inc, to build it in");
+                 "File of the table; sim/accuracy/calibration_table.inc is built in");
   sub.add_option("--plot", options.plot, "SVG file of the chart");
 }
 
@@ -238,11 +243,11 @@ void add_skipping(CLI::App& sub, Arguments& arguments) {
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
-  sub.add_option("--backend", options.backend, "What runs the shaders")
+  sub.add_option("--backend", options.backend, "Device that runs the shaders")
       ->check(CLI::IsMember({"auto", "gpu", "osmesa"}))
       ->capture_default_str();
   add_sizes(sub, options.sizes, "Sheets of n x n vertices");
-  sub.add_option("--scenes", options.scenes, "Sheets against themselves")
+  sub.add_option("--scenes", options.scenes, "Sheets, each queried against itself")
       ->delimiter(',')
       ->check(CLI::IsMember({"rolled", "pleated", "crumpled", "drape"}))
       ->capture_default_str();
@@ -306,7 +311,7 @@ constexpr std::array experiments{
                add_skipping, [](const Arguments& a) { return run_skipping(a.skipping); }},
 };
 
-// Says what is wrong with the arguments, and the nearest name to an unknown experiment.
+// Returns the fault of the arguments, with the nearest name to an unknown experiment.
 std::string reason(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty() || !app.get_subcommands().empty()) return error.what();

@@ -11,7 +11,8 @@ namespace {
 
 using namespace sim;
 
-// Solved well below its own error, so that the method is judged and not its iterations.
+// Sets a fixed step. Its equations are solved far more exactly than its error, so that the method
+// is judged and not its iterations.
 void set_step(TimeCase& time, TimeMethod method, double step, int newton) {
   time.method = method;
   time.step = step;

@@ -1,4 +1,5 @@
-// The narrow phase in batches beside scalar functions, for every instruction set, in one run.
+// Compares the narrow phase in batches with scalar functions, for every instruction set, in one
+// run.
 #include "bsi/narrow_phase.h"
 
 #include <algorithm>
@@ -24,14 +25,15 @@ using bsi::FourParticles;
 
 constexpr int repeats = 7;
 
-// One way to do some work on `count` pairs: scalar, or in batches.
+// Work on `count` pairs, scalar and in batches.
 struct Work {
   const char* name;
   std::size_t count;
-  std::function<long()> scalar, batch;  // give a number that must be the same
+  std::function<long()> scalar, batch;  // both return a number that must agree
 };
 
-// Prints ns a pair and ratios, medians of interleaved repeats. False where the results differ.
+// Prints ns per pair and ratios, medians of interleaved repeats. Returns false if the results
+// differ.
 bool compare(const Work& work) {
   const auto sets = bsi::available_instruction_sets();
   std::vector<double> scalar;
@@ -91,7 +93,8 @@ bool compare_triangles(const CollisionScene& scene) {
          compare({measured.c_str(), candidates.size(), scalar, [&] { return batch(true); }});
 }
 
-// A corner of one triangle and the other, or an edge of each, for every candidate.
+// Returns, for every candidate, a corner of one triangle and the other triangle, or an edge of
+// each.
 std::vector<FourParticles> features_of(FeatureKind kind, const Body& body,
                                        std::span<const bsi::LeafPair> candidates) {
   std::vector<FourParticles> pairs;

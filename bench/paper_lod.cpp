@@ -46,8 +46,8 @@ std::vector<Setting> settings(int levels) {
   return all;
 }
 
-// The body turns between pictures, as it would move in a simulation, and everything that depends on
-// its positions is made anew: that is the time to build.
+// Rotates the body between pictures, as if it moved in a simulation. The time to build counts
+// everything that depends on its positions and is made anew.
 class Experiment {
  public:
   explicit Experiment(int n)
@@ -95,7 +95,7 @@ class Experiment {
 
  private:
   bsi::DetailSurface reduced(const Setting& setting) {
-    if (pyramid_.rebuild(body_.positions)) return {};  // not of a body of 1 m
+    if (pyramid_.rebuild(body_.positions)) return {};  // cannot happen for a body of 1 m
     if (setting.kind == Setting::Kind::level) {
       levels_.assign(pyramid_.patch_count(), static_cast<int>(setting.value));
       return bsi::detail_at_levels(pyramid_, body_.positions, levels_);
@@ -152,7 +152,7 @@ sim::Plot chart(const std::vector<Setting>& all, std::size_t full_triangles) {
 int run_paper_lod(const PaperOptions& options) {
   Experiment experiment(options.lod_size);
   std::vector<Setting> all = settings(experiment.levels());
-  // Once round untimed: shaders are compiled, memory is touched.
+  // A first round is not timed; it touches memory.
   std::vector<Setting> warm_up = all;
   for (Setting& setting : warm_up) experiment.measure(setting);
   for (int frame = 0; frame < options.lod_frames; ++frame) {

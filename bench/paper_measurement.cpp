@@ -50,7 +50,7 @@ void measure_brute_force(const CollisionScene& scene, int passes, PaperTimes& ti
   times.brute_passes = static_cast<int>(taken.size());
 }
 
-// Weft with one bound, and its times pass by pass.
+// Weft with one bound, and its times by pass.
 struct BoundMethod {
   std::unique_ptr<WeftMethod> weft;
   std::vector<double> rebuild{}, query{}, narrow{};
@@ -73,7 +73,7 @@ struct BoundMethod {
   }
 };
 
-// Measures all bounds in turn, pass after pass.
+// Measures all bounds alternately, pass after pass.
 PaperTimes measure_passes(const CollisionScene& scene, int passes) {
   std::vector<BoundMethod> methods;
   for (const bsi::Bound bound : bounds)

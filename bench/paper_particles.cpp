@@ -1,4 +1,4 @@
-// The paper's particles: 1k to 100k of them against a torus that is rebuilt every pass.
+// The paper's particles: 1k to 100k of them against a torus that is rebuilt in every pass.
 #include "bench/experiments.h"
 #include "bench/paper_measurement.h"
 

@@ -11,7 +11,7 @@ namespace weft::bench {
 
 namespace {
 
-// Growth with the number of triangles, against brute force.
+// Measures growth with the number of triangles, against brute force.
 bool run_fixed_pose(const PaperOptions& options) {
   PaperFigure figure("two linked tori of n x n vertices each", "n,triangles", options.passes);
   for (const int n : options.sizes) {
@@ -23,7 +23,7 @@ bool run_fixed_pose(const PaperOptions& options) {
                       "both rebuilt every pass; one thread", "triangles of both");
 }
 
-// First contacts, against those of the smooth surfaces.
+// Compares first contacts with those of the smooth surfaces.
 bool run_approach(const PaperOptions& options) {
   const std::vector<Approach> approaches =
       approach_from_all_sides(make_paper_torus(options.approach_size), options.directions);

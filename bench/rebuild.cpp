@@ -24,7 +24,7 @@ using namespace bsi;
 
 using Works = std::vector<std::function<void()>>;
 
-// ms, by a clock of clock_gettime().
+// Returns medians in ms, by a clock of clock_gettime().
 std::vector<double> interleaved_medians(const Works& works, int repeats, clockid_t clock) {
   std::vector<std::vector<double>> times(works.size());
   for (int i = 0; i < repeats; ++i) {
@@ -76,7 +76,7 @@ std::function<void()> copy(const Surface& sheet, std::size_t written, std::vecto
   const auto* image = reinterpret_cast<const char*>(sheet.positions.data());
   return [=, &out] {
     std::memcpy(out.data(), image, std::min(read, written));
-    volatile char rest = 0;  // what is read and not written
+    volatile char rest = 0;  // consumes bytes that are read but not written
     for (std::size_t i = written; i < read; i += 64) rest = image[i];
     static_cast<void>(rest);
     if (read < written) std::memset(out.data() + read, 0, written - read);

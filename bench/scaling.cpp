@@ -26,11 +26,11 @@ using namespace sim;
 struct Row {
   int n = 0;
   int vertices = 0;
-  int steps = 0;              // taken; less than asked for where one failed
+  int steps = 0;              // taken; fewer than requested if one failed
   double cpu = 0;             // s, median step
-  double iterations = 0;      // linear, a step
-  double bytes_a_vertex = 0;  // beyond what a scene of 5 x 5 vertices takes
-  double exponent = 0;  // of the time of a step in the number of vertices, from the first size
+  double iterations = 0;      // linear, per step
+  double bytes_a_vertex = 0;  // beyond those of a scene of 5 x 5 vertices
+  double exponent = 0;        // e: step time ~ vertices^e, from the first size to this one
 };
 
 // Results that a child process reports.
@@ -59,7 +59,7 @@ Told measure(const ScalingOptions& options, int n) {
   return told;
 }
 
-// Measures one size in a process of its own, whose peak of memory is then that of this size alone.
+// Measures one size in a separate process, whose peak memory is then that of this size alone.
 Told measure_apart(const ScalingOptions& options, int n, double& peak_bytes) {
   int pipe_ends[2];
   if (pipe(pipe_ends) != 0) throw std::runtime_error("no pipe to a child process");

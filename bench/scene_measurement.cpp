@@ -32,7 +32,7 @@ struct Method {
   bool all_candidates = true;  // finds all that brute force does
   std::vector<double> rebuild, refit, query, narrow, weft_narrow;  // ms
   long candidates = 0, hits = 0;
-  bool agrees = true;  // its own exact test with Weft's
+  bool agrees = true;  // its own exact test agrees with Weft's
   std::uint64_t set = 0;
 };
 
@@ -131,7 +131,7 @@ void find_hits(const CollisionScene& scene, Method& method, int pass,
   }
 }
 
-// Refits before it rebuilds, so that the first refit is of the tree of another pose.
+// Runs one pass. It refits before it rebuilds, so the first refit is of a tree at another pose.
 void run_pass(const CollisionScene& scene, Method& method, int pass, std::vector<LeafPair>& pairs) {
   Peer& peer = *method.peer;
   if (peer.refits())

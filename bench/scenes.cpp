@@ -44,18 +44,19 @@ Body make_sheet(int n, const SheetMap& map) {
   return body_of(std::move(sheet));
 }
 
-// No fold of a scene lies along an axis: the boxes of flat pieces would be thinner than those of
-// any cloth.
+// Rotates points so that no fold lies along an axis: the boxes of flat pieces would be thinner than
+// those of real cloth.
 Vec3 turned(const Vec3& p) {
   static const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.6, Vec3(0.36, 0.48, 0.8)).toRotationMatrix();
   return turn * p;
 }
 
-// An Archimedean spiral: the angle at which its arc from the inner radius has a given length.
+// Returns the angle at which the arc of an Archimedean spiral from the inner radius has a given
+// length.
 double spiral_angle(double length, double inner, double pitch) {
   const double growth = pitch / (2 * pi);  // radius = inner + growth * angle
-  // length = inner a + growth a^2 / 2, up to growth^2 / inner^2.
+  // length = inner a + growth a^2 / 2, to order growth^2 / inner^2.
   return (std::sqrt(inner * inner + 2 * growth * length) - inner) / growth;
 }
 
@@ -80,8 +81,8 @@ Vec3 pleated(double u, double v) {
   return turned({distance * pleats * u + wave, width * v, width / pleats * zigzag(pleats * u)});
 }
 
-// Pleats whose widths and distances vary, then shears along each axis by waves along the others:
-// each maps space one to one, so that layers stay apart.
+// Makes pleats whose widths and distances vary, then shears along each axis by waves along the
+// others. Each step maps space one to one, so layers stay apart.
 Vec3 crumpled(double u, double v) {
   const double t = 24 * u + 1.5 * std::sin(2 * pi * u) + 0.8 * std::sin(7 * pi * u);
   const double height = 0.08 * zigzag(t) * (1 + 0.4 * std::sin(5 * u + 3 * v));
@@ -96,7 +97,7 @@ Vec3 crumpled(double u, double v) {
   return turned(p);
 }
 
-// Over a ball of 0.4 m; what is beyond its equator hangs down in eight folds.
+// Drapes the sheet over a ball of 0.4 m; the part beyond its equator hangs down in eight folds.
 Vec3 draped(double u, double v) {
   constexpr double ball = 0.4, folds = 8;
   const double x = width * (u - 0.5), y = width * (v - 0.5);
@@ -121,7 +122,7 @@ void sweep(Body& body) {
 
 std::vector<Body> linked_tori(int n) {
   Body first = make_paper_torus(n), second = first;
-  // The tube of the second stands in the hole of the first, which has one in its own.
+  // The tube of each torus passes through the hole of the other.
   const double shift = 2 * torus_major - 2 * torus_minor - 0.5 * scene_margin;
   const Eigen::Matrix3d turn(Eigen::AngleAxisd(pi / 2, Vec3::UnitX()) *
                              Eigen::AngleAxisd(0.1, Vec3::UnitZ()));
@@ -163,7 +164,7 @@ Body make_paper_torus(int n) { return body_of(bsi::make_torus(torus_major, torus
 Body make_particles(int count) {
   std::mt19937_64 random(20070901);
   const double reach = torus_major + torus_minor + 0.05, height = torus_minor + 0.05;
-  // Not std::uniform_real_distribution, whose numbers depend on the library.
+  // Not std::uniform_real_distribution: its numbers depend on the library.
   const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -52) - 1; };
   Body body;
   for (int i = 0; i < count; ++i) {

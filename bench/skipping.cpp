@@ -53,8 +53,8 @@ struct Timed {
   std::size_t trajectory = 0;  // a hash of the first body's last frame
 };
 
-// A whole run with its file, as the command makes it. What comes before the end of the first step
-// is set-up.
+// Makes a whole run with its file, like the command. The time until the end of the first step
+// counts as set-up.
 Timed run_case(const std::string& text) {
   using namespace sim;
   const Folder folder;
@@ -82,7 +82,7 @@ struct Ratios {
   bool same = true;
 };
 
-// Each run has a process of its own: neither meets the other's memory.
+// Measures a pair of scenes. Each run has its own process, so neither reuses the other's memory.
 Ratios measure(const SkippingPair& pair, int repeats) {
   std::vector<Timed> runs(2 * repeats);
   run_children(

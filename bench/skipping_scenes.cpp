@@ -74,7 +74,7 @@ std::string held_sheets(int count) {
   return text;
 }
 
-// Upright, held by their upper edges: gravity stretches them by a hundredth of a millimetre.
+// Upright sheets held by their upper edges: gravity stretches them by a hundredth of a millimetre.
 std::string resting_sheets(int count) {
   std::string text;
   for (int i = 0; i < count; ++i) {

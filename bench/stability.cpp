@@ -1,4 +1,4 @@
-// Stability: a grid of cases far from what is usual, each of which must finish rightly or say
+// The stability test: a grid of unusual cases, each of which must finish correctly or report
 // clearly why it does not.
 #include <algorithm>
 #include <array>
@@ -23,11 +23,12 @@ namespace {
 
 using sim::number_text;
 
-// Less than what is too slow, so that a run that does not finish ends before it is.
+// Limits of CPU time in medians. They are below `most_medians`, so that a run that does not finish
+// ends before it counts as too slow.
 constexpr double first_limit_in_medians = 30, limit_in_medians = 45;
 static_assert(limit_in_medians < most_medians);
 constexpr double generous_limit = 60;  // s
-// Tolerances of the converged runs, m: a hundredth, or a tenth, of that of most cells.
+// Tolerances of the converged runs, m: a hundredth or a tenth of those of most cells.
 constexpr double reference_tolerance = 1e-7, quick_reference_tolerance = 1e-6;
 
 struct Run {
@@ -91,8 +92,8 @@ void print_counts(const std::string& slice, const std::string& method, const std
   std::printf("\n");
 }
 
-// Marks cells as too slow, however they ended, if they cost more than `most_medians` medians. More
-// is allowed where the limit was set on a slower machine.
+// Marks cells as too slow, however they ended, if they cost more than `most_medians` medians. If
+// the limit was measured on a slower machine, more is allowed.
 void find_slow(std::vector<Run>& runs, double limit) {
   const double most = most_medians * std::max(median_cost(runs), limit / limit_in_medians);
   for (Run& run : runs) {
@@ -238,7 +239,7 @@ std::string csv_of(const std::vector<Run>& runs) {
   return out.str();
 }
 
-// Classes of the picture: finished, inexact, refused, failed, limited, and all that must never be.
+// Returns the class in the picture: finished, inexact, refused, failed, limited, or forbidden.
 int class_of(Outcome outcome) {
   return std::min(static_cast<int>(outcome), static_cast<int>(Outcome::too_slow));
 }
@@ -253,8 +254,8 @@ sim::HeatPanel panel_of(const Run& run, const std::string& method) {
   return panel;
 }
 
-// Sweeps stand three in a row, with the methods as their rows; the other slices have one row of the
-// picture each and a panel a method.
+// Draws the picture. Sweeps stand side by side, with the methods as their rows. Every other slice
+// has a row of the picture with one panel per method.
 void draw(const std::vector<Run>& runs, const std::filesystem::path& path) {
   constexpr std::size_t sweeps_in_a_row = 4;
   sim::HeatMap map;
@@ -307,9 +308,9 @@ double limit_of(const StabilityOptions& options) {
   return options.quick ? generous_limit : usual_limit(options.jobs);
 }
 
-// Runs the cells that ended at their limit once more, with a limit that follows from the median of
-// all. The machine may have been faster when the limit was measured on the small grid. Returns the
-// limit (s).
+// Runs the cells that ended at their limit again, with a limit that follows from the median of all:
+// the machine may have been faster when the limit was measured on the small grid. Returns the limit
+// (s).
 double run_limited_again(std::vector<Run>& runs, const ConvergedEnds& converged, double limit,
                          int jobs) {
   const double usual = limit_in_medians * median_cost(runs);
@@ -329,8 +330,8 @@ double run_limited_again(std::vector<Run>& runs, const ConvergedEnds& converged,
   return limit;
 }
 
-// Shares are judged on the whole grid, or on the small one. A single slice may be one in which most
-// cells must fail, and a sample has too few cells.
+// Judges shares only on the whole grid or the small one. In a single slice most cells may have to
+// fail, and a sample has too few cells.
 bool is_passed(const std::vector<Run>& runs, const StabilityOptions& options) {
   for (const Run& run : runs)
     for (const CellResult& result : run.results)
@@ -356,7 +357,7 @@ int run_stability(const StabilityOptions& options) {
   for (const Slice& slice : slices) converged.find(slice.cells, tolerance, limit, options.jobs);
   for (const Slice& slice : slices) {
     runs.push_back({slice, run_cells(slice.cells, converged, limit, options.jobs, tell)});
-    keep();  // what has been run, whatever comes
+    keep();  // keeps the results if a later run is interrupted
   }
   if (!options.limit) {
     limit = run_limited_again(runs, converged, limit, options.jobs);

@@ -29,7 +29,7 @@ constexpr const char* names[outcome_count] = {"finished", "inexact",  "refused",
                                               "limited",  "too slow", "hung",    "not finite",
                                               "wrong",    "unclear",  "crashed"};
 
-// Steps to the end of the case, a failure, or its limit.
+// Runs to the end of the case, a failure, or its limit.
 void advance(Simulation& simulation, Judge& judge, const ConvergedEnd* converged, double tolerance,
              CellResult& result) {
   const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
@@ -108,7 +108,7 @@ std::string text_of(const CellResult& result) {
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-// A number that was not finite comes as null.
+// Returns a number; one that was not finite arrives as null.
 double number_of(const nlohmann::json& value) {
   return value.is_number() ? value.get<double>() : std::nan("");
 }

@@ -11,7 +11,7 @@ namespace {
 
 using sim::number_text;
 
-// Keys by what they are set to; a later value takes the place of an earlier one.
+// Keys and their values; a later value replaces an earlier one.
 class Keys {
  public:
   void set(const std::string& key, const std::string& value) {
@@ -27,10 +27,10 @@ class Keys {
 
 struct Scene {
   const char* name;                    // of its file
-  const char* body;                    // whose shape and velocity are varied
-  std::vector<const char*> materials;  // whose stiffness and damping are
+  const char* body;                    // body whose shape and velocity are varied
+  std::vector<const char*> materials;  // materials whose stiffness and damping are varied
   double duration;                     // s
-  double path = 0;                     // m: how far what is thrown goes at most
+  double path = 0;                     // m: longest path of a thrown body
   const char* velocity = nullptr;      // how a speed becomes a velocity
   bool has_moving_parts = false;
 };
@@ -52,7 +52,7 @@ struct Method {
   const char* key;  // time.method
   bool by_step;
   bool linear;
-  double setting;  // where the slice does not vary it
+  double setting;  // default, unless the slice varies it
   bool is_quick;   // part of the quick grid
 };
 
@@ -123,8 +123,8 @@ Axis mass_damping(std::vector<double> values) {
           [](Setup& setup, double value) { setup.set_materials("mass_damping", value); }};
 }
 
-// Vertices along the longer side; quads stay square. More of them are simulated for a shorter time,
-// so that a wave passes as many.
+// Varies the vertices along the longer side; quads stay square. Finer meshes are simulated for a
+// shorter time, so that a wave passes as many vertices.
 Axis resolution(std::vector<double> values) {
   return {"vertices a side", std::move(values), [](Setup& setup, double n) {
             const bool strip = setup.scene.body == std::string("strip");
@@ -141,7 +141,7 @@ Axis aspect_ratio(std::vector<double> values) {
           }};
 }
 
-// The gap of the ring's hole, as a part of its radius: the shape of the innermost triangles.
+// Varies the hole of the ring as a part of its radius, and so the shape of the innermost triangles.
 Axis needle(std::vector<double> values) {
   return {"short / long edges", std::move(values), [](Setup& setup, double value) {
             setup.set_body("shape.minor_radius", number_text(0.3 * (1 - value)));
@@ -193,8 +193,8 @@ Axis compression(std::vector<double> values) {
           }};
 }
 
-// A tolerance, or a tenth of a step. Runs of short steps are cut to 500 where nothing moves but
-// what is simulated: there, a tenth of a second shows what becomes of it.
+// Applies a tolerance, or a step of ten times the value. Runs of short steps are cut to 500 steps
+// if nothing prescribed moves: a tenth of a second is then enough to judge them.
 void apply_setting(const Method& method, Setup& setup) {
   Keys& keys = setup.keys;
   keys.set("time.method", method.key);
@@ -294,9 +294,9 @@ Slice slice_of(const Plan& plan, bool quick) {
         plan.x.apply(setup, plan.x.values[x]);
         if (y_axis != nullptr) y_axis->apply(setup, y_axis->values[y]);
         apply_setting(method, setup);
-        // Equilibria take no less for a shorter time.
+        // A shorter duration does not make equilibria cheaper.
         if (is_static) setup.size *= setup.size;
-        // Limits are those of a tenth of a second.
+        // Limits are stated for a tenth of a second.
         if (plan.scene.has_moving_parts) setup.size *= setup.duration / 0.1;
         Cell& cell = slice.cells.emplace_back();
         cell.slice = plan.name;

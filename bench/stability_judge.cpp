@@ -24,8 +24,7 @@ bool nothing_acts(const Scene& scene) {
          scene.prescribed.empty();
 }
 
-// No force but those of gravity and the material's own elasticity, and nothing that moves by
-// itself.
+// True if only gravity and the material's own elasticity act, and nothing prescribed moves.
 bool nothing_takes_energy(const Scene& scene) {
   const auto damps = [](const MaterialCase& material) {
     return material.mass_damping > 0 || material.stiffness_damping > 0 ||
@@ -99,7 +98,8 @@ std::string inexactness(const Scene& scene, Judge& judge, const ConvergedEnd* co
 std::optional<std::string> Judge::check(double time, std::span<const double> y) {
   const Energies now = dynamics_.energies(time, y);
   most_kinetic_ = std::max(most_kinetic_, now.kinetic);
-  // The work of motion and wind needs every step, which the run's own watch is shown.
+  // The work of prescribed motion and wind needs every step; only the run's own watch sees them
+  // all.
   if (!energy_watch_.external().is_possible()) {
     if (auto failure = energy_watch_.check(time, y, now)) return failure->text;
   }
@@ -118,7 +118,7 @@ std::optional<std::string> Judge::check_surfaces(double time, std::span<const do
   const std::string when = " at t = " + three_digits(time) + " s";
   if (const auto crossings = find_crossings(surfaces); !crossings.empty())
     return std::to_string(crossings.size()) + " pairs of triangles cross" + when;
-  // Scenes in which nothing prescribed moves put the first surface above the second.
+  // In scenes in which nothing prescribed moves, the first surface is above the second.
   if (surfaces.size() < 2 || something_is_moved(scene_)) return std::nullopt;
   Vec3 centre = Vec3::Zero();
   for (const Vec3& x : surfaces[0].positions) centre += x;

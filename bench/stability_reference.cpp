@@ -39,7 +39,7 @@ std::vector<Work> works_of(std::span<const Cell> cells) {
   return list;
 }
 
-// The agreement, then the positions at each time up to the horizon.
+// Serialises the agreement, then the positions at each time up to the horizon.
 std::string bytes_of(const Reference& reference) {
   std::string bytes(sizeof(double), '\0');
   std::memcpy(bytes.data(), &reference.agreement, sizeof(double));
@@ -72,7 +72,8 @@ std::map<double, ConvergedEnd> ends_of(const std::string& bytes, const std::set<
 }
 
 std::string run_here(const Work& work, double tolerance, double budget) {
-  // Why a reference does not get there is nothing that the reader of the table can mend.
+  // Messages are discarded: readers of the table can do nothing about a reference that does not
+  // finish.
   if (std::freopen("/dev/null", "w", stderr) == nullptr) return "";
   std::vector<std::string> overrides(work.physics.begin() + 1, work.physics.end());
   overrides.push_back("time.duration=" + number_text(*work.times.rbegin()));

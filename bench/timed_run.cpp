@@ -15,7 +15,7 @@ namespace {
 
 using namespace sim;
 
-// Returns the failure in words, if there is one. Frames are interpolated as a recorder would.
+// Returns the failure in words, if any. Frames are interpolated as a recorder would.
 std::string advance(Simulation& simulation, std::span<const double> times, double budget,
                     TimedRun& run) {
   std::vector<double> state(simulation.state().size());

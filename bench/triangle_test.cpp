@@ -13,7 +13,8 @@ namespace {
 using bsi::Vec3;
 
 struct Heights {
-  double low, high;  // of the corners of a triangle above a plane, times the length of its normal
+  double low,
+      high;  // heights of a triangle's corners above a plane, times the length of its normal
 };
 
 Heights heights_above(const Vec3& normal, const Vec3& origin, const Triangle& triangle) {
@@ -25,7 +26,7 @@ Heights heights_above(const Vec3& normal, const Vec3& origin, const Triangle& tr
 Vec3 normal_of(const Triangle& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
 
 bool apart(const Heights& heights, double distance, double normal_length) {
-  // A little farther than the distance, so that rounding never rejects what is within it.
+  // The reach is slightly larger than the distance, so that rounding never rejects a near triangle.
   const double reach = distance * normal_length * (1 + 1e-9);
   return heights.low > reach || heights.high < -reach;
 }

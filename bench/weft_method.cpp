@@ -12,7 +12,7 @@ namespace weft::bench {
 
 namespace {
 
-// Returns the magnitude of a body, as Pyramid::magnitude.
+// Returns the magnitude of a body, as in Pyramid::magnitude.
 float magnitude_of(const Body& body) {
   float largest = 0;
   for (const auto* positions : {&body.start, &body.end}) {

@@ -1,4 +1,4 @@
-// Every pair of boxes: the oracle of all candidate sets.
+// Tests every pair of boxes: the oracle of all candidate sets.
 #include "bench/peers/primitive_boxes.h"
 
 namespace weft::bench {
@@ -26,7 +26,7 @@ class BruteForce final : public Peer {
   SceneBoxes boxes_;
 };
 
-// 1e9 tests take two or three seconds.
+// Largest number of tests; 1e9 take two or three seconds.
 constexpr double affordable_tests = 1.1e9;
 
 std::unique_ptr<Peer> make(const PeerScene& scene) {

@@ -1,4 +1,5 @@
-// Bullet's two ways to move cloth: position-based soft bodies, and deformable bodies with forces.
+// Bullet's two methods of moving cloth: position-based soft bodies, and deformable bodies with
+// forces.
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableGravityForce.h>
 #include <BulletSoftBody/btDeformableMassSpringForce.h>
@@ -22,15 +23,15 @@ namespace {
 
 btVector3 vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-// The parts that every world of Bullet needs. Nothing collides here.
+// The parts that every world of Bullet needs; nothing collides here.
 struct Ground {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
 };
 
-// Nodes and links. Links keep the given rest lengths: without m_bUpdateRtCst = false Bullet would
-// take those at the first step.
+// Makes nodes and links with the given rest lengths. Without m_bUpdateRtCst = false, Bullet would
+// replace these by the lengths at the first step.
 std::unique_ptr<btSoftBody> make_body(const ClothProblem& problem, btSoftBodyWorldInfo& info) {
   std::vector<btVector3> position;
   for (const auto& p : problem.position) position.push_back(vector(p));
@@ -68,9 +69,10 @@ ClothOutcome run(World& world, const btSoftBody& body, const ClothSettings& sett
   return outcome;
 }
 
-// One iteration moves a link of fraction kLST by kLST of the way to its rest length. Implicit Euler
-// leaves 1 / (1 + s), s = k h^2 (1/m_a + 1/m_b), of the stretch that gravity and inertia alone
-// would give a spring. kLST is chosen so that n iterations leave the same.
+// Runs position-based cloth. One iteration moves a link of fraction kLST by kLST of the distance to
+// its rest length. Implicit Euler leaves the share 1 / (1 + s), s = k h^2 (1/m_a + 1/m_b), of the
+// stretch that gravity and inertia alone would give a spring. kLST is chosen so that n iterations
+// leave the same share.
 ClothOutcome run_soft_body(const ClothProblem& problem, const ClothSettings& settings) {
   Ground ground;
   btSequentialImpulseConstraintSolver solver;
@@ -92,8 +94,8 @@ ClothOutcome run_soft_body(const ClothProblem& problem, const ClothSettings& set
   return outcome;
 }
 
-// Gives access to settings that Bullet keeps to itself. Bullet stops Newton's method after five
-// iterations, and conjugate gradients at a residual of the rounding of its numbers.
+// Gives access to protected settings of Bullet. By default it stops Newton's method after five
+// iterations, and conjugate gradients at a residual of the order of rounding.
 struct DeformableSolver : btDeformableBodySolver {
   explicit DeformableSolver(const ClothSettings& settings) {
     m_maxNewtonIterations = settings.iterations;
@@ -101,7 +103,7 @@ struct DeformableSolver : btDeformableBodySolver {
   }
 };
 
-// The stiffness of most links and that of its "bending" links: there are no more than two.
+// Makes the springs. Bullet has two stiffnesses, one of most links and one of "bending" links.
 btDeformableMassSpringForce make_springs(const ClothProblem& problem, btSoftBody& body) {
   const double first = problem.springs.at(0).stiffness;
   double second = first;
@@ -111,12 +113,13 @@ btDeformableMassSpringForce make_springs(const ClothProblem& problem, btSoftBody
     if (second != first && own != second)
       throw std::invalid_argument("springs of more than two stiffnesses");
     second = own;
-    body.m_links[i].m_bbending = -1;  // its one bit
+    body.m_links[i].m_bbending = -1;  // a bit field of one bit
   }
   return {first, 0, true, second};
 }
 
-// Without its projection, pinned nodes make its linear solver fail, and nothing moves.
+// Runs deformable cloth. Without Bullet's projection, pinned nodes make its linear solver fail, and
+// nothing moves.
 ClothOutcome run_deformable(const ClothProblem& problem, const ClothSettings& settings,
                             bool implicit) {
   Ground ground;

@@ -21,8 +21,8 @@ Box bounds_of(const PrimitiveBoxes& boxes) {
   return all;
 }
 
-// btOptimizedBvh: to Bullet, primitive i is the triangle (low, high, high)
-// of box i. It has no query of tree against tree: one query a primitive.
+// btOptimizedBvh: Bullet takes primitive i as the triangle (low, high, high) of box i. It has no
+// query of tree against tree, so there is one query per primitive.
 template <bool quantized>
 class MeshTree final : public Peer {
  public:
@@ -47,7 +47,7 @@ class MeshTree final : public Peer {
     tree_ = std::make_unique<btOptimizedBvh>();
     tree_->build(&mesh_, quantized, low, high);
   }
-  bool refits() const override { return quantized; }  // of the other kind, Bullet's does nothing
+  bool refits() const override { return quantized; }  // Bullet does not refit the other kind
   void refit() override {
     boxes_.update();
     const auto [low, high] = outer_box();
@@ -57,7 +57,8 @@ class MeshTree final : public Peer {
     Collector collector(boxes_, pairs);
     for (std::size_t i = 0; i < boxes_.first().size(); ++i) {
       collector.first = static_cast<int>(i);
-      // The boxes of the tree are not widened, so twice on this side, and a rounding more.
+      // The boxes of the tree are not widened, so this one is widened by twice as much and a
+      // rounding.
       const Box once = boxes_.widened(boxes_.first(), i);
       const Float4 more = lanes(boxes_.half_margin() * (1 + 0x1p-10F));
       const Box box{once.low - more, once.high + more};
@@ -77,7 +78,7 @@ class MeshTree final : public Peer {
     int first = 0;
   };
 
-  // Queries are clamped to it: it holds the whole body.
+  // Returns the box to which queries are clamped; it holds the whole body.
   std::array<btVector3, 2> outer_box() const {
     const Box box = bounds_of(boxes_.second());
     const float more = 4 * boxes_.half_margin();
@@ -91,8 +92,8 @@ class MeshTree final : public Peer {
   std::unique_ptr<btOptimizedBvh> tree_;
 };
 
-// btDbvt, as its soft bodies use it: built from the top down, refitted from the bottom up, tree
-// against tree.
+// btDbvt, as Bullet's soft bodies use it: built from the top down, refitted from the bottom up,
+// queried tree against tree.
 class DynamicTree final : public Peer {
  public:
   explicit DynamicTree(const PeerScene& scene)
@@ -100,8 +101,8 @@ class DynamicTree final : public Peer {
         trees_(static_cast<std::size_t>(boxes_.body_count())),
         leaves_(static_cast<std::size_t>(boxes_.body_count())) {}
 
-  // Made leaf by leaf once; from then on built anew above its leaves, which is a hundred times
-  // faster.
+  // Makes the leaves one by one at first. Later rebuilds keep the leaves and rebuild the tree above
+  // them, which is a hundred times faster.
   void rebuild() override {
     boxes_.update();
     for (int body = 0; body < boxes_.body_count(); ++body) {

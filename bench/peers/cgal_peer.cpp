@@ -1,4 +1,5 @@
-// CGAL: AABB_tree, queried box by box, and box_intersection_d, which makes its tree as it goes.
+// CGAL: AABB_tree, queried box by box, and box_intersection_d, which builds its tree during the
+// query.
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/Simple_cartesian.h>
@@ -20,7 +21,7 @@ CGAL::Bbox_3 bounds(const Box& box) {
   return {box.low[0], box.low[1], box.low[2], box.high[0], box.high[1], box.high[2]};
 }
 
-// A box in a tree; where it stands in the array says which primitive it is.
+// A box in a tree; its place in the array is the number of its primitive.
 struct BoxPrimitive {
   using Id = const Box*;
   using Point = Kernel::Point_3;
@@ -66,7 +67,8 @@ class BoxTree final : public Peer {
     Collector collector{&boxes_, &pairs, 0};
     for (std::size_t i = 0; i < boxes_.first().size(); ++i) {
       collector.first = static_cast<int>(i);
-      // The boxes of the tree are not widened, so twice on this side, and a rounding more.
+      // The boxes of the tree are not widened, so this one is widened by twice as much and a
+      // rounding.
       const Box once = boxes_.widened(boxes_.first(), i);
       const Float4 more = lanes(boxes_.half_margin() * (1 + 0x1p-10F));
       tree_.traversal(bounds({once.low - more, once.high + more}), collector);
@@ -108,7 +110,7 @@ struct NumberedBoxTraits {
   static NT max_coord(Box_parameter box, int axis) { return box.high[axis]; }
 };
 
-// Does all of its work in the query: no hierarchy outlives it.
+// Does all its work in the query: no hierarchy outlives it.
 class BoxIntersection final : public Peer {
  public:
   explicit BoxIntersection(const PeerScene& scene)
@@ -126,7 +128,7 @@ class BoxIntersection final : public Peer {
     const auto collect = [&](const NumberedBox& a, const NumberedBox& b) {
       boxes_.append_unordered(a.number, b.number, pairs);
     };
-    // Among cutoffs of 10, 40, 160, ... 2560, this is about the quickest on each of the scenes.
+    // Of the cutoffs 10, 40, 160, ... 2560, this one is about the fastest on every scene.
     constexpr std::ptrdiff_t cutoff = 1280;
     if (boxes_.is_self()) {
       CGAL::box_self_intersection_d(numbered_[0].begin(), numbered_[0].end(), collect,

@@ -66,7 +66,7 @@ std::istream& operator>>(std::istream& stream, ClothProblem& problem) {
   return stream;
 }
 
-// A line with the failure, which may be empty; then what is there.
+// Writes a line with the failure, which may be empty, and then the values.
 std::ostream& operator<<(std::ostream& stream, const ClothOutcome& outcome) {
   exact(stream) << outcome.failure << '\n' << outcome.cpu << ' ' << outcome.position.size() << '\n';
   write(stream, outcome.position);

@@ -1,4 +1,4 @@
-// Embree 3: rtcCollide on user geometry, one primitive a triangle, one thread.
+// Embree 3: rtcCollide on user geometry, one primitive per triangle, one thread.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -36,9 +36,9 @@ class Tree {
         body_(&boxes.body(body)),
         scene_(rtcNewScene(one_threaded_device())),
         geometry_(rtcNewGeometry(one_threaded_device(), RTC_GEOMETRY_TYPE_USER)) {
-    // A scene of low quality leaves the choice to the geometry, and its trees are both faster to
-    // build and to query here than those of one of medium quality; compact ones (4 children) are
-    // faster to query unless made by Morton codes.
+    // A scene of low quality leaves the choice to the geometry. Its trees are faster here, both to
+    // build and to query, than those of medium quality. Compact ones (4 children) are faster to
+    // query unless made by Morton codes.
     rtcSetSceneFlags(scene_, build == Build::morton
                                  ? RTC_SCENE_FLAG_DYNAMIC
                                  : RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_COMPACT);
@@ -123,7 +123,7 @@ class Embree final : public Peer {
   std::vector<LeafPair>* pairs_ = nullptr;
 };
 
-// Particles one by one against the tree of a body: rtcPointQuery.
+// Queries the tree of a body by particles, one at a time: rtcPointQuery.
 class EmbreePoints final : public Peer {
  public:
   EmbreePoints(const PeerScene& scene, Build build)

@@ -18,7 +18,7 @@ namespace {
 using Model = fcl::BVHModel<fcl::AABB<double>>;
 using Point = fcl::Vector3<double>;
 
-// The margin at the boxes of the tree, which are those of the positions before they are rounded.
+// Returns the margin for the tree's boxes, which hold positions before these are rounded.
 double margin_of_double_boxes(const SceneBoxes& boxes) {
   Float4 largest{};
   for (int body = 0; body < boxes.body_count(); ++body) {
@@ -31,7 +31,7 @@ double margin_of_double_boxes(const SceneBoxes& boxes) {
          0x1p-21 * std::max({largest[0], largest[1], largest[2]});
 }
 
-// FCL's traversal of two trees; only the tests of a pair of nodes are ours, to add the margin.
+// FCL's traversal of two trees. Only the test of a pair of nodes is overridden, to add the margin.
 class Traversal final : public fcl::detail::BVHCollisionTraversalNode<fcl::AABB<double>> {
  public:
   Traversal(const SceneBoxes& boxes, const Model& first, const Model& second, double margin,
@@ -136,7 +136,9 @@ class Fcl final : public Peer {
         model.endReplaceModel(refit_only, true);
         continue;
       }
-      // The boxes of an updated model hold the positions it had before, too.
+      // The boxes of an updated model also hold its previous positions. @ bench/energy_drift.cpp ~
+      // Run time against the drift of the Run time against the drift of energy, for a motion that
+      // conserves it.
       std::copy(points_[i].begin(), points_[i].end(), model.vertices);
       load(bodies_[i].end, points_[i]);
       model.beginUpdateModel();

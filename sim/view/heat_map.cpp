@@ -27,7 +27,7 @@ double length_of(const std::vector<std::string>& labels) {
 
 std::size_t rows_of(const HeatPanel& panel) { return panel.cells.size() / panel.x_labels.size(); }
 
-// Left of the cells.
+// The width of the labels left of the cells.
 double label_width(const HeatPanel& panel) {
   return panel.y_labels.empty() ? 0
                                 : length_of(panel.y_labels) + 8 + (panel.y_title.empty() ? 0 : 14);
@@ -106,7 +106,7 @@ void draw_header(std::ostream& out, const HeatMap& map) {
 std::string svg_of(const HeatMap& map) {
   std::ostringstream body;
   draw_header(body, map);
-  double y = header, width = 920;  // the legend's, at least
+  double y = header, width = 920;  // at least the legend's
   for (const HeatRow& row : map.rows) {
     double x = margin, height = 0;
     draw_text(body, x, y + 14, "font-size=\"13\" font-weight=\"bold\"", row.title);

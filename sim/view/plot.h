@@ -9,13 +9,13 @@ namespace weft::sim {
 
 struct PlotSeries {
   std::string name;
-  std::vector<double> x, y;  // of the same length; with logarithmic axes, positive
+  std::vector<double> x, y;  // of equal length; positive on logarithmic axes
   bool line = true;          // false: marks alone
   bool dashed = false;
 };
 
 struct PlotAxis {
-  std::string title;  // with its unit
+  std::string title;  // including its unit
   bool logarithmic = true;
 };
 
@@ -35,7 +35,8 @@ void write_svg(const Plot& plot, const std::filesystem::path& path);
 // Returns the text escaped for an SVG file.
 std::string escaped(const std::string& text);
 
-// Writes text to a file, making its folder if need be. Throws FileError, naming the path.
+// Writes text to a file and creates its folder if needed. Throws std::runtime_error, naming the
+// path.
 void write_text(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace weft::sim
