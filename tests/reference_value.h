@@ -1,4 +1,4 @@
-// Figures from outside, kept with their sources in tests/reference/.
+// Reference values from other sources, stored with these in tests/reference/.
 #pragma once
 
 #include <fstream>
@@ -7,7 +7,8 @@
 
 namespace weft {
 
-// The second field of the line of tests/reference/closed_forms.csv that begins with this name.
+// Returns the second field of the line of tests/reference/closed_forms.csv that begins with this
+// name.
 inline double reference_value(const std::string& name) {
   std::ifstream file(std::string(WEFT_REFERENCE_DIR) + "/closed_forms.csv");
   for (std::string line; std::getline(file, line);) {

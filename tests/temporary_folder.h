@@ -1,4 +1,4 @@
-// Files of a test: tests run side by side, so that none may share a folder with another.
+// Files of a test. Tests run side by side, so each needs its own folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace weft {
 
-// An empty folder of its own, gone with the object.
+// A new, empty folder, removed with the object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -8,7 +8,8 @@
 
 namespace weft::bsi {
 
-// Moves every component by noise of this standard deviation (m); the same seed gives the same.
+// Moves every component by noise of this standard deviation (m). The result depends only on the
+// arguments.
 inline std::vector<Vec3> crumpled(std::vector<Vec3> positions, double amplitude, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, amplitude);

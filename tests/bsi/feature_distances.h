@@ -1,5 +1,5 @@
-// The vertices, edges and triangles of an atlas and their distances, pair by pair in float64: what
-// traversals are judged by.
+// The vertices, edges and triangles of an atlas and their distances, pair by pair in float64: the
+// oracle of traversals.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,7 +15,7 @@ namespace weft::bsi {
 
 using Positions = std::vector<Vec3>;
 
-// A vertex, an edge or a triangle, with the triangles that hold it.
+// A vertex, an edge or a triangle, with the triangles that contain it.
 struct Feature {
   std::vector<int> vertices;
   std::vector<int> triangles;
@@ -43,7 +43,7 @@ inline bool share_a_vertex(const std::vector<int>& a, const std::vector<int>& b)
 }
 
 // Two features without a common vertex, of kinds whose distances make up that of two triangles: a
-// vertex and a triangle, two edges, or an edge and a triangle, which it may pierce.
+// vertex and a triangle, two edges, or an edge and a triangle, which the edge may pierce.
 struct FeaturePair {
   const Feature* a;
   const Feature* b;
@@ -70,14 +70,14 @@ inline FourPoints points_of(const FeaturePair& pair, const Positions& x) {
   return points;
 }
 
-// The sign of u . (v x w), 0 where rounding might have decided it.
+// Returns the sign of u . (v x w), or 0 if rounding might have decided it.
 inline int orientation(const Vec3& u, const Vec3& v, const Vec3& w) {
   const double value = u.dot(v.cross(w));
   if (std::abs(value) <= 1e-14 * u.norm() * v.norm() * w.norm()) return 0;
   return value > 0 ? 1 : -1;
 }
 
-// True only if it certainly does.
+// True only if the edge certainly pierces the triangle.
 inline bool pierces(const FeaturePair& pair, const Positions& x) {
   const Vec3 &from = x[pair.a->vertices[0]], &to = x[pair.a->vertices[1]];
   const Vec3 &p = x[pair.b->vertices[0]], &q = x[pair.b->vertices[1]], &r = x[pair.b->vertices[2]];

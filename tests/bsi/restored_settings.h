@@ -1,4 +1,4 @@
-// For tests that change how many threads OpenMP has, or the instruction set.
+// For tests that change OpenMP's number of threads, or the instruction set.
 #pragma once
 
 #include <omp.h>
@@ -7,7 +7,7 @@
 
 namespace weft::bsi {
 
-// Sets both back at the end of its scope.
+// Restores both at the end of its scope.
 class RestoredSettings {
  public:
   RestoredSettings() = default;

@@ -12,7 +12,7 @@
 namespace weft::gpu {
 
 struct TestContext {
-  std::unique_ptr<GlContext> context;  // null: there is none, for this reason
+  std::unique_ptr<GlContext> context;  // null: there is none; `reason` says why
   std::string reason;
 };
 
@@ -37,7 +37,8 @@ inline TestContext& test_context() {
   return made;
 }
 
-// OSMesa is a dependency of Weft: where it is missing a test must fail, not be skipped.
+// Requires a context. OSMesa is a dependency of Weft: if it is missing, the test fails instead of
+// being skipped.
 #define WEFT_NEEDS_CONTEXT()                                                  \
   if (test_context().context == nullptr) {                                    \
     if (test_backend() == GlBackend::osmesa) FAIL() << test_context().reason; \

@@ -86,7 +86,7 @@ class InnerTriangles {
     return hinge_angle(hinge);
   }
 
-  // Ours, with the change of angle from `rest_shape` to `x`.
+  // The energy of Weft's model, with the change of angle from `rest_shape` to `x`.
   double energy(const std::vector<Vec3>& x, const std::vector<Vec3>& rest_shape,
                 double poisson_ratio) const {
     double total = 0;
@@ -238,8 +238,9 @@ std::vector<ReferenceRow> read_reference() {
   return rows;
 }
 
-// The plain hinge model, at its right scaling, is up to three times too stiff on a grid of one
-// diagonal; ours is as the reference says on every mesh: right there, wrong on the others.
+// The plain hinge model, correctly scaled, is up to three times too stiff on a grid of one
+// diagonal. Weft's model agrees with the reference on every mesh: right on that grid, wrong on the
+// others.
 TEST(Bending, MatchesTheReferenceWhereTheHingeModelIsBiased) {
   const std::vector<ReferenceRow> rows = read_reference();
   ASSERT_EQ(rows.size(), 48);
@@ -268,7 +269,7 @@ Nodes3 random_triangle(std::mt19937& generator) {
   }
 }
 
-// The curvature tensor built in a frame, as the header has it.
+// Returns the energy of the curvature tensor, built in a frame as in the header.
 double energy_from_curvature(const Nodes3& rest, const Vec3& angles, double poisson_ratio) {
   const Vec3 double_area = Vec3(rest.col(1) - rest.col(0)).cross(Vec3(rest.col(2) - rest.col(0)));
   Mat3 curvature = Mat3::Zero();
@@ -320,7 +321,7 @@ TEST(Bending, BorderAnglesTakeTheLeastEnergy) {
   }
 }
 
-// The least is attained: with one free edge, at the angle that leaves no moment on it.
+// The minimum is attained: with one free edge, at the angle that leaves no moment on it.
 TEST(Bending, FreeEdgeHasNoMoment) {
   std::mt19937 generator(3);
   for (int trial = 0; trial < 200; ++trial) {
@@ -386,7 +387,7 @@ struct Patch {
   }
 };
 
-// How a caller puts modulus and hinges together: energy, forces, stiffness and damping agree.
+// Modulus and hinges are combined as callers do: energy, forces, stiffness and damping agree.
 TEST(Bending, PatchOfHingesIsConsistent) {
   std::mt19937 generator(4);
   const Nodes3 rest{{0, 1, 0.3}, {0, 0.1, 0.9}, {0, 0, 0}};

@@ -153,8 +153,8 @@ TEST(DampedPush, SlopesAgreeWithDifferences) {
   }
 }
 
-// Both slopes go on without a jump where the push ends: at the range, at rest and where surfaces
-// part so fast that they are let go.
+// Both slopes are continuous where the push ends: at the range, at rest, and where surfaces part so
+// fast that the push vanishes.
 TEST(DampedPush, IsSmoothWhereItChanges) {
   const double scale = at(0.5 * kRange).second;
   for (const double rate : {-5.0, -0.3, 0.002}) {
@@ -172,8 +172,8 @@ TEST(DampedPush, IsSmoothWhereItChanges) {
   EXPECT_EQ(push_at(gap, 1.001 * release).force, 0);
 }
 
-// A particle of mass m thrown against the barrier: speed afterwards over speed before, by small
-// steps of its own.
+// Returns the restitution of a particle of mass m thrown against the barrier: its speed afterwards
+// over that before, integrated here in small steps.
 double restitution(double mass, double speed) {
   double gap = kRange, rate = -speed;
   const double step = 1e-8;

@@ -1,4 +1,4 @@
-// Random stencils and central differences, the oracle of every derivative here.
+// Random stencils and central differences, the oracle of all derivatives here.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,7 +37,7 @@ Eigen::VectorXd flattened(const Nodes& nodes) {
   return Eigen::Map<const Eigen::VectorXd>(nodes.data(), nodes.size());
 }
 
-// sum_i x_i x f_i, the moment of node forces about the origin.
+// Returns the moment of node forces about the origin, sum_i x_i x f_i.
 template <class Nodes>
 Eigen::Vector3d torque(const Nodes& x, const Nodes& forces) {
   Eigen::Vector3d total = Eigen::Vector3d::Zero();

@@ -1,4 +1,4 @@
-// The Hessian of one hinge's angle from what its two triangles contribute.
+// The Hessian of one hinge's angle, assembled from the parts of its two triangles.
 #pragma once
 
 #include "materials/hinge.h"

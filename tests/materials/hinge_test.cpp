@@ -31,7 +31,7 @@ Nodes4 random_hinge(std::mt19937& generator, double angle) {
   return result;
 }
 
-// Random angles, with those where naive formulas lose their digits: nearly flat, nearly folded.
+// Returns random angles and those at which naive formulas lose digits: nearly flat, nearly folded.
 std::vector<double> angles_to_try(std::mt19937& generator) {
   std::vector<double> angles = {0,     1e-9, -1e-9, 1e-4, -1e-4, 0.01,
                                 -0.01, 2.9,  -2.9,  3,    -3,    kPi / 2};
@@ -58,7 +58,7 @@ TEST(Hinge, AngleIsPositiveForAValley) {
   EXPECT_LT(hinge_angle(x), 0);
 }
 
-// Both triangles must see one and the same angle, whichever comes first.
+// Both triangles must have the same angle, whichever comes first.
 TEST(Hinge, AngleDoesNotDependOnTheOrderOfTheTriangles) {
   std::mt19937 generator(2);
   for (const double angle : angles_to_try(generator)) {

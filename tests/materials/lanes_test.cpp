@@ -1,4 +1,4 @@
-// Formulas of several numbers side by side against those of one.
+// Formulas on batches of numbers, against formulas on single numbers.
 #include "materials/lanes.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ double ulp(double value) {
   return std::nextafter(value, std::numeric_limits<double>::infinity()) - value;
 }
 
-// All lanes are the same here; lanes that differ are compared in OfDifferentLanes.
+// Uses equal lanes; OfDifferentLanes compares different ones.
 double arc_tangent_of_lanes(double y, double x) {
   return arc_tangent(Lanes(y), Lanes(x)).values[lane_count - 1];
 }

@@ -161,8 +161,8 @@ TEST(Membrane, RigidMotionGivesNoForce) {
   }
 }
 
-// A unit square of two triangles pulled to lambda along x with free sides: Saint Venant-Kirchhoff
-// gives P = E h lambda (lambda^2 - 1)/2 and lambda_t^2 = 1 - nu (lambda^2 - 1).
+// A unit square of two triangles is pulled to lambda along x with free sides. Saint
+// Venant-Kirchhoff then has P = E h lambda (lambda^2 - 1)/2 and lambda_t^2 = 1 - nu (lambda^2 - 1).
 TEST(Membrane, UniaxialPullHasTheClosedForm) {
   const Eigen::Matrix<double, 3, 4> square{{0, 1, 1, 0}, {0, 0, 1, 1}, {0, 0, 0, 0}};
   const double stiffness = 7;

@@ -52,8 +52,8 @@ TEST(Spring, StiffnessIsMinusTheDerivativeOfTheForce) {
   }
 }
 
-// With damping the stiffness carries the whole tension in its geometric part: turning the spring
-// without changing its length or its velocity of extension turns the damped force too.
+// With damping, the stiffness has the whole tension in its geometric part: rotating the spring at
+// constant length and velocity of extension rotates the damped force too.
 TEST(Spring, StiffnessTurnsTheDampedTension) {
   std::mt19937 generator(3);
   for (int trial = 0; trial < kTrials; ++trial) {

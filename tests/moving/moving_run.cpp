@@ -19,10 +19,10 @@ namespace weft::moving {
 
 namespace {
 
-// A child that does not come back at all is ended by the kernel after so long (s).
+// Time (s) after which the kernel ends a child that hangs.
 constexpr unsigned hung_after = 300;
 
-// Steps through a scene and looks at its states.
+// Steps through a scene and checks its states.
 class Watched {
  public:
   explicit Watched(const MovingScene& scene)
@@ -55,7 +55,8 @@ class Watched {
     return limit_.failure(sim_);
   }
 
-  // Frames until the movement starts, then the states between them, too.
+  // Returns the time of the next check: frames until the motion starts, then states between them
+  // too.
   double next_time() const {
     const double frame = 1 / sim_.scene().source.time.frames_per_second;
     const double whole = static_cast<double>(frame_) * frame;
@@ -135,7 +136,7 @@ struct Child {
   std::string text;
 };
 
-// The children by the pipe's end that they write to.
+// The child processes, by the end of the pipe that they write to.
 class Children {
  public:
   void start(const MovingScene& scene, std::size_t index) {
@@ -149,7 +150,7 @@ class Children {
   }
   std::size_t size() const { return by_pipe_.size(); }
 
-  // Reads what there is; where a child has ended, stores its outcome.
+  // Reads available output; stores the outcome of each child that has ended.
   void wait(std::vector<MovingOutcome>& outcomes) {
     std::vector<pollfd> polled;
     for (const auto& [end, child] : by_pipe_) polled.push_back({end, POLLIN, 0});

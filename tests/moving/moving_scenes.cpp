@@ -25,7 +25,7 @@ using std::numbers::pi;
 constexpr double density = 0.2;                    // kg/m^2
 constexpr double range = 4e-3, thickness = 1e-3;   // m
 constexpr double least_stiffness = 1e6;            // of contact, N/m^3
-constexpr double reserve = 3;                      // of contact's strength, where it shall hold
+constexpr double reserve = 3;                      // factor of contact's strength if it must hold
 constexpr double easing = 1.875;                   // largest speed between two keyframes / its mean
 constexpr double settling = 0.03;                  // s, after the last movement
 constexpr double longest_rest_of_fixed_steps = 2;  // s
@@ -68,7 +68,7 @@ class Random {
   std::mt19937_64 source_;
 };
 
-// A thing in the frame of the sheet: u along its columns, v along its rows, n across it.
+// A body in the frame of the sheet: u along its columns, v along its rows, n normal to it.
 struct Body {
   Thing thing = Thing::ball;
   std::string shape;
@@ -77,7 +77,7 @@ struct Body {
   Vec3 centre{0, 0, 0};
   double side = 1;     // of the sheet, on which it starts
   double reach_u = 0;  // from its centre, along the sheet
-  double top_v = 0;    // greatest v of where it meets the sheet
+  double top_v = 0;    // largest v at which it meets the sheet
   double depth = 0;    // beyond the sheet's plane
   std::string motion;
 
@@ -122,19 +122,20 @@ class Maker {
     return scene_.method == "cvode" || scene_.method == "arkode" || scene_.method == "euler";
   }
   bool is_explicit() const { return scene_.method == "verlet"; }
-  // Steps of given length, or a length that stability chooses, are not longer at rest.
+  // The longest rest. Fixed steps, and steps limited by stability, are not longer at rest.
   double longest_rest() const {
     return is_explicit() ? most_explicit_steps_of_rest * explicit_step(row_.speed + row_.pin_speed)
                          : longest_rest_of_fixed_steps;
   }
-  // s: an approach at `speed` (m/s, or turns/s of something of some 0.2 m) goes through the range
-  // in forty steps. Stability, which Verlet follows by itself, knows nothing of that.
+  // Returns a step (s) that resolves the range by forty steps at this approach speed (m/s, or
+  // turns/s of a body of some 0.2 m). Verlet follows the limit of stability by itself, but that
+  // does not depend on approaches.
   double explicit_step(double speed) const {
     const bool turns = row_.course == Course::sweep || row_.course == Course::spin ||
                        row_.pins == Pins::twist || row_.pins == Pins::turn;
     return std::min(2e-5, range / (40 * (turns ? 2 * pi * 0.2 * speed : speed)));
   }
-  // Verlet is for motion without damping, without which what hangs does not come to rest.
+  // Verlet needs motion without damping, and without damping hanging sheets do not come to rest.
   void choose_method() {
     scene_.method = methods[static_cast<std::size_t>(scene_.number + scene_.seed) % methods.size()];
     if (is_explicit() && hangs()) scene_.method = "cvode";
@@ -192,7 +193,7 @@ class Maker {
                        y, rows, columns);
   }
 
-  // Flat things meet the sheet with the face, or an edge; what sweeps strikes with the face.
+  // Flat bodies meet the sheet with their face or an edge; those on an arm with their face.
   void orient(Body& body) {
     const Mat3 upright = Eigen::AngleAxisd(pi / 2, Vec3::UnitX()).toRotationMatrix();
     if (row_.course == Course::sweep) {
@@ -242,7 +243,7 @@ class Maker {
   void finish_at(double time) { scene_.end = std::max(scene_.end, time); }
   void note_speed(double speed) { scene_.fastest = std::max(scene_.fastest, speed); }
 
-  // Straight across the sheet's plane: at once, eased, there and back, or to and fro.
+  // Moves a body straight across the sheet's plane: at once, eased, there and back, or to and fro.
   void push(Body& body, double start, double speed, double clearance) {
     const Vec3 across(0, 0, -body.side);
     body.centre.z() = body.side * (body.extent(Vec3::UnitZ()) + clearance);
@@ -273,7 +274,7 @@ class Maker {
     finish_at(time);
   }
 
-  // On an arm about an axis beside the sheet, at `rate` turns a second.
+  // Moves a body on an arm about an axis beside the sheet, at `rate` turns per second.
   void sweep(Body& body, double start, double rate) {
     constexpr double arm = 0.12;
     const double far = std::hypot(arm + body.extent(Vec3::UnitZ()), body.extent(Vec3::UnitY()));
@@ -293,7 +294,7 @@ class Maker {
     finish_at(stop);
   }
 
-  // About an axis of its own while it comes nearer at 1 m/s.
+  // Spins a body about its own axis while it approaches at 1 m/s.
   void spin(Body& body, double start, double rate, double clearance) {
     constexpr double approach = 1;  // m/s
     const double radius = body.radius();
@@ -380,7 +381,7 @@ class Maker {
     }
   }
 
-  // From pin to pin along what stands out of the sheet's plane, m.
+  // Length of the path from pin to pin along what stands out of the sheet's plane, m.
   double way_round() const {
     std::vector<std::pair<double, double>> corners{{-size_ / 2, 0}, {size_ / 2, 0}};
     for (const Body& body : bodies_) {
@@ -416,7 +417,7 @@ class Maker {
     if (is_explicit()) {
       text += "damping_time = 0\n";
     } else {
-      // Damping over more time than an approach takes would do more than the barrier.
+      // A damping time longer than an approach would outweigh the barrier.
       text += print("damping_time = %.3g\n", std::min(1e-3, range / scene_.fastest));
       if (random_.coin(0.3)) text += "friction = 0.3\n";
     }
@@ -456,7 +457,7 @@ class Maker {
     return text + "]\n";
   }
 
-  // Two layers, joined along one column of quads, in a file of shapes.
+  // Writes two layers, joined along one column of quads, to a shape file.
   std::string folded_shape() const {
     const int half = rows_ / 2 + 1;
     const int columns = 2 * half;

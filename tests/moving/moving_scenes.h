@@ -1,5 +1,5 @@
-// Sixty scenes of the suite `moving`: what moves as it is told, against cloth of every kind, as
-// case texts made from a table and a seed.
+// Sixty scenes of the suite `moving`, as case texts made from a table and a seed: prescribed motion
+// against cloth of every kind.
 #pragma once
 
 #include <string>
@@ -15,22 +15,22 @@ struct MovingScene {
   std::string method;  // cvode, arkode, euler (adaptive), euler-step (converged Newton),
                        // euler-linear (one iteration) or verlet
   std::string text;    // the case
-  double start = 0;    // s, when something first moves
+  double start = 0;    // s, of the first motion
   double end = 0;      // s, of the case
 
-  // Said beforehand, from the geometry alone.
-  double stretch = 0;  // l / L - 1 of the shortest way round what pushes, between the pins
-  bool is_trapped =
-      false;              // cloth between what moves and something fixed, or what comes against it
-  double fastest = 0;     // m/s, upper bound of the speed of any prescribed point
-  double strength = 0;    // kappa d^2 / (sigma v^2 / 2)
-  bool has_path() const;  // a path without collision exists, stretched by at most a fifth
+  // Predicted from the geometry alone.
+  double stretch = 0;  // l / L - 1 of the shortest path between the pins round the pushing body
+  bool is_trapped = false;  // cloth is caught between a moving body and a fixed or approaching one
+  double fastest = 0;       // m/s, upper bound of the speed of any prescribed point
+  double strength = 0;      // kappa d^2 / (sigma v^2 / 2)
+  bool has_path() const;    // a path without collision exists, stretched by at most a fifth
   bool is_strong() const { return strength >= 1; }
   bool must_be_done() const { return has_path() && is_strong(); }
 };
 
-// `number` from 0 to scene_count - 1, `seed` from 0 to seed_count - 1; the same text everywhere.
-// The method goes on by one with each seed. `folder`: where shape files of folded sheets go.
+// Makes a scene: `number` from 0 to scene_count - 1, `seed` from 0 to seed_count - 1. The text is
+// the same on every machine. The method advances by one with each seed. Shape files of folded
+// sheets go to `folder`.
 MovingScene make_scene(int number, int seed, const std::string& folder);
 
 }  // namespace weft::moving

@@ -1,8 +1,10 @@
-// The suite `moving`: sixty scenes in which something moves as it is told, ten seeds of each. No
-// surface passes through another in any state looked at; of the scenes that have a path without
-// collision and strong contact, 95 % come to their end. CTest runs a tenth, one seed of each
-// scene. The environment chooses: WEFT_MOVING=whole runs all, WEFT_MOVING=NUMBER or NUMBER:SEED one
-// scene and prints its case; WEFT_MOVING_JOBS is how many runs there are at a time (two).
+// The suite `moving`: sixty scenes with prescribed motion, ten seeds of each. No surface passes
+// through another in any checked state. Of the scenes with strong contact and a path without
+// collision, 95 % finish.
+//
+// CTest runs a tenth: one seed of each scene. The environment selects others: WEFT_MOVING=whole
+// runs all; WEFT_MOVING=NUMBER or NUMBER:SEED runs one scene and prints its case. WEFT_MOVING_JOBS
+// is the number of runs at a time (two).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,7 +63,7 @@ void print_run(const MovingScene& scene, const MovingOutcome& outcome) {
   std::printf("\n");
 }
 
-// Runs them, prints all and a summary, and holds them to what the suite demands.
+// Runs the scenes, prints all and a summary, and checks the requirements of the suite.
 void run_and_judge(const std::vector<MovingScene>& scenes) {
   const std::vector<MovingOutcome> outcomes = run_scenes(scenes, jobs());
   std::map<std::string, Tally> by_method;
@@ -78,7 +80,7 @@ void run_and_judge(const std::vector<MovingScene>& scenes) {
     EXPECT_EQ(outcome.crossings, 0) << scene.name << ", scene " << scene.number << ", seed "
                                     << scene.seed << ", " << outcome.crossing_time << " s\n"
                                     << scene.text;
-    // Nothing is cut short in silence: either all states were looked at, or it says why not.
+    // No run is cut short silently: either all states were checked, or it reports why not.
     EXPECT_FALSE(outcome.failure.starts_with("not simulated")) << outcome.failure << scene.text;
     EXPECT_FALSE(outcome.failure.starts_with("crashed")) << scene.text;
   }

@@ -4,7 +4,7 @@ namespace weft::moving {
 
 const std::array<Row, scene_count>& scene_table() {
   static const std::array<Row, scene_count> table{{
-      // The four that once passed in silence.
+      // Four scenes in which motions once passed through cloth unnoticed.
       {"a ball through a resting sheet and back",
        Sheet::pinned,
        {Thing::ball},

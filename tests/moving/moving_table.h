@@ -1,4 +1,4 @@
-// The table of the suite `moving`: sheets, what meets them, and how.
+// The table of the suite `moving`: sheets, what they meet, and how.
 #pragma once
 
 #include <array>
@@ -8,13 +8,14 @@
 
 namespace weft::moving {
 
-// pinned: along two opposite edges; hanging: by its upper edge; corners: by its upper corners.
-// Pinned, free and folded ones are in no gravity, so that they rest until something comes.
+// Sheets. pinned: along two opposite edges; hanging: by its upper edge; corners: by its upper
+// corners. Pinned, free and folded sheets are without gravity, so that they rest until they are
+// met.
 enum class Sheet { pinned, hanging, corners, free, folded };
 enum class Thing { ball, paddle, needle, plate, torus, wall };
-// through: starts and stops at once; eased: by two keyframes; back: by three; oscillate: by seven;
-// creep: not deep; sweep: on an arm about an axis beside the sheet; spin: about itself while it
-// comes; clamp: two from both sides, past each other.
+// Courses of a body. through: starts and stops at once; eased: by two keyframes; back: by three;
+// oscillate: by seven; creep: not deep; sweep: on an arm about an axis beside the sheet; spin:
+// about itself while it approaches; clamp: two bodies from both sides, past each other.
 enum class Course { through, eased, back, oscillate, creep, sweep, spin, clamp };
 enum class Pins { still, twist, turn, jerk, pull };
 
@@ -24,7 +25,7 @@ struct Row {
   std::vector<Thing> things;
   Course course = Course::through;
   double speed = 0;  // m/s; of sweep and spin turns/s
-  double rest = 0;   // s, at most, before
+  double rest = 0;   // s, at most, before it moves
   bool both_sides = false;
   Pins pins = Pins::still;
   double pin_speed = 0;  // of jerk and pull m/s, of twist and turn turns/s

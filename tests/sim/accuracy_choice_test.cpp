@@ -1,4 +1,4 @@
-// Tests the choice of a method and its tolerances for an accuracy, and the error that comes out.
+// The choice of a method and its tolerances for an accuracy, and the resulting error.
 #include "sim/accuracy/accuracy_choice.h"
 
 #include <cmath>
@@ -97,7 +97,7 @@ TEST(AccuracyChoice, IsKeptWithinAFactorThree) {
       EXPECT_LT(largest_error(scene, {accuracy}), asked * 3);
       const double error = largest_error(scene, {accuracy, "time.method=cvode"});
       EXPECT_LT(error, asked * 3);
-      // The errors of a drum without damping shrink faster with the tolerance than those of others.
+      // The errors of an undamped drum shrink faster with the tolerance than those of other scenes.
       if (scene != undamped_drum) {
         EXPECT_GT(error, asked / 3);
       }
@@ -142,8 +142,8 @@ TEST(AccuracyChoice, IsCorrectedByAPilotRun) {
   EXPECT_EQ(plain.time.position_tolerance, chosen(hanging_sheet, {}).time.position_tolerance);
 }
 
-// Explicit steps suit motion in which nothing is stiff beside how long it moves. They are more
-// exact than asked for, since longer ones are not stable.
+// Explicit steps suit motion whose stiffness is small beside its duration. They are more exact than
+// requested, since longer ones are unstable.
 TEST(AccuracyChoice, TakesVerletWhereThatIsLessWork) {
   const std::string pinned = R"(
 [time]
@@ -224,7 +224,7 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [5, 5] }
       << source.accuracy_choice;
 }
 
-// Returns what the energy watch says of the whole run, or why it fails.
+// Returns the message of the energy watch for the whole run, or the run's failure.
 std::string complaint(const Case& source) {
   const auto scene = build_scene(source);
   Statistics statistics;

@@ -1,4 +1,4 @@
-// Cases that must be refused, and how.
+// Cases that must be refused, with their messages.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ inline void expect_refused(const BadCase& bad) {
   }
 }
 
-// A body without fault: 5 rows and 9 columns of vertices.
+// A valid body: 5 rows and 9 columns of vertices.
 inline const std::string sheet = R"([[body]]
 name = "sheet"
 shape = { type = "rectangle", size = [1, 1], resolution = [5, 9] }

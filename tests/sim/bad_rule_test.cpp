@@ -1,11 +1,11 @@
-// Case files whose values do not go together, and overrides that do not go with the case.
+// Case files whose values contradict each other, and overrides that do not fit the case.
 #include "bad_case.h"
 
 namespace weft::sim {
 
 namespace {
 
-// One a row: its name, the text, the whole message, the overrides.
+// Lists one case per row: its name, the text, the whole message, the overrides.
 std::vector<BadCase> broken_rules() {
   return {
       // Shapes.
@@ -86,7 +86,7 @@ shape = { type = "file", path = "none.h5", dataset = "x" }
 )" + sheet,
        R"(case.toml:3:33: no file "none.h5"
   expected an HDF5 file, here none.h5)"},
-      // Equilibria of what nothing can hold; the floor alone would not do without contact.
+      // Bodies without support have no equilibrium; without contact, the floor is no support.
       {"static_without_support",
        sheet,
        R"(case.toml:2:8: nothing holds body "sheet": under gravity it has no equilibrium (time.method = "static")
@@ -296,7 +296,7 @@ mass_damping = 1
 )",
        R"(case.toml:2:17: order 5 is wrong without damping
   expected mass_damping or stiffness_damping > 0 in [material.silk], or maximum_order = 2)"},
-      // Overrides: at the override, without a line.
+      // Overrides are refused at the override, without a line number.
       {"set_without_value",
        R"([material.cotton]
 )" + sheet,

@@ -1,4 +1,4 @@
-// The tree of bodies' boxes against every pair of boxes.
+// Compares the tree of bodies' boxes with every pair of boxes.
 #include "sim/contact/body_tree.h"
 
 #include <gtest/gtest.h>

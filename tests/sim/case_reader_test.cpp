@@ -55,7 +55,7 @@ name = "ball"
 shape = { type = "sphere", radius = 0.1, resolution = [8] }
 )";
 
-// Uses every key there is, but for those that rule others out.
+// Uses every key except those that rule others out.
 constexpr const char* everything = R"(title = "quotes \" and \\ and\nlines, \u00e9"
 [time]
 duration = 0.30000000000000004
@@ -240,7 +240,7 @@ TEST(CaseReader, ResolvedTextReadsBackTheSame) {
 }
 
 TEST(CaseReader, AllowsTheToleranceOfTheDefaultRange) {
-  // 1e-5 m is 0.005 of 2e-3 m but for rounding: the limit itself is allowed.
+  // Up to rounding, 1e-5 m is 0.005 of 2e-3 m: the limit itself is allowed.
   EXPECT_NO_THROW(parse_case(std::string("time.velocity_tolerance = 1e-3\n") + least, "a.toml"));
   EXPECT_NO_THROW(parse_case(least, "a.toml", {"contact.enabled=false", "contact.range=1e-6"}));
 }

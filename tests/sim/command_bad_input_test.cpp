@@ -1,5 +1,5 @@
-// Input that claims, nests or names what it should not: each is refused in words, with the exit
-// code that the documentation says, and leaves nothing behind.
+// Input with false claims, deep nesting or odd names. It is refused in words, with the documented
+// exit code, and leaves nothing behind.
 #include <hdf5.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -34,7 +34,7 @@ constexpr bool can_render = true;
 
 class CommandBadInput : public WeftCommand {
  protected:
-  // A command that hangs fails the test instead.
+  // A command that hangs is killed and fails the test.
   static void limit_time() { alarm(60); }
 
   void expect_refused(const WeftProcess::Arguments& arguments, int code,
@@ -45,7 +45,7 @@ class CommandBadInput : public WeftCommand {
     EXPECT_EQ(result.out, "");
     EXPECT_FALSE(exists("out"));
   }
-  // Runs the case by `check` and by `run`, which must answer alike.
+  // Runs the case by `check` and by `run`, which must give the same answer.
   void expect_case_refused(const WeftProcess::Arguments& more, const std::string& message) const {
     for (const char* command : {"check", "run"}) {
       WeftProcess::Arguments arguments{command};
@@ -53,7 +53,7 @@ class CommandBadInput : public WeftCommand {
       expect_refused(arguments, exit_code::bad_case, message);
     }
   }
-  // A trajectory of the sheet, or of another case, at `trajectory.h5`.
+  // Writes `trajectory.h5` of the sheet, or of another case.
   std::string write_trajectory(const std::string& text = sheet_case) const {
     write("trajectory.toml", text);
     EXPECT_EQ(weft({"run", "trajectory.toml", "--quiet", "-o", "."}).code, exit_code::done);
@@ -61,7 +61,7 @@ class CommandBadInput : public WeftCommand {
   }
 };
 
-// Makes a dataset [rows, cols, 3] of float32 in which nothing is stored; in chunks where asked for.
+// Makes a dataset [rows, cols, 3] of float32 in which nothing is stored, optionally in chunks.
 void write_claim(const std::string& path, hsize_t rows, hsize_t cols, bool chunked) {
   const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   const std::array<hsize_t, 3> shape{rows, cols, 3}, chunk{64, 64, 3};
@@ -127,7 +127,7 @@ TEST_F(CommandBadInput, TakesASceneJustBelowTheMemoryLimit) {
                       "limit of 16.03 MiB\n");
 }
 
-// Held against the resident size of real runs.
+// Compares the estimate with the resident size of real runs.
 TEST_F(CommandBadInput, EstimatesTheMemoryWithinAFactorOfTwo) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the address sanitizer keeps memory of its own";
@@ -144,7 +144,7 @@ name = "floor"
 shape = { type = "rectangle", size = [1.1, 1.1], resolution = [65, 65] }
 )";
   write("fall.toml", fall);
-  // Each is larger than the ones before, since the largest child counts.
+  // Each run is larger than the ones before, since the largest child counts.
   const std::vector<WeftProcess::Arguments> runs = {
       {"--set", "contact.enabled=false", "--set", "time.method=verlet"},
       {"--set", "contact.enabled=false", "--set", "material.m.bending_stiffness=0"},
@@ -222,7 +222,7 @@ TEST_F(CommandBadInput, RefusesATrajectoryThatClaimsFramesItDoesNotStore) {
   const std::string file = write_trajectory();
   const std::string whole = read_bytes(file);
   const auto claim = [&](hsize_t frames) {
-    write("trajectory.h5", whole);  // HDF5 takes minutes to shrink a claim
+    write("trajectory.h5", whole);  // rewritten, since HDF5 takes minutes to shrink a claimed size
     change_dataset(file, "time", [&](hid_t time) { return H5Dset_extent(time, &frames); });
   };
   const std::vector<const char*> commands =
@@ -330,7 +330,7 @@ TEST_F(CommandBadInput, RefusesMoreThreadsThanThereCanBe) {
                       "  expected a whole number >= 1 and <= 1024 or \"auto\"\n");
 }
 
-// 2 n - 1 rows of so many columns are more than an int counts.
+// 2 n - 1 rows of this many columns exceed the range of an int.
 TEST_F(CommandBadInput, RefusesABlobBeyondAnyNumber) {
   write("blob.toml", R"([[body]]
 name = "blob"

@@ -1,4 +1,4 @@
-// How a command ends is told by its exit code, by --json and by the file.
+// The exit code, --json and the file report how a command ends.
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -58,14 +58,14 @@ TEST_F(CommandEnd, DoneIsInTheFile) {
     for (const char* clock : {"wall_s", "cpu_s"}) {
       const std::string name = std::string(part) + clock;
       EXPECT_GT(file.at(name), 0) << name;
-      // The file lacks what it took to write this and to close it.
+      // The file's costs leave out the time to write them and to close it.
       EXPECT_LE(file.at(name), report.at(name)) << name;
     }
   }
   EXPECT_TRUE(contains(info_text(), "\nrun       done\n")) << info_text();
 }
 
-// Numbers of the report that are also series have their names, and energies their values.
+// Numbers of the report that are also series have the series' names, and energies their values.
 TEST_F(CommandEnd, ReportsByTheNamesOfSeries) {
   const Json report = Json::parse(weft({"run", "sheet.toml", "--json", "--quiet"}).out);
   const Json file = info();
@@ -181,7 +181,7 @@ TEST_F(CommandEnd, JsonIsAnObjectWhateverIsWrong) {
   }
 }
 
-// The help of --set shows one override, and that is what it takes.
+// The help of --set shows one override, and --set takes exactly one.
 TEST_F(CommandEnd, EachOverrideHasASetOfItsOwn) {
   const std::string help = weft({"run", "--help"}).out;
   EXPECT_TRUE(contains(help, "--set KEY=VALUE")) << help;

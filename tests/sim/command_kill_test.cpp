@@ -1,5 +1,4 @@
-// A run that is killed leaves the frames it has written, and they are those of a run that was not;
-// so does one that goes on.
+// A run that is killed, or still goes on, has written frames that equal those of a whole run.
 #include <random>
 
 #include "sim/trajectory/trajectory.h"
@@ -74,10 +73,10 @@ TEST_F(CommandKill, LeavesWholeFramesOfTheSameRun) {
       ASSERT_EQ(left[f], whole[f]) << "trial " << trial << ", frame " << f;
     }
   }
-  EXPECT_GE(cut_short, 1);  // the kills came in time
+  EXPECT_GE(cut_short, 1);  // at least one kill came before the end
 }
 
-// HDF5 alone takes about every fifth of these readings for one of a broken file.
+// Without retries, HDF5 takes the file for broken in about every fifth of these readings.
 TEST_F(CommandKill, CanBeReadWhileItGoesOn) {
   write("fall.toml", falling_case);
   WeftProcess process(folder(), {"run", "fall.toml", "--quiet"});

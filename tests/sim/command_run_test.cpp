@@ -1,4 +1,4 @@
-// `weft run`: its report, its file, how it stops, and that it asks for no OpenGL.
+// `weft run`: its report, its file, how it stops, and that it uses no OpenGL.
 #include <sys/ioctl.h>
 #include <sys/resource.h>
 
@@ -27,8 +27,8 @@ shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
 corners = ["last_first", "last_last"]
 )";
 
-// A plate comes down on a sheet that is held by its corners, at a speed that even the shortest step
-// cannot resolve.
+// A plate comes down on a sheet held by its corners, faster than even the shortest step can
+// resolve.
 constexpr const char* squeeze_case = R"(
 [time]
 duration = 1.0
@@ -53,7 +53,7 @@ shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
 
 class CommandRun : public WeftCommand {
  protected:
-  // Every frame there is; finite.
+  // Returns the times of all frames; checks that positions are finite.
   static std::vector<double> frame_times(const std::filesystem::path& file) {
     const TrajectoryReader reader(file.string());
     std::vector<double> times;
@@ -81,7 +81,7 @@ class CommandRun : public WeftCommand {
   }
 };
 
-// A line longer than the 40 columns of this terminal would break and leave a trail.
+// A line longer than this terminal's 40 columns would wrap and leave remains on the screen.
 TEST_F(CommandRun, ShowsItsProgressOnOneLineOfTheTerminal) {
   write("sheet.toml", sheet_case);
   const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
@@ -93,7 +93,7 @@ TEST_F(CommandRun, ShowsItsProgressOnOneLineOfTheTerminal) {
                       [&] { dup2(open(line.c_str(), O_RDWR | O_NOCTTY), STDERR_FILENO); });
   std::string shown;
   std::array<char, 4096> part{};
-  // The last one to close the line makes this fail.
+  // read() fails once the last writer has closed the terminal.
   for (ssize_t count; (count = read(terminal, part.data(), part.size())) > 0;)
     shown.append(part.data(), static_cast<std::size_t>(count));
   close(terminal);
@@ -217,7 +217,7 @@ TEST_F(CommandRun, CountsAndLimitsThePilotOfAnAccuracy) {
     }
     EXPECT_LE(sum, report.at(clock).get<double>() * (1 + 1e-12));
   }
-  // The rusage is that of the processes that have ended: the command alone.
+  // RUSAGE_CHILDREN counts processes that have ended: only the command.
   rusage used;
   ASSERT_EQ(getrusage(RUSAGE_CHILDREN, &used), 0);
   const auto seconds = [](const timeval& time) {
@@ -234,7 +234,7 @@ TEST_F(CommandRun, CountsAndLimitsThePilotOfAnAccuracy) {
   EXPECT_FALSE(std::filesystem::exists(path("limited")));
 }
 
-// Linearly implicit steps of twice that length throw the sheet about.
+// Linearly implicit steps of twice that length make the sheet gain energy.
 TEST_F(CommandRun, StopsWhereTheMotionGainsEnergy) {
   write("sheet.toml", sheet_case);
   const Result result =
@@ -292,7 +292,7 @@ TEST_F(CommandRun, OverridesAreTakenInAnyPlace) {
   EXPECT_EQ(nlohmann::json::parse(result.out).at("frames"), 4);
 }
 
-// Permission bits do not bind root, so the folder is one that cannot be: below a file.
+// Root ignores permission bits, so the folder is an impossible one: below a file.
 TEST_F(CommandRun, RefusesAFolderThatCannotBeMade) {
   write("sheet.toml", sheet_case);
   write("file", "");
@@ -354,7 +354,7 @@ TEST_F(CommandRun, EndsAtItsLimit) {
   EXPECT_LT(report.at("simulated_s"), 1e4);
 }
 
-// A load of an equilibrium is one step, and may be a long one.
+// A load of an equilibrium is one step, which may take long.
 TEST_F(CommandRun, EndsAtItsLimitWithinALoad) {
   write("sheet.toml", sheet_case);
   const Result result =

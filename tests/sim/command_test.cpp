@@ -1,4 +1,4 @@
-// The weft command as its users meet it: arguments, messages, exit codes; all but the runs.
+// The weft command as users meet it: arguments, messages, exit codes; all except runs.
 #include <nlohmann/json.hpp>
 
 #include "sim/case/case_reader.h"
@@ -16,7 +16,7 @@ name = "sheet"
 shape = { type = "rectangle", size = [0.1, 0.1], resolution = [4, 5] }
 )";
 
-// Two sheets through each other, which no run with contact would start with.
+// Two sheets that cross, an initial state that contact refuses.
 constexpr const char* crossed_case = R"(
 time.duration = 0.02
 world.gravity = [0, 0, 0]
@@ -240,8 +240,8 @@ TEST_F(Command, InfoAndRenderRefuseWhatIsNoTrajectory) {
   }
 }
 
-// HDF5 1.10 loses memory where a checksum is wrong, and would complain of it at exit; the leak
-// sanitizer would, too.
+// HDF5 1.10 loses memory at a wrong checksum and would complain of it at exit, as would the leak
+// sanitizer.
 TEST_F(Command, InfoSaysInOneLineThatAFileIsDamaged) {
   write("sheet.toml", sheet_case);
   ASSERT_EQ(weft({"run", "sheet.toml", "--quiet"}).code, exit_code::done);

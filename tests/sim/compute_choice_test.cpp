@@ -19,7 +19,7 @@ std::unique_ptr<const Scene> drape(const std::string& backend, const std::string
                  "contact.bound=" + bound}));
 }
 
-// The first test of the process: nothing before it asked for OpenGL.
+// This test is the first of the process, so nothing before it asked for OpenGL.
 TEST(ComputeChoice, MakesNoContextUnlessADeviceIsUsed) {
   EXPECT_EQ(choose_search(*drape("cpu")).choice.backend, ComputeBackend::cpu);
   EXPECT_EQ(gpu::context_count(), 0);
@@ -58,8 +58,7 @@ TEST(ComputeChoice, RefusesADeviceThatIsNotThere) {
   }
 }
 
-// The result of a run. Every backend must find the same contacts and the same trajectory, to the
-// last bit.
+// The result of a run, which every backend must match to the last bit: contacts and trajectory.
 struct Drape {
   std::vector<double> state;
   Counters counters;
@@ -126,7 +125,7 @@ TEST(ComputeChoice, ShippedCasesTakeTheSameStepsByEveryBound) {
   EXPECT_GT(with_candidates, 6);
 }
 
-// A device that breaks down at its third search.
+// A device that fails at its third search.
 class BreakingSearch : public PairSearch {
  public:
   explicit BreakingSearch(const Scene& scene) : sound_(make_cpu_search(scene)) {}

@@ -12,8 +12,7 @@ namespace {
 
 constexpr double rounding = 1e-12;  // m
 constexpr int path_parts = 64;
-constexpr double least_share =
-    0.25;  // of the distance at the start, where a path is to be accepted
+constexpr double least_share = 0.25;  // share of the start's distance that an accepted path keeps
 
 const std::vector<FeaturePair>& features_of(const CandidateList& list, int kind) {
   return kind == 0 ? list.vertex_triangle : kind == 1 ? list.triangle_vertex : list.edge_edge;
@@ -29,7 +28,7 @@ double pair_distance(bool edges, const bsi::FourPoints& x) {
   return std::sqrt(closest.squared_distance);
 }
 
-// The four points at the part `t` of their straight paths.
+// Returns the four points at the fraction `t` of their straight paths.
 bsi::FourPoints on_path(const OraclePair& pair, std::span<const Vec3> start,
                         std::span<const Vec3> end, double t) {
   bsi::FourPoints points;
@@ -166,7 +165,7 @@ PathDistances ContactOracle::distances(const OraclePair& pair, std::span<const V
     result.end = distance;
     result.least = std::min(result.least, distance);
   }
-  // Both sides may come half a part nearer from the nearest cut.
+  // Within half a part of the nearest sample, both sides may approach.
   result.uncertainty = longest_path(pair, start, end) / path_parts;
   return result;
 }

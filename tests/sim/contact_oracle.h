@@ -1,5 +1,5 @@
-// Every pair of features of a scene, looked at one by one: what the contact search and the check of
-// paths are held against. O(n^2) in the features; for scenes of some hundred vertices.
+// Every pair of features of a scene, checked one by one: the oracle of the contact search and of
+// the path check. O(n^2) in the features; for scenes of some hundred vertices.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace weft::sim {
 
 // A vertex and a triangle, or two edges, that may touch.
 struct OraclePair {
-  std::size_t list = 0;  // of searched_pairs()
+  std::size_t list = 0;  // index into searched_pairs()
   int kind = 0;      // 0: vertex of body a, triangle of b; 1: vertex of b, triangle of a; 2: edges
   int a = 0, b = 0;  // the features, as in FeaturePair
   std::array<int, 4> nodes{};  // global particles
@@ -25,12 +25,12 @@ struct OraclePair {
   double distance(std::span<const Vec3> position) const;
 };
 
-// How near the features of a pair come on straight paths, m. The path is cut into equal parts; no
-// distance in between is smaller than that of the nearest cut by more than `uncertainty`.
+// Distances of a pair's features on straight paths, m. The path is sampled at equal parts. No
+// distance between samples is less than that at the nearest sample by more than `uncertainty`.
 struct PathDistances {
   double start = 0, end = 0;
-  double least = 0;        // at the cuts
-  double uncertainty = 0;  // half of what two particles of the pair can approach within one part
+  double least = 0;        // at the samples
+  double uncertainty = 0;  // half the largest approach of two of its particles within one part
 };
 
 class ContactOracle {
@@ -42,16 +42,16 @@ class ContactOracle {
 
   // The pairs closer than thickness + range at `position`.
   std::vector<OraclePair> in_reach(std::span<const Vec3> position) const;
-  // The first pair within reach at `position` that `lists` lack, or whose bound there is larger
-  // than its distance, in words; or a list that is not sorted. Empty where the lists are complete.
+  // Returns, in words, the first pair in reach at `position` that `lists` lack, or whose bound in
+  // them exceeds its distance, or a list that is not sorted. Empty if the lists are complete.
   std::string missing(std::span<const CandidateList> lists, std::span<const Vec3> position) const;
-  // The smallest distance less thickness, m.
+  // The smallest distance minus thickness, m.
   double smallest_gap(std::span<const Vec3> position) const;
 
-  // The answer that a path must get: `refused`, where a pair ends without a gap or is at a cut
-  // closer than half of its thickness; `accepted`, where every pair ends with a gap and keeps, less
-  // half of the thickness, a quarter of its distance at the start; nothing in between, where
-  // continuous collision may be as careful as it likes.
+  // Returns the answer that the path check must give. `refused`: a pair ends without a gap, or is
+  // closer than half its thickness at a sample. `accepted`: every pair ends with a gap, and its
+  // distance minus half the thickness never falls below a quarter of that at the start. Empty in
+  // between, where the check may be as careful as it likes.
   enum class Verdict { refused, accepted };
   std::optional<Verdict> verdict(std::span<const Vec3> start, std::span<const Vec3> end) const;
 

@@ -1,5 +1,5 @@
-// The contact search and the check of paths against every pair of features, at rest and on the way:
-// of a sheet folded on itself, of a crumpled one, of two bodies and of three.
+// The contact search and the path check against every pair of features, at rest and in motion: for
+// a sheet folded on itself, a crumpled one, two bodies and three.
 #include "tests/sim/contact_oracle.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ thickness = 0.004
 shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
 )";
 
-// Two strips in line, whose bounding spheres are as far apart as they are, within 2 mm.
+// Two strips in line; the gap between their bounding spheres is that of the strips within 2 mm.
 const std::string two_strips = R"(
 [time]
 duration = 1
@@ -85,8 +85,8 @@ Positions shifted(Positions positions, double amplitude, unsigned seed) {
   return positions;
 }
 
-// The sheet, folded along its middle column into two layers `gap` apart, the middle of the body
-// where it was.
+// Folds the sheet along its middle column into two layers `gap` apart, with the middle of the body
+// in place.
 Positions folded(const Scene& scene, double gap) {
   Positions positions = scene.initial_position;
   for (Vec3& x : positions) {
@@ -96,7 +96,8 @@ Positions folded(const Scene& scene, double gap) {
   return positions;
 }
 
-// In narrow pleats, and squeezed along them until opposite edges of one quad are in reach.
+// Folds the sheet into narrow pleats and squeezes it along them until opposite edges of one quad
+// are in reach.
 Positions crumpled(const Scene& scene, unsigned seed) {
   Positions positions = scene.initial_position;
   for (Vec3& x : positions) {
@@ -114,7 +115,7 @@ Positions strips(const Scene& scene, const Vec3& between) {
   return positions;
 }
 
-// The middle plate at the origin, the upper one above it, the lower one below its edge.
+// Puts the middle plate at the origin, the upper one above it, the lower one below its edge.
 Positions plates(const Scene& scene, double upper, double lower) {
   Positions positions = scene.initial_position;
   const Vec3 places[] = {{0, 0, upper}, {0, 0, 0}, {0.45, 0, -lower}};
@@ -132,7 +133,7 @@ class Searched {
         oracle(*scene),
         search(*scene, statistics, {make_cpu_search(*scene), {}}) {}
 
-  // How many pairs are in reach at `positions`, for which the lists must be complete.
+  // Returns the number of pairs in reach at `positions`; checks that the lists contain all of them.
   std::size_t update(const Positions& positions) {
     EXPECT_FALSE(search.update(positions));
     EXPECT_EQ(oracle.missing(search.lists(), positions), "");
@@ -150,13 +151,13 @@ class Searched {
     }
     return in_reach;
   }
-  // All states of a motion one after another; then along the paths from each to the next, after a
-  // path that is tried and given up.
+  // Checks all states of a motion in order. Then checks the paths from each state to the next, each
+  // after another path that is tried and dropped.
   void follow(int states, const std::function<Positions(int)>& state) {
     std::size_t in_reach = 0;
     for (int k = 0; k < states; ++k) in_reach += update(state(k));
     EXPECT_GT(in_reach, 0U);
-    // Lists are kept for some of the states.
+    // Some states reuse the lists.
     EXPECT_LT(statistics.counters.rebuilds, states * static_cast<int>(scene->bodies.size()));
     for (int k = 0; k + 1 < states; ++k) {
       const Positions start = state(k), end = state(k + 1);
@@ -172,8 +173,7 @@ class Searched {
   ContactSearch search;
 };
 
-// Both layers go the same way towards each other: a distance changes by twice as much as each
-// moves.
+// Both layers move equally towards each other: a distance changes by twice as much as each moves.
 TEST(ContactOracle, ListsOfAFoldedSheetAreComplete) {
   Searched folding(one_sheet);
   folding.follow(24, [&](int k) {
@@ -185,7 +185,7 @@ TEST(ContactOracle, ListsOfAFoldedSheetAreComplete) {
 TEST(ContactOracle, ListsOfACrumpledSheetAreComplete) {
   Searched crumpling(one_sheet);
   const Positions start = crumpled(*crumpling.scene, 1), end = crumpled(*crumpling.scene, 2);
-  // Opposite edges at the border belong to one quad.
+  // Two opposite edges at the border belong to one quad.
   const bsi::Mesh& mesh = crumpling.scene->bodies[0].mesh;
   std::vector<int> quad_of_edge(mesh.edges.size(), -1);
   for (std::size_t q = 0; q + 1 < mesh.owned_edge_start.size(); ++q)
@@ -203,7 +203,8 @@ TEST(ContactOracle, ListsOfACrumpledSheetAreComplete) {
   });
 }
 
-// From beyond the slack into reach and back, so slowly that what is out of reach is known for long.
+// The bodies move from beyond the slack into reach and back, so slowly that pairs are known for
+// long to be out of reach.
 TEST(ContactOracle, ListsOfTwoBodiesAreComplete) {
   Searched approaching(two_strips);
   approaching.follow(40, [&](int k) {
@@ -212,9 +213,9 @@ TEST(ContactOracle, ListsOfTwoBodiesAreComplete) {
   });
 }
 
-// The upper plate comes until it may have met the middle one, though not yet the lower one: the
-// lists of the middle plate are built anew, while the lower one is nearly its whole slack away from
-// where it was when its own were; then it returns.
+// The upper plate approaches until it may have met the middle one, but not yet the lower one, and
+// then returns. The lists of the middle plate are rebuilt while the lower plate is nearly its whole
+// slack away from where its own lists were built.
 TEST(ContactOracle, ListsOfThreeBodiesAreCompleteWhenOneOfThemComes) {
   Searched coming(three_plates);
   const double near = reach + 0.15 * slack;
@@ -239,7 +240,7 @@ TEST(ContactOracle, TheSmallestGapIsThatOfAllPairs) {
   }
 }
 
-// How many paths were refused and accepted that had to be.
+// Numbers of paths that had to be refused, and to be accepted.
 struct Answers {
   int refused = 0, accepted = 0;
 };
@@ -262,7 +263,7 @@ Answers answers_to_paths(const Scene& scene, const std::function<Positions(unsig
   return answers;
 }
 
-// From hardly any motion to more than the width of a pleat.
+// Moves particles at random, by almost nothing up to more than the width of a pleat.
 Positions shaken(const Positions& start, unsigned seed) {
   return shifted(start, 2e-4 * std::pow(1.25, seed), 50 + seed);
 }
@@ -283,8 +284,8 @@ TEST(ContactOracle, PathsOfACrumpledSheetAreAnsweredRightly) {
   EXPECT_GT(answers.accepted, 3);
 }
 
-// One strip goes by the end of the other, from above to below, at half a millimetre and more: with
-// less than half of the thickness between them, the path cuts through.
+// One strip passes the end of the other from above to below, half a millimetre away and more. With
+// less than half the thickness between them, the path counts as cutting through.
 TEST(ContactOracle, PathsBesideABodyKeepHalfOfTheThickness) {
   const auto scene = scene_of(two_strips);
   const auto by = [&](double gap, double height) { return strips(*scene, {gap, 0, height}); };
@@ -299,7 +300,7 @@ TEST(ContactOracle, PathsBesideABodyKeepHalfOfTheThickness) {
   EXPECT_FALSE(contact.check_path(by(0.9 * thickness, 0.004), by(0.9 * thickness, -0.004)));
 }
 
-// The end of a path must keep all of the thickness.
+// The end of a path must keep the whole thickness.
 TEST(ContactOracle, PathsThatEndWithoutAGapAreRefused) {
   const auto scene = scene_of(two_strips);
   Statistics statistics;
@@ -340,7 +341,7 @@ class EnergyByFeature {
     return scene_.contact_area[body.first_particle + vertex];
   }
 
-  // The vertices of one body against the surface of another, or of itself.
+  // Sums over the vertices of one body against the surface of another, or of itself.
   double samples(int of, int against, const Positions& x) const {
     const SceneBody& from = scene_.bodies[of];
     double sum = 0;
@@ -423,7 +424,7 @@ class EnergyByFeature {
   const Scene& scene_;
 };
 
-// Energy and, as its slope, forces; the forces of every 13th particle.
+// Checks the energy and, as its slope, the forces on every 13th particle.
 void expect_forces_by_feature(const Scene& scene, Positions x) {
   Statistics statistics;
   Contact contact(scene, statistics);

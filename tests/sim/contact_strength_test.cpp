@@ -1,4 +1,4 @@
-// The strength of contact is per area, whatever the meshes; surfaces that part are let go.
+// The strength of contact is per area, independent of the meshes; parting surfaces do not pull.
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -18,7 +18,7 @@ double push_per_area(const Scene& scene, double gap) {
 
 std::string number(double value) { return std::to_string(value); }
 
-// A sheet of 0.3 m and something of 0.6 m under it, both in the plane z = 0.
+// A sheet of 0.3 m and a body of 0.6 m under it, both in the plane z = 0.
 std::string above_a(const std::string& kind, int sheet, int other) {
   return R"(
 [time]
@@ -46,8 +46,8 @@ struct Extremes {
   }
 };
 
-// The normal force on the sheet at this gap over that of its area, for random places and turns in
-// the plane.
+// Returns the extremes of the normal force on the sheet at this gap, relative to that of its area,
+// over random places and rotations in the plane.
 Extremes strength(const Scene& scene, double gap, int trials) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> shift(-0.05, 0.05), angle(0, 2 * std::numbers::pi);
@@ -84,8 +84,8 @@ TEST(ContactStrength, IsThatOfTheAreaAboveEveryPlane) {
   }
 }
 
-// Each of two sheets counts half. How many vertices of the lower one lie under the upper one
-// depends on where it lies.
+// Each of two sheets counts half. The number of the lower one's vertices under the upper one
+// depends on its place.
 TEST(ContactStrength, IsThatOfTheAreaBetweenTwoSheets) {
   for (const auto& [sheet, other] : {std::pair(7, 13), std::pair(17, 33), std::pair(65, 129)}) {
     const auto scene = build_scene(parse_case(above_a("body", sheet, other), "test.toml"));
@@ -97,7 +97,7 @@ TEST(ContactStrength, IsThatOfTheAreaBetweenTwoSheets) {
   }
 }
 
-// A sheet that follows a sphere or a cylinder at a constant gap, on cells of a twentieth of the
+// A sheet follows a sphere or a cylinder at a constant gap, with cells of a twentieth of the
 // radius.
 TEST(ContactStrength, IsThatOfTheAreaOnCurvedObstacles) {
   constexpr double radius = 0.1, gap = 1e-3;
@@ -154,7 +154,7 @@ velocity = [0, 0, )" +
          number(-speed) + "]\n";
 }
 
-// The barrier pushes the sheet away from a plate that leaves; nothing draws it after the plate.
+// The barrier pushes the sheet away from a departing plate; nothing pulls it after the plate.
 TEST(ContactStrength, APlateThatLeavesDoesNotDragASheetAlong) {
   for (double speed : {0.1, 0.5, 1.0, 2.0}) {
     for (double gap : {0.2e-3, 0.8e-3, 1.4e-3, 1.8e-3}) {
@@ -169,8 +169,8 @@ TEST(ContactStrength, APlateThatLeavesDoesNotDragASheetAlong) {
   }
 }
 
-// Two sheets that turn together, pushed apart by the barrier from half the range: momentum and
-// angular momentum stay within what the tolerances allow.
+// Two rotating sheets are pushed apart by the barrier from half the range. Momentum and angular
+// momentum stay within the tolerances.
 TEST(ContactStrength, FrictionKeepsAngularMomentum) {
   SimulatedCase sim(R"(
 [time]

@@ -1,5 +1,5 @@
-// Contact: forces against their energy, candidates against brute force, friction against closed
-// forms, and refusal of what would cross.
+// Contact: forces against their energy, candidate pairs against brute force, friction against
+// closed forms, and refusal of paths that would cross.
 #include "sim/contact/contact.h"
 
 #include <cmath>
@@ -15,8 +15,8 @@
 namespace weft::sim {
 namespace {
 
-// Two sheets, crumpled at random, a little above each other, over a sphere: every kind of pair is
-// in reach.
+// Two sheets, crumpled at random, slightly above each other and over a sphere: every kind of pair
+// is in reach.
 std::string two_sheets(double friction, double damping) {
   return R"(
 [time]
@@ -100,8 +100,8 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
     Statistics statistics;
     Contact contact(*scene, statistics);
     const RandomState state = random_state(*scene, 2);
-    // The product with gamma K + D at gamma -> 0 leaves D, which is exact: the friction's limit is
-    // the push of the barrier, which does not change with the velocity.
+    // For gamma -> 0, the product with gamma K + D leaves D, which is exact: the limit of friction
+    // is the push of the barrier, which does not depend on the velocity.
     std::mt19937 random(3);
     std::normal_distribution<double> normal;
     std::vector<Vec3> direction(scene->dynamic_particles);
@@ -143,12 +143,12 @@ TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
   }
   ASSERT_GT(size, 0);
   EXPECT_LT(sum.norm(), 1e-12 * size);
-  // Neither barrier and damping, which act along the lines between closest points, nor friction,
-  // which is taken at one point for both sides, make a torque.
+  // There is no torque: barrier and damping act along the lines between closest points, and
+  // friction acts at one point for both sides.
   Vec3 torque = Vec3::Zero();
   for (int i = 0; i < scene->dynamic_particles; ++i) torque += state.position[i].cross(force[i]);
   EXPECT_LT(torque.norm(), 1e-12 * size);
-  // The forces that damping and friction add to the barrier take power from the motion.
+  // Damping and friction take power from the motion.
   const auto frictionless =
       build_scene(parse_case(two_sheets(0, 0), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
   Contact barrier(*frictionless, statistics);
@@ -159,7 +159,7 @@ TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
   EXPECT_LT(power, 0);
 }
 
-// A rigid motion of all bodies together leaves no friction, however fast it turns.
+// A rigid motion of all bodies together has no friction, however fast it rotates.
 TEST(Contact, FrictionAndDampingTakeNoPowerFromARigidMotion) {
   for (const std::string ball :
        {"obstacle.ball.position=[0, 0, -9]", "obstacle.ball.motion.velocity=[1, 0, 0]"}) {
@@ -183,8 +183,8 @@ TEST(Contact, FrictionAndDampingTakeNoPowerFromARigidMotion) {
   }
 }
 
-// A sheet over a plane, raised as a whole: the slope of the force in the gap is what the matrix
-// says, at rest and while the sheet comes or goes.
+// A sheet over a plane is raised as a whole. The slope of the force in the gap equals the matrix,
+// at rest and while the sheet approaches or departs.
 TEST(Contact, StiffnessBlocksAreTheSlopeOfThePushInTheGap) {
   const auto scene = build_scene(parse_case(R"(
 [time]
@@ -226,7 +226,7 @@ shape = { type = "rectangle", size = [3.0, 3.0], resolution = [4, 4] }
   }
 }
 
-// Two sheets in a line, edge to edge: the edges cross each other at an angle.
+// Two sheets in a line, edge to edge; their edges cross at an angle.
 std::unique_ptr<const Scene> edges_at_angle(double degrees, const Overrides& overrides = {}) {
   return build_scene(parse_case(
       R"(
@@ -255,7 +255,7 @@ RandomState state_at_rest(const Scene& scene) {
   return {scene.initial_position, std::vector<Vec3>(scene.particle_count, Vec3::Zero())};
 }
 
-// The barrier fades near parallel, since closest points then run along the edges.
+// The barrier fades near parallel edges, since their closest points then run along them.
 TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
   const auto energy_at_angle = [](double degrees) {
     const auto scene = edges_at_angle(degrees);
@@ -271,7 +271,8 @@ TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
   EXPECT_NEAR(energy_at_angle(0.5), share * (2 - share) * crossing, 1e-6 * crossing);
 }
 
-// A barrier that fades turns edges away from being parallel by as much as its energy changes.
+// A fading barrier exerts a torque that turns edges away from parallel; its forces are the slope of
+// its energy.
 TEST(Contact, ForcesOfFadingEdgesAreTheSlopeOfTheirEnergy) {
   const auto scene = edges_at_angle(0.5);
   Statistics statistics;
@@ -297,8 +298,8 @@ TEST(Contact, ForcesOfFadingEdgesAreTheSlopeOfTheirEnergy) {
   }
 }
 
-// Two edges are turned as the plane along both is: their friction has neither a resultant nor a
-// torque, and there is none in a rigid motion.
+// Friction of two edges follows the rotation of the plane along both. It has neither resultant nor
+// torque, and vanishes in a rigid motion.
 TEST(Contact, FrictionOfEdgesTakesNothingFromARigidMotion) {
   const auto scene = edges_at_angle(30, {"contact.friction=0.5"});
   const auto bare = edges_at_angle(30, {"contact.friction=0"});
@@ -335,8 +336,8 @@ TEST(Contact, FrictionOfEdgesTakesNothingFromARigidMotion) {
   EXPECT_LT(size_of(friction_at(state)), 1e-9 * size);
 }
 
-// The matrix as a product, by blocks, on its diagonal and as what preconditioners take is one:
-// gamma^2 K + gamma D, with the K that is subtracted from right sides.
+// All forms of the matrix agree: as a product, by blocks, on its diagonal and for preconditioners.
+// It is gamma^2 K + gamma D, with the K that is subtracted from right-hand sides.
 TEST(Contact, TheFormsOfTheMatrixAgree) {
   const auto scene = build_scene(parse_case(two_sheets(0, 1e-3), "test.toml"));
   Statistics statistics;
@@ -363,7 +364,7 @@ TEST(Contact, TheFormsOfTheMatrixAgree) {
     by_blocks[row] += block * direction[column];
     if (row == column) diagonal_blocks[row] += block;
   });
-  // Preconditioners take a matrix from which all that is negative has been left out.
+  // Preconditioners take a matrix without its negative parts.
   contact.keep_matrix_definite();
   forces_at(contact, *scene, random_state(*scene, 2));
   std::vector<Mat3> definite(count, Mat3::Zero());
@@ -388,7 +389,7 @@ TEST(Contact, TheFormsOfTheMatrixAgree) {
   }
 }
 
-// The lists hold every pair in reach, as the bodies move on from where the lists were built.
+// The lists contain every pair in reach while the bodies move on from where the lists were built.
 TEST(Contact, EnergyIsThatOfFreshListsAlongAMotion) {
   const auto scene = build_scene(parse_case(two_sheets(0, 0), "test.toml"));
   Statistics kept_statistics, fresh_statistics;
@@ -427,8 +428,8 @@ TEST(Contact, PathsThatCrossAreRefusedHoweverLong) {
   EXPECT_FALSE(contact.check_path(scene->initial_position, along));
 }
 
-// Paths from one place to many near each other, all far longer than the slack: lists are hardly
-// built, and say what new ones would, along the paths and at their ends.
+// Paths lead from one place to many that are near each other, all far longer than the slack. Lists
+// are seldom rebuilt, and agree with new ones along the paths and at their ends.
 TEST(Contact, ListsOfAPathServeThoseBesideIt) {
   const auto scene = build_scene(parse_case(two_sheets(0, 0), "test.toml"));
   Statistics kept_statistics, fresh_statistics;
@@ -459,8 +460,8 @@ TEST(Contact, ListsOfAPathServeThoseBesideIt) {
   EXPECT_LT(kept_statistics.counters.rebuilds, fresh_statistics.counters.rebuilds / 3);
 }
 
-// The sheet lies on an inclined plane. It sticks while tan(angle) <= mu, else it slides with a = g
-// (sin - mu cos).
+// The sheet lies on an inclined plane. It sticks while tan(angle) <= mu; otherwise it slides with a
+// = g (sin - mu cos).
 TEST(Contact, FrictionOnASlopeFollowsCoulomb) {
   const auto slide = [](double friction) {
     const std::string text = R"(

@@ -43,9 +43,9 @@ Surface triangle(const Vec3& a, const Vec3& b, const Vec3& c) { return {{a, b, c
 
 bool cross(const Surface& a, const Surface& b) { return !crossings_of({a, b}).empty(); }
 
-// ---- An oracle that shares nothing with the code: two convex hulls of lattice points have a point
-// in common where the origin is in the hull of their differences, and then (Caratheodory) in the
-// hull of at most four of them. All in integers.
+// An oracle that shares nothing with the code, in integers. Two convex hulls of lattice points have
+// a point in common if the origin is in the hull of their differences. By Caratheodory it is then
+// in the hull of at most four of them.
 
 Wide determinant(const Lattice& a, const Lattice& b, const Lattice& c) {
   return Wide(a[0]) * (Wide(b[1]) * c[2] - Wide(b[2]) * c[1]) +
@@ -115,8 +115,9 @@ Triangle3 to_triangle(const std::vector<Lattice>& corners, double unit) {
   return {to_point(corners[0], unit), to_point(corners[1], unit), to_point(corners[2], unit)};
 }
 
-// Lattice points: few values, so that every kind of touching and degeneracy is common, or up to
-// 2^20, almost on a common plane where only exact arithmetic can tell.
+// Returns random lattice points. They have either few values, so that every kind of touching and
+// degeneracy is common, or values up to 2^20 almost on a common plane, where only exact arithmetic
+// can decide.
 std::vector<Lattice> random_corners(std::mt19937& random, std::int64_t size, int flatness) {
   std::uniform_int_distribution<std::int64_t> uniform(-size, size), tiny(-1, 1);
   std::vector<Lattice> corners(3);
@@ -169,7 +170,7 @@ TEST(Crossings, PredicatesAreExact) {
     std::array<Lattice, 4> x;
     for (Lattice& point : x)
       for (auto& coordinate : point) coordinate = uniform(random);
-    // Almost on one plane: d = a + b - c and a nudge.
+    // The points are almost on one plane: d = a + b - c and a nudge.
     for (int axis = 0; axis < 3; ++axis)
       x[3][axis] = x[0][axis] + x[1][axis] - x[2][axis] + (trial % 4 == 0 ? 0 : tiny(random));
     const Wide truth = determinant(minus(x[0], x[3]), minus(x[1], x[3]), minus(x[2], x[3]));
@@ -247,7 +248,7 @@ std::set<std::array<int, 4>> as_set(const std::vector<Crossing>& crossings) {
   return result;
 }
 
-// Every pair of triangles on its own, where there is nothing to leave out.
+// Checks every pair of triangles separately, without any search.
 std::set<std::array<int, 4>> all_pairs(const std::vector<Surface>& surfaces) {
   std::set<std::array<int, 4>> result;
   const auto single = [&](int surface, int index) {
@@ -322,7 +323,7 @@ Surface torus(const Vec3& centre, const Vec3& axis_u, const Vec3& axis_v, double
   return result;
 }
 
-// Linked rings whose circles come as near as 1 to each other.
+// Linked rings whose circles approach each other to a distance of 1.
 TEST(Crossings, InterlockedTori) {
   const auto linked = [](double tube) {
     return std::vector<Surface>{torus({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, tube, 64),

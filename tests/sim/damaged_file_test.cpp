@@ -1,5 +1,5 @@
-// Files with flipped bytes. HDF5 1.10 crashes on about one in thirty of them; the command must say
-// something about every one, and not wait.
+// Files with flipped bytes. HDF5 1.10 crashes on about one in thirty of them. The command must
+// report every one, and not wait.
 #include <array>
 #include <memory>
 #include <random>
@@ -27,7 +27,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [3] }
     return read_bytes(path("out/sheet.h5"));
   }
 
-  // A few bytes of metadata, or of anything, become others.
+  // Replaces a few bytes, of metadata or of anything.
   static std::string damaged(std::string bytes, std::mt19937& random) {
     const std::size_t flips = 1 + random() % 4;
     for (std::size_t i = 0; i < flips; ++i) {
@@ -39,7 +39,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [3] }
     return bytes;
   }
 
-  // Runs the command on damaged copies of a file, each in a folder of its own, a few at a time.
+  // Runs the command on damaged copies of a file, each in a separate folder, a few at a time.
   void expect_words(const std::string& bytes, int files, const std::vector<int>& codes,
                     const WeftProcess::Arguments& arguments, const std::string& more = "") const {
     constexpr int at_a_time = 4;
@@ -51,7 +51,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [3] }
         std::filesystem::create_directories(place);
         const std::filesystem::path file = write_into(place, "file.h5", damaged(bytes, random));
         if (!more.empty()) write_into(place, "case.toml", more);
-        // Nobody writes it any more, so that reading it again is no use.
+        // An old time of change says that no run writes the file, so the command does not retry.
         std::filesystem::last_write_time(
             file, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
         processes[i] = std::make_unique<WeftProcess>(place, arguments, [] { alarm(60); });
@@ -110,7 +110,7 @@ TEST_F(DamagedFile, RenderSaysWhatIsWrong) {
 }
 #endif
 
-// Whatever HDF5 does.
+// The calling process survives any crash of HDF5.
 TEST(ReadingProcess, SurvivesACrash) {
   const ProcessEnd crashed = run_in_process([] {
     raise(SIGSEGV);

@@ -1,10 +1,10 @@
-// The main job in small: cloth falls on obstacles and on itself, and nothing passes through.
+// The main task in small: cloth falls on obstacles and on itself, and nothing passes through.
 #include "simulated_case.h"
 
 namespace weft::sim {
 namespace {
 
-// Simulates a shipped case, smaller and shorter, and holds every frame against the exact referee.
+// Simulates a shipped case, smaller and shorter, and checks every frame by the exact referee.
 void expect_nothing_passes_through(const std::string& name, const Overrides& overrides,
                                    double duration) {
   const auto scene =

@@ -1,4 +1,4 @@
-// Nothing that a scene does not need is paid for: shown by the counters.
+// Features that a scene does not need cost nothing, as the counters show.
 #include "simulated_case.h"
 
 namespace weft::sim {
@@ -145,7 +145,7 @@ membrane_stiffness = 500
 stiffness_damping = 1e-3
 )";
 
-// A sheet falls on another that all its pins hold, at rest or rising: contact knows it.
+// A sheet falls on another whose vertices are all pinned, at rest or rising: contact includes it.
 TEST(Economy, BodiesHeldAsAWholeAreFelt) {
   const std::string held = second_of_cloth + R"([[body]]
 name = "held"
@@ -173,7 +173,7 @@ shape = { type = "rectangle", size = [0.6, 0.6], resolution = [9, 9] }
   }
 }
 
-// A sheet falls past others to one that it meets: bodies get new neighbours on the way.
+// A sheet falls past others and meets one: bodies get new neighbours on the way.
 TEST(Economy, BodiesThatComeNearAreFound) {
   const std::string text = second_of_cloth + R"([[body]]
 name = "sheet"

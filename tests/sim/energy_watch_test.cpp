@@ -1,4 +1,4 @@
-// Motion that gains energy is found, and motion that does not is left alone.
+// The watch detects motion that gains energy, and accepts motion that does not.
 #include "sim/motion/energy_watch.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace weft::sim {
 namespace {
 
-// The sheet is thrown in its own plane, without gravity: the energy it has, it keeps.
+// The sheet is thrown in its own plane without gravity, and keeps its energy.
 constexpr const char* flying = R"(
 [time]
 duration = 0.1
@@ -46,7 +46,7 @@ class EnergyWatchTest : public testing::Test {
 };
 
 TEST_F(EnergyWatchTest, AllowsTheToleranceAndFivePercentOfTheEnergy) {
-  // e = sqrt(3/2) velocity_tolerance + relative_tolerance / sqrt(2), by the root of the mass.
+  // e = (sqrt(3/2) velocity_tolerance + relative_tolerance / sqrt(2)) sqrt(mass).
   const TimeCase& options = case_.scene().source.time;
   const double tolerance = 100 * options.position_tolerance;
   const double limit = std::sqrt(1.05 / 2) + std::sqrt(1.5) * tolerance +
@@ -85,8 +85,8 @@ TEST_F(EnergyWatchBesideAMovingPlate, IsNotBlinded) {
   EXPECT_NE(with_speed(2), "");
 }
 
-// A fall gains the energy that gravity puts in. Beforehand the watch counts no more than a fall by
-// the body's own size.
+// A fall gains the energy that gravity puts in. In advance, the watch allows only a fall by the
+// body's own size.
 TEST(EnergyWatch, LeavesAFallAlone) {
   SimulatedCase fall(flying, {"world.gravity=[0, 0, -9.81]", "time.duration=1"});
   EnergyWatch watch(fall.dynamics(), fall.integrator().state());
@@ -103,7 +103,7 @@ class WatchedCase {
         watch_(run_.dynamics(), run_.integrator().state()),
         start_(free_energy(run_.dynamics().energies(0, run_.integrator().state()))) {}
 
-  // Steps until `time`, or until something is wrong, which it returns.
+  // Steps until `time` or until a failure, which it returns.
   std::string advance_to(double time) {
     Integrator& integrator = run_.integrator();
     while (integrator.time() < time) {
@@ -130,7 +130,7 @@ class WatchedCase {
   double start_ = 0, gain_ = 0;
 };
 
-// Springs without damping, pulled and turned at one end.
+// Undamped springs, pulled and rotated at one end.
 constexpr const char* pulled = R"(
 [time]
 duration = 1
@@ -160,7 +160,7 @@ TEST(ExternalWork, OfPinsIsWhatTheFreeParticlesGain) {
   EXPECT_LT(rod.external().doubt(), 0.1 * rod.gain());
 }
 
-// The pull is so slow that damping takes hardly anything.
+// The pull is so slow that damping takes almost nothing.
 TEST(ExternalWork, OfASlowPullIsTheEnergyOfTheSpring) {
   WatchedCase rod(R"(
 [time]
@@ -198,7 +198,7 @@ TEST(ExternalWork, OfWindIsWhatASheetGains) {
   EXPECT_NEAR(sheet.external().work(), sheet.gain(), 0.01 * sheet.gain());
 }
 
-// A sheet that is struck by a plate that moves, and thrown ahead of it.
+// A sheet struck by a moving plate and thrown ahead of it.
 constexpr const char* struck = R"(
 [time]
 duration = 0.2
@@ -224,7 +224,7 @@ TEST(ExternalWork, OfAPlateIsWhatTheSheetGains) {
   EXPECT_NEAR(sheet.external().work(), sheet.gain(), 0.02 * sheet.gain());
 }
 
-// The watch looks on: it evaluates forces, and changes no bit.
+// The watch evaluates forces but changes no bit.
 TEST(EnergyWatch, ChangesNothing) {
   for (const Overrides& options : {method("cvode"), method("arkode"), method("euler"),
                                    method("euler", {"time.step=2e-3", "time.newton=1"})}) {

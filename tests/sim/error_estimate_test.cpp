@@ -65,7 +65,7 @@ struct Errors {
   double largest = 0, last = 0;
 };
 
-// At 20 frames: what the monitor says, and what is true.
+// Returns, at 20 frames, the errors by the monitor and the true ones.
 std::pair<Errors, Errors> estimated_and_true(const std::string& text, const Overrides& overrides) {
   SimulatedCase run(text, overrides);
   SimulatedCase exact(text, {"time.position_tolerance=1e-10", "time.relative_tolerance=1e-9"});
@@ -105,7 +105,7 @@ TEST(ErrorEstimate, IsWithinAFactorTwoOfTheTruth) {
       EXPECT_GT(truth.largest, 1e-7);
       EXPECT_GT(estimate.largest, truth.largest / 2);
       EXPECT_LT(estimate.largest, truth.largest * 2);
-      // Fixed steps that contact cuts are not cut at the same places in both runs.
+      // Contact cuts fixed steps at different places in the two runs.
       if (scene == sheet_on_floor && overrides[1] == "time.step=5e-3") continue;
       EXPECT_GT(estimate.last, truth.last / 2);
       EXPECT_LT(estimate.last, truth.last * 2);
@@ -114,7 +114,7 @@ TEST(ErrorEstimate, IsWithinAFactorTwoOfTheTruth) {
 }
 
 TEST(ErrorEstimate, SaysFromWhenTheRunsHaveParted) {
-  // At this step backward Euler takes the motion out of the drum.
+  // At this step, backward Euler damps the drum's motion.
   SimulatedCase run(struck_drum, {"time.method=euler", "time.step=5e-2"});
   ErrorMonitor monitor(run.scene(), nullptr);
   for (const double time : {0.0, 0.05, 0.1}) monitor.compare(time, run.advance_to(time));
@@ -127,7 +127,7 @@ TEST(ErrorEstimate, SaysFromWhenTheRunsHaveParted) {
 }
 
 TEST(ErrorEstimate, EndsWithTheSecondRun) {
-  // The second run fails at its first step: it refuses to go beyond the limit of stability.
+  // The second run fails at its first step, since it refuses steps beyond the limit of stability.
   SimulatedCase run(swinging_sheet);
   Case source = run.scene().source;
   source.time.method = TimeMethod::verlet;
@@ -148,7 +148,7 @@ TEST(ErrorEstimate, StopsWhenTheRunIsStopped) {
   EXPECT_EQ(monitor.estimate().failure, "");
 }
 
-// Two bodies, so that each has its own; the same run with and without its error is the same run.
+// Each of two bodies has its own series. The run is the same with and without the estimate.
 TEST(ErrorEstimate, IsInTheTrajectoryByFrameAndBody) {
   const std::string second = R"(
 [[body]]

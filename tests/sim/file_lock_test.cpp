@@ -1,4 +1,4 @@
-// A run has its file for itself while it lives, and no longer; readers have it always.
+// A run locks its file while it lives, and no longer; readers can always read it.
 #include "sim/trajectory/file_lock.h"
 
 #include <hdf5.h>
@@ -26,8 +26,9 @@ class FileLock : public WeftCommand {
  protected:
   std::string file() const { return path("out/sheet.h5").string(); }
 
-  // As h5py opens it: with HDF5's own locks. In the midst of a commit the file is as long as
-  // before, and HDF5 calls it truncated: a lock would stay, a commit is over soon.
+  // Opens the file like h5py, with HDF5's own locks. During a commit HDF5 calls the file truncated,
+  // since it is as long as before; retries tell a commit, which is over soon, from a lock, which
+  // stays.
   bool plain_hdf5_reads() const {
     for (int attempt = 0; attempt < 200; ++attempt) {
       const hid_t opened = H5Fopen(file().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
@@ -43,7 +44,7 @@ class FileLock : public WeftCommand {
 
 TEST_F(FileLock, RefusesASecondRunWhileTheFirstLives) {
   write("sheet.toml", long_case);
-  // A test's processes share their streams' files: the first one's must be its own.
+  // Processes of a test share the files of their streams, so the first one needs its own.
   std::filesystem::create_directory(path("first"));
   WeftProcess first(path("first"), {"run", "../sheet.toml", "--quiet", "-o", "../out"});
   wait_for_file("out/sheet.h5");
@@ -61,7 +62,7 @@ TEST_F(FileLock, RefusesASecondRunWhileTheFirstLives) {
   EXPECT_EQ(third.code, exit_code::done) << third.err;
 }
 
-// However close together they begin, one of them is refused, or comes after the other.
+// However close together two runs begin, one is refused or starts after the other.
 TEST_F(FileLock, LetsNoRunLoseItsFileInSilence) {
   write("sheet.toml", long_case);
   for (int trial = 0; trial < 3; ++trial) {

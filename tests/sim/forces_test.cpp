@@ -1,5 +1,5 @@
-// Forces, which work on batches of quads, against the sums of their formulas for one element;
-// and their matrices against differences of them.
+// Forces, which work on batches of quads, against sums of their formulas for single elements; their
+// matrices against differences of forces.
 #include <optional>
 #include <random>
 
@@ -15,7 +15,7 @@ namespace {
 using materials::Nodes3;
 using materials::Nodes4;
 
-// Images whose rows hold whole batches of quads, parts of them, and both; seams; poles.
+// Images whose rows hold whole batches of quads, parts of them, or both; with seams and poles.
 const std::vector<std::string> images{
     R"({ type = "rectangle", size = [1.0, 1.2], resolution = [2, 2] })",
     R"({ type = "rectangle", size = [1.0, 1.2], resolution = [4, 9] })",
@@ -125,8 +125,8 @@ TEST(Forces, MembranesAreTheSumOfTheirTriangles) {
   }
 }
 
-// Returns the nodes of the hinge at the edge opposite node i of a triangle: its ends, that node,
-// and the one across. Returns none on the border.
+// Returns the nodes of the hinge at the edge opposite node i of a triangle: the edge's ends, node
+// i, and the node across. Returns none on the border.
 std::optional<std::array<int, 4>> hinge_of(const bsi::Mesh& mesh, int triangle, int i) {
   const bsi::Edge& edge = mesh.edges[mesh.triangle_edges[triangle][i]];
   if (edge.triangle[1] < 0) return std::nullopt;
@@ -238,7 +238,7 @@ TEST(Forces, MatricesAreTheirDerivatives) {
   }
 }
 
-// The damping matrix of drag is exact where drag has no direction of its own.
+// The damping matrix of drag is exact if both drag coefficients are equal.
 TEST(Forces, DampingIsTheirDerivativeByTheVelocities) {
   for (const std::string& image : images) {
     SCOPED_TRACE(image);

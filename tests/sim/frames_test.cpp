@@ -1,5 +1,6 @@
-// States between the ends of a step: on the interpolating polynomial, or on the straight line that
-// has been checked where the polynomial may cross; prescribed points are where the time puts them.
+// States between the ends of a step. They lie on the interpolating polynomial or, where that may
+// cross, on the straight line that has been checked. Prescribed points are where the time puts
+// them.
 #include <gtest/gtest.h>
 
 #include "sim/integrator/settled_frame.h"
@@ -8,7 +9,8 @@
 namespace weft::sim {
 namespace {
 
-// Thrown at a plate that stops it at once: a polynomial with the velocities of both ends goes on.
+// A body thrown at a plate that stops it at once; a polynomial through the velocities of both ends
+// overshoots.
 constexpr const char* sudden_stop = R"(
 [time]
 duration = 1
@@ -34,7 +36,7 @@ State between(const State& from, const State& to, double part) {
   return y;
 }
 
-// The velocities in the place of positions.
+// Returns the velocities in the place of positions.
 State velocities(const State& y) {
   State moved(y.begin() + static_cast<std::ptrdiff_t>(y.size() / 2), y.end());
   moved.resize(y.size());
@@ -65,7 +67,7 @@ TEST(Frames, LieOnTheCheckedLineWhereThePolynomialMayCross) {
   EXPECT_GT(on_polynomial, 0);
 }
 
-// Under error control hardly any polynomial crosses; all are looked at.
+// Under error control almost no polynomial crosses; all are checked.
 TEST(Frames, AreCheckedByEveryMethod) {
   for (const Overrides& by : {method("cvode"), method("arkode"), method("euler")}) {
     SCOPED_TRACE(by.front());
@@ -80,9 +82,9 @@ TEST(Frames, AreCheckedByEveryMethod) {
   }
 }
 
-// A sheet rises by a metre in a second, half a metre above where a plate begins, which rises as far
-// within the first quarter and waits. On their chords they keep apart; at 0.3 s the plate is above.
-// At 0.9 s it is not, though the interpolated sheet is.
+// A sheet rises by a metre in a second, starting half a metre above a plate, which rises as far
+// within the first quarter and waits. On their chords they keep apart, although the plate is above
+// at 0.3 s. At 0.9 s it is not, though the interpolated sheet is.
 constexpr const char* plate_ahead = R"(
 [time]
 duration = 1
@@ -125,7 +127,7 @@ TEST(Frames, ArePassedWithPrescribedPointsWhereTheyAre) {
   EXPECT_EQ(above, free);
 }
 
-// A step whose chords keep apart is refused where true paths do not.
+// A step whose chords keep apart is refused if the true paths do not.
 TEST(Frames, PathsOfStepsAreThoseOfPrescribedPoints) {
   SimulatedCase sim(plate_ahead);
   const State start = sim.dynamics().initial_state(), end = raised(start, 1);

@@ -21,7 +21,7 @@ std::string sheet(int rows, int cols) {
          std::to_string(cols) + "] }";
 }
 
-// By coarse node: the fine node that it is.
+// Returns, by coarse node, the fine node at its place.
 std::vector<int> kept_nodes(const Prolongation& p) {
   std::vector<int> kept(p.coarse_count(), -1);
   for (int i = 0; i < p.fine_count(); ++i) {

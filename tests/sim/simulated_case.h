@@ -1,4 +1,4 @@
-// A case, its scene and its integrator in one place, for tests that look at states.
+// A case with its scene and its integrator, for tests that inspect states.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ inline Overrides method(const std::string& name, const Overrides& more = {}) {
   return all;
 }
 
-// A sheet without damping that hangs by two corners, for overrides to make something of.
+// An undamped sheet that hangs by two corners; tests vary it by overrides.
 constexpr const char* hanging_sheet = R"(
 [time]
 duration = 0.1
@@ -64,7 +64,7 @@ class SimulatedCase {
     }
     return y;
   }
-  // Returns all particles, prescribed ones where they belong.
+  // Returns the positions of all particles, with prescribed ones in their place.
   std::vector<Vec3> positions(double time, const std::vector<double>& y) const {
     std::vector<Vec3> position, velocity;
     dynamics_.expand_all(time, y, position, velocity);

@@ -41,7 +41,8 @@ inline TrajectoryBody make_body(const std::string& name, std::vector<bsi::Patch>
   return body;
 }
 
-// Every value is a small dyadic number, so float32 keeps it.
+// The value of a particle in a frame. All values are small dyadic numbers, which float32 holds
+// exactly.
 inline Vec3 scene_value(std::size_t body, std::size_t particle, int frame) {
   const auto p = static_cast<double>(particle);
   return {p * 0.25, static_cast<double>(body) - 0.5 * p, 100.0 * frame + p};
@@ -63,7 +64,7 @@ inline std::vector<std::span<const Vec3>> views(const std::vector<std::vector<Ve
   return {values.begin(), values.end()};
 }
 
-// A dataset as any other program sees it: HDF5 with nothing set, none of our code.
+// Reads a dataset like any other program: by plain HDF5, without Weft's code.
 template <typename Number>
 std::vector<Number> read_numbers(const std::string& file_name, const std::string& name) {
   static_assert(std::is_same_v<Number, float> || std::is_same_v<Number, int>);

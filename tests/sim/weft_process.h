@@ -1,4 +1,4 @@
-// Runs the built weft command in a folder of its own.
+// Runs the built weft command in a separate folder.
 #pragma once
 
 #include <fcntl.h>
@@ -26,7 +26,7 @@ inline std::string read_bytes(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// A process whose streams go to files. One that is still there is killed in the end.
+// A process whose streams go to files. If it still runs at the end, it is killed.
 class WeftProcess {
  public:
   using Arguments = std::vector<std::string>;
@@ -99,7 +99,8 @@ class WeftCommand : public testing::Test {
     return {code, process.out(), process.err()};
   }
 
-  // A run makes its file, under its final name, once it can be read and signals are caught.
+  // Waits for a run's file. A run gives it its final name once the file can be read and signals are
+  // caught.
   void wait_for_file(const std::string& name) const {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
     while (!exists(name)) {
