@@ -1,4 +1,4 @@
-// Bullet is asked for the same physics: closed forms, and Weft's own solution of a sheet.
+// Bullet simulates the same physics: closed forms, and Weft's own solution of a sheet.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ ClothSettings settings_of(const char* method, double end, long steps, int iterat
   return settings;
 }
 
-// A mass below a held one, let go where its spring is at rest: it hangs at
-// L + m g / k (1 - cos(omega t)).
+// A mass below a held one, released where its spring is at rest. It hangs at L + m g / k (1 -
+// cos(omega t)).
 struct Pendulum {
   double mass = 0.02, stiffness = 200, length = 0.5, gravity = 9.81, end = 0.05;
   ClothProblem problem() const {
@@ -94,8 +94,7 @@ Sheet make_sheet(const std::vector<std::string>& overrides) {
           find_reference(source, {0.15}, {.tolerance = 1e-8, .certainty = 1e-5, .budget = 30})};
 }
 
-// The error goes to nothing with the step, so that the limit is Weft's; also with springs of two
-// stiffnesses.
+// The error vanishes with the step, so the limit is Weft's; also for springs of two stiffnesses.
 TEST(BulletCloth, DeformableSheetConvergesToThatOfWeft) {
   for (const char* shear : {"500", "250"}) {
     const Sheet sheet = make_sheet({std::string("material.net.shear_stiffness=") + shear});

@@ -1,4 +1,4 @@
-// Other libraries are asked to simulate what Weft simulates.
+// Other libraries get the same problem that Weft simulates.
 #include <gtest/gtest.h>
 
 #include <random>

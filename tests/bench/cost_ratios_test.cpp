@@ -1,4 +1,4 @@
-// Cost of an error, and which ratio says what.
+// Cost of an error, and the meaning of each ratio.
 #include "bench/cost_ratios.h"
 
 #include <gtest/gtest.h>
@@ -15,13 +15,12 @@ TEST(CostRatios, CostsAreInterpolatedBetweenRungs) {
   EXPECT_NEAR(cost_at(climbed, 1e-2).value(), 10, 1e-12);
   EXPECT_EQ(cost_at(climbed, 1e-1).value(), 1);
   EXPECT_FALSE(cost_at(climbed, 1e-4));
-  // Nothing is known between a rung that failed and the next.
+  // Nothing is known between a failed rung and the next.
   EXPECT_EQ(cost_at(ladder("a", StepKind::controlled, {{1, std::nullopt}, {100, 1e-3}}), 1e-2),
             100);
 }
 
-// Explicit fixed steps that are the cheapest make the ratio of tolerances no better: they are on
-// the other side of it.
+// Explicit steps count as fixed ones: if they are cheapest, tolerances do not look better for it.
 TEST(CostRatios, ExplicitStepsCountAsFixedOnes) {
   std::vector<CostLadder> ladders{
       ladder("cvode", StepKind::controlled, {{0.06, 1e-3}}),
@@ -37,7 +36,7 @@ TEST(CostRatios, ExplicitStepsCountAsFixedOnes) {
   EXPECT_FALSE(ratios.peers_over_controlled);
   EXPECT_FALSE(cost_ratios(ladders, 1e-4).fixed_over_controlled);
 
-  // Other libraries are no fixed steps of Weft's.
+  // Ladders of other libraries do not count as Weft's fixed steps.
   ladders.push_back({"peer", StepKind::implicit, true, {{0.006, 1e-3}}});
   ratios = cost_ratios(ladders, 1e-3);
   EXPECT_NEAR(ratios.fixed_over_controlled.value(), 0.25, 1e-12);
@@ -45,7 +44,7 @@ TEST(CostRatios, ExplicitStepsCountAsFixedOnes) {
   EXPECT_NEAR(ratios.peers_over_explicit.value(), 0.4, 1e-12);
 }
 
-// Variants of one method are ladders of their own: nothing is interpolated from one to the other.
+// Variants of one method are separate ladders: nothing is interpolated between them.
 TEST(CostRatios, VariantsAreLaddersOfTheirOwn) {
   const std::vector<CostLadder> variants{
       ladder("soft", StepKind::implicit, {{1, 1e-1}, {2, 5e-2}}),

@@ -1,4 +1,4 @@
-// The stability test finds what it is there to find.
+// The stability test detects the faults that it is made for.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -48,7 +48,7 @@ TEST(StabilityJudge, FindsMomentumThatHasGone) {
   EXPECT_NE(reason->find("momentum"), std::string::npos) << *reason;
 }
 
-// Pushed straight down by so much that it stands in the plate, and then below it.
+// The sheet is pushed straight down until it cuts the plate, and then until it is below.
 TEST(StabilityJudge, FindsSurfacesThatCrossOrHaveCrossed) {
   const auto scene = scene_of("impact");
   const auto reason_after = [&](double fall) {
@@ -104,7 +104,7 @@ TEST(StabilityCell, EndsAsItShould) {
   EXPECT_FALSE(is_forbidden(limited[0].outcome));
 }
 
-// By what the run itself did not look at.
+// The judge finds a fault that the run itself does not check.
 TEST(StabilityJudge, FindsAnEndThatIsFarFromAConvergedRun) {
   const auto scene = scene_of("hang");
   const std::vector<double> y = start_of(*scene);
@@ -141,12 +141,12 @@ TEST(StabilityJudge, FindsEnergyThatHasGone) {
   };
   EXPECT_NEAR(lost_of("invert", 1), 0, 1e-12);
   EXPECT_NEAR(lost_of("invert", 0.5), 0.75, 1e-12);
-  // Contact takes energy, and pins that turn give it.
+  // Contact takes energy, and rotating pins add it.
   EXPECT_TRUE(std::isnan(lost_of("impact", 0.5)));
   EXPECT_TRUE(std::isnan(lost_of("pole", 0.5)));
 }
 
-// Long steps of backward Euler come to their end with no more energy than was put in.
+// Long steps of backward Euler finish with no more energy than was put in.
 TEST(StabilityCell, ALongStepIsInexactBesideAConvergedRun) {
   Cell exact;
   exact.path = "bench/stability/hang.toml";

@@ -62,7 +62,7 @@ void compare_with_sampling(Kind kind) {
     ASSERT_LE(fraction, 1);
     for (int sample = 0; sample <= 200; ++sample)
       ASSERT_GT(distance(kind, along(start, end, fraction * sample / 200)), minimum);
-    // A motion is stopped only where it is close: safe motion is not held back.
+    // A motion is stopped only near contact; safe motion is not held back.
     const double left = distance(kind, along(start, end, fraction)) - minimum;
     ASSERT_TRUE(fraction == 1 || left <= 0.101 * gap) << left << " of " << gap;
     ++(fraction < 1 ? stopped : whole);
@@ -76,8 +76,8 @@ TEST(ContinuousCollision, VertexTriangleAgainstSampling) {
 }
 TEST(ContinuousCollision, EdgeEdgeAgainstSampling) { compare_with_sampling(Kind::edge_edge); }
 
-// Pairs that touch exactly half way, at every scale and far from the origin: the coordinates are
-// small multiples of a power of two, so that every number below is exact.
+// Pairs that touch exactly half way, at every scale and far from the origin. Coordinates are small
+// multiples of a power of two, so all numbers below are exact.
 TEST(ContinuousCollision, ExactTouchIsNeverMissed) {
   std::mt19937 random(19);
   std::uniform_int_distribution<int> small(-8, 8), scale_exponent(-20, 10);
@@ -127,7 +127,7 @@ TEST(ContinuousCollision, KnownPaths) {
   EXPECT_LT(safe_fraction_vertex_triangle(start, end, 0), 1);
 }
 
-// A long way very near a feature would stall a bound on the plain speed.
+// A long path very near a feature would stall a bound by the plain speed.
 TEST(ContinuousCollision, SlidingAtATinyGapIsFree) {
   FourPoints start = {Vec3(0.2, 0.3, 1e-9), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   FourPoints end = start;
@@ -140,7 +140,7 @@ TEST(ContinuousCollision, SlidingAtATinyGapIsFree) {
   EXPECT_EQ(safe_fraction_edge_edge(start, end, 0), 1);
 }
 
-// Spinning past each other closely: the direction of the gap turns all the way.
+// Features rotate closely past each other, so the direction of the gap rotates all the way.
 TEST(ContinuousCollision, NearMissesStaySafeAndEnd) {
   std::mt19937 random(23);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -167,8 +167,8 @@ struct TruthQuery {
   bool collides = false;
 };
 
-// Reads one file of 8 rows per query, each x, y, z as numerator and denominator, then the truth.
-// The numbers are doubles written as rationals, so that they come back exactly.
+// Reads one file with 8 rows per query, each x, y, z as numerator and denominator, then the truth.
+// The rationals are exact doubles.
 std::vector<TruthQuery> read_truth(const std::filesystem::path& path) {
   std::vector<TruthQuery> queries;
   std::ifstream file(path);

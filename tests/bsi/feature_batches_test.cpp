@@ -15,7 +15,7 @@ namespace {
 
 constexpr FeatureKind both_kinds[] = {FeatureKind::vertex_triangle, FeatureKind::edge_edge};
 
-// Pairs of four particles of their own each, at the start and at the end of a step.
+// Pairs of features that share no particles, at the start and at the end of a step.
 struct Pairs {
   std::vector<Vec3> start, end;
   std::vector<FourParticles> particles;
@@ -37,7 +37,7 @@ struct Pairs {
   }
 };
 
-// Returns a size: no corner is further from the first.
+// Returns the largest distance of a corner from the first.
 double size(const FourPoints& x) {
   return std::max({(x[1] - x[0]).norm(), (x[2] - x[0]).norm(), (x[3] - x[0]).norm()});
 }
@@ -61,7 +61,7 @@ class Random {
   std::uniform_real_distribution<double> uniform_{-1, 1};
 };
 
-// Every kind of trouble: random pairs of all scales near and far from the origin, corners on a
+// Returns difficult pairs: random ones of all scales near and far from the origin, corners on a
 // lattice (touching, parallel, coincident, without length or area), needles and near-parallel
 // edges.
 Pairs adversarial_pairs(int count, unsigned seed) {
@@ -180,7 +180,7 @@ TEST(FeatureBatches, SafeFractionsAreThoseOfTheScalarFunctions) {
   }
 }
 
-// A path that is proved safe is so at every moment, and has the distance asked for at the end.
+// A path that is proved safe is safe at every moment, and has the required distance at the end.
 TEST(FeatureBatches, ProvedPathsAreSafe) {
   const Pairs pairs = adversarial_pairs(5003, 4);
   constexpr double separation = 0.01, end_separation = 0.1;
@@ -204,7 +204,7 @@ TEST(FeatureBatches, ProvedPathsAreSafe) {
   }
 }
 
-// Paths that touch at one moment, exactly: coordinates are small multiples of a power of two.
+// Paths touch at one moment, exactly: coordinates are small multiples of a power of two.
 TEST(FeatureBatches, TouchingPathsAreNeverProved) {
   Random random(5);
   Pairs pairs;

@@ -20,7 +20,7 @@ int border_edges(const Mesh& mesh) {
       std::ranges::count_if(mesh.edges, [](const Edge& edge) { return edge.triangle[1] < 0; }));
 }
 
-// Every relation between triangles, edges and owners that the header promises.
+// Checks every relation between triangles, edges and owners that the header promises.
 void expect_consistent(const Atlas& atlas, const Mesh& mesh) {
   ASSERT_EQ(mesh.triangles.size(), 2 * static_cast<std::size_t>(atlas.quad_count()));
   std::vector<int> uses(mesh.edges.size(), 0);

@@ -98,7 +98,7 @@ Pyramid pyramid_of(const Surface& surface) {
   return pyramid;
 }
 
-// Edges by the number of triangles that run along them in either direction.
+// Numbers of triangles that run along an edge in either direction.
 struct EdgeCount {
   int forward = 0, backward = 0;  // from the smaller number to the larger, and back
 };
@@ -116,7 +116,7 @@ EdgeCounts count_edges(const std::vector<std::array<int, 3>>& triangles) {
   return counts;
 }
 
-// The border as directed pairs of points, which the surface with reduced detail must have too.
+// The border as directed pairs of points; the surface with reduced detail must have the same.
 using Point = std::array<double, 3>;
 std::set<std::array<Point, 2>> border(const std::vector<Vec3>& positions,
                                       const EdgeCounts& counts) {
@@ -132,7 +132,7 @@ std::set<std::array<Point, 2>> border(const std::vector<Vec3>& positions,
   return edges;
 }
 
-// A closed fan or an open one of triangles around every vertex.
+// True if the triangles around every vertex form one fan, closed or open.
 bool has_one_fan_at_each_vertex(const DetailSurface& surface) {
   std::vector<std::map<int, int>> next(surface.positions.size());
   for (const auto& triangle : surface.triangles) {
@@ -143,7 +143,7 @@ bool has_one_fan_at_each_vertex(const DetailSurface& surface) {
   return std::ranges::all_of(next, [](const std::map<int, int>& around) {
     if (around.empty()) return false;
     int start = around.begin()->first;
-    // On the border the fan starts at the neighbour that follows none.
+    // On the border, the fan starts at the neighbour without a predecessor.
     for (const auto& [from, to] : around) {
       const bool follows = std::ranges::any_of(
           around, [from = from](const auto& pair) { return pair.second == from; });
@@ -159,7 +159,8 @@ bool has_one_fan_at_each_vertex(const DetailSurface& surface) {
   });
 }
 
-// No crack, no fold of one edge onto another, the original's border, orientation and topology.
+// Checks that there is no crack and no edge folded onto another, and that border, orientation and
+// topology are the original's.
 void expect_sound(const Surface& original, const DetailSurface& detail) {
   const Mesh mesh = build_mesh(original.atlas);
   const EdgeCounts counts = count_edges(detail.triangles);
@@ -189,7 +190,7 @@ double distance_to(const Vec3& point, const std::vector<Vec3>& positions,
   return std::sqrt(squared);
 }
 
-// Both ways, at random points of random triangles.
+// Checks the deviation both ways, at random points of random triangles.
 void expect_within_deviation(const Surface& original, const DetailSurface& detail, double bound,
                              std::mt19937& random) {
   const Mesh mesh = build_mesh(original.atlas);
@@ -271,8 +272,8 @@ TEST(LevelOfDetail, StaysWithinToleranceWithoutCracks) {
   }
 }
 
-// Heights over an even grid in the x-y plane, 0.1 m from column to column and from row to row. The
-// centres of blocks then lie over the middle of the block: x and y are the places in the image.
+// Returns heights over a regular grid in the x-y plane, with 0.1 m between columns and between
+// rows. The centres of blocks then lie over their middles: x and y are places in the image.
 Surface hills(int rows, int cols) {
   Surface surface = make_rectangle(0.1 * (cols - 1), 0.1 * (rows - 1), rows, cols);
   const Eigen::Vector2d peak(0.45 * 0.1 * cols, 0.18 * 0.1 * rows);
@@ -283,7 +284,7 @@ Surface hills(int rows, int cols) {
   return surface;
 }
 
-// Over all vertices of the hills: the largest difference to the height of the triangle over them.
+// Returns the largest difference between a vertex of the hills and the triangle above or below it.
 double height_error(const Surface& surface, const DetailSurface& detail) {
   const Patch& size = surface.atlas.patches()[0];
   const Eigen::Array2d first = surface.positions[0].head<2>();

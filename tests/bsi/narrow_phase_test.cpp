@@ -15,7 +15,7 @@
 namespace weft::bsi {
 namespace {
 
-// Triangles with three particles of their own each.
+// Triangles that share no particles.
 struct Soup {
   std::vector<Vec3> positions;
   std::vector<std::array<int, 3>> triangles;
@@ -194,8 +194,8 @@ TEST(NarrowPhase, DecidesAtTheMarginItself) {
   }
 }
 
-// Margins closer to the distance than float32 can tell, on both sides: no verdict may be given that
-// is not sure. Triangles of all shapes, from compact to needles.
+// Margins closer to the distance than float32 can resolve, on both sides: no uncertain verdict may
+// be given. Triangles have all shapes, from compact to needles.
 TEST(NarrowPhase, NoVerdictBeyondTheRounding) {
   Random random(8);
   std::int64_t settled_in_float = 0, pairs = 0;
@@ -285,7 +285,7 @@ TEST(NarrowPhase, FindsTheIntersectionsThatThereAre) {
   }
 }
 
-// The tests above compare with these distances.
+// The scalar distance, with which the tests above compare, is that of the nearest points.
 TEST(NarrowPhase, ScalarDistanceIsThatOfTheNearestPoints) {
   const std::array<Vec3, 3> flat = {Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0)};
   const auto moved = [&](const Vec3& by) {
@@ -340,8 +340,8 @@ struct Image {
   Surface surface;
 };
 
-// Images of even and odd sizes, wrapped, of several patches, folded up and rough, so that all
-// verdicts are among their pairs.
+// Returns images of even and odd sizes, wrapped, of several patches, folded and rough, so that all
+// verdicts occur among their pairs.
 std::vector<Image> images() {
   std::vector<Image> list;
   list.push_back({"sheet", make_rectangle(1, 1, 20, 23)});
@@ -377,7 +377,7 @@ Searched search(const Surface& surface, double margin) {
   return searched;
 }
 
-// At rest near the origin, and so far from it that float32 settles few pairs or none.
+// Images at rest near the origin, and so far from it that float32 settles few pairs or none.
 TEST(NarrowPhase, PairsOfLeafBlocksHaveTheHitsOfTheirList) {
   const RestoredSettings restored;
   constexpr double margin = 4e-3;
@@ -402,7 +402,7 @@ TEST(NarrowPhase, PairsOfLeafBlocksHaveTheHitsOfTheirList) {
           EXPECT_EQ(hits.pairs, expected.pairs) << image.name << ", " << name(kernels);
           EXPECT_EQ(hits.distances, distances ? expected.distances : std::vector<double>{});
           EXPECT_EQ(of_blocks.judged, cost.judged);
-          // The farther from the origin, the more is left to float64.
+          // Farther from the origin, float64 must settle more pairs.
           if (distances) continue;
           EXPECT_GE(of_blocks.measured, measured_before);
           measured_before = of_blocks.measured;

@@ -57,7 +57,7 @@ void expect_consistent(Query query, const FourPoints& x, const Closest& found) {
   EXPECT_TRUE(found.free_directions >= 0 && found.free_directions <= 2);
 }
 
-// Random points, in one of several shapes that hit every feature and every degenerate case.
+// Returns random points in one of several shapes, which cover all features and degenerate cases.
 FourPoints random_points(std::mt19937& random, int shape) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::uniform_int_distribution<int> small(-2, 2);
@@ -128,7 +128,11 @@ TEST(Proximity, ParallelEdgesHaveAtMostOneFreeDirection) {
   }
   EXPECT_GT(sliding, 200);
 
-  // Edges that cross at a small angle: where it is below 1e-10 they count as parallel.
+  // Edges cross at a small angle; below a sine of 1e-10 they count as parallel. @
+  // tests/bsi/proximity_test.cpp ~ The formula that the library's is The formula from which the
+  // library's is derived, with the terms that cancel. @ tests/bsi/proximity_test.cpp ~ Thin
+  // features bend the distance so For thin features, the distance curves so fast that a difference
+  // over 1e-5 no longer resolves it.
   for (const double sine : {1e-6, 1e-9, 1e-11, 1e-14}) {
     const FourPoints x = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3(-1, -sine, 1e-6),
                           Vec3(1, sine, 1e-6)};

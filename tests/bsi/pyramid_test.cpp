@@ -26,7 +26,7 @@ namespace {
 
 using Positions = std::vector<Vec3>;
 
-// An atlas of the patches given, of random positions.
+// Returns an atlas of these patches with random positions.
 Surface pieces(std::vector<Patch> patches, std::vector<int> texel_to_particle = {}) {
   Surface surface;
   surface.atlas = Atlas(std::move(patches), std::move(texel_to_particle));
@@ -35,8 +35,9 @@ Surface pieces(std::vector<Patch> patches, std::vector<int> texel_to_particle = 
   return surface;
 }
 
-// Sizes of every kind: the smallest, powers of two and not, long and thin, wrapped along either
-// axis and both, several patches, sewn ones; the last four large enough for several threads.
+// Returns surfaces of all kinds of sizes: the smallest, powers of two and not, long and thin,
+// wrapped along either axis and both, several patches, sewn ones. The last four are large enough
+// for several threads.
 std::vector<Surface> surfaces() {
   std::vector<Surface> list;
   for (const auto& [rows, cols] : {std::pair{2, 2},
@@ -282,7 +283,7 @@ TEST(Pyramid, SweptBoundsBothEnds) {
     ASSERT_FALSE(pyramid.rebuild_swept(surface.positions, end));
     expect_bounds(pyramid, {&surface.positions, &end});
     expect_group_bounds(pyramid);
-    // Plain again, and swept again: nothing of the other is left.
+    // After a plain rebuild and another swept one, nothing of the other remains.
     ASSERT_FALSE(pyramid.rebuild(end));
     expect_bounds(pyramid, {&end});
     ASSERT_FALSE(pyramid.rebuild_swept(end, surface.positions));
@@ -349,7 +350,7 @@ TEST(Pyramid, IsSmall) {
   constexpr std::size_t limit = 4'000'000;
   Pyramid pyramid(Atlas({{256, 256}}));
   EXPECT_LE(pyramid.bytes(), limit);
-  // No less than what it must hold: a float32 position a vertex and a box a leaf block.
+  // The least it must hold: a float32 position per vertex and a box per leaf block.
   EXPECT_GE(pyramid.bytes(), 256 * 256 * 12 + 128 * 128 * sizeof(Box));
   const Positions positions(256 * 256, Vec3::Zero());
   const std::size_t plain = pyramid.bytes();
@@ -375,7 +376,7 @@ constexpr std::array bad_values{std::numeric_limits<double>::quiet_NaN(),
                                 -1e18,
                                 0.99999999e18};  // which rounds to 1e18 in float32
 
-// Puts a bad number into one coordinate of one particle, at either end or both, and rebuilds.
+// Sets one coordinate of one particle to a bad number, at either end or both, and rebuilds.
 void expect_bad_particle_found(Pyramid& pyramid, const Positions& good, Positions& spoiled,
                                int particle, int variant) {
   const TexelAddress expected = pyramid.atlas().particle_address(particle);
@@ -405,7 +406,7 @@ TEST(Pyramid, FindsTheFirstTexelThatIsNotFinite) {
   }
 }
 
-// Every row of an image that several threads share, the rows where they meet among them.
+// Tests every row of an image that several threads share, including the rows where they meet.
 TEST(Pyramid, FindsATexelInEveryRowOfAnImageOfManyThreads) {
   for (const bool wrap : {false, true}) {
     const Surface surface = pieces({{131, 70, wrap, wrap}});
@@ -485,7 +486,7 @@ TEST(Pyramid, HoldsTheSameBitsForAnyThreadsAndInstructionSet) {
     SCOPED_TRACE(describe(surface));
     Positions start = surface.positions;
     const Positions end = crumpled(start, 0.2, 99);
-    // Zeros of both signs, whose order a maximum may not notice.
+    // Zeros have both signs, whose order a maximum may ignore.
     for (std::size_t i = 0; i < start.size(); i += 3) start[i].z() = i % 2 == 0 ? 0.0 : -0.0;
     std::vector<float> plain, swept;
     for (const InstructionSet set : available_instruction_sets()) {

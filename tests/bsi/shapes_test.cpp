@@ -49,7 +49,7 @@ int border_edges(const Surface& surface) {
       std::ranges::count_if(mesh.edges, [](const Edge& edge) { return edge.triangle[1] < 0; }));
 }
 
-// `outwards` gives a vector at a point that every triangle there must face.
+// Checks that every triangle faces the vector that `outwards` gives at its place.
 template <typename Outwards>
 void expect_facing(const Surface& surface, Outwards outwards) {
   for (const auto& corner : build_mesh(surface.atlas).triangles) {
@@ -162,7 +162,7 @@ TEST(Shapes, TexelsThatDoNotMeetStayApart) {
   EXPECT_TRUE(read.atlas.is_identity());
   EXPECT_EQ(read.positions, torus.positions);
   EXPECT_EQ(euler_characteristic(read), 0);
-  // Interior texels at one place, and texels of one patch alone, are not seams.
+  // Coinciding texels are no seam if they are interior or of a single patch.
   std::vector<Vec3> folded = make_rectangle(1, 1, 4, 4).positions;
   folded[3] = folded[0];
   std::vector<Vec3> two = folded;

@@ -21,8 +21,8 @@ Surface moved(Surface surface, double noise, const Vec3& offset, double scale = 
   return surface;
 }
 
-// Sizes that are powers of two and not, long and wrapped patches, several, sewn; near and far from
-// the origin, large and small.
+// Returns surfaces of sizes that are powers of two and not; long, wrapped, of several patches,
+// sewn; near and far from the origin, large and small.
 std::vector<Surface> surfaces() {
   return {moved(make_rectangle(1, 1, 2, 2), 0.1, {0, 0, 0}),
           moved(make_rectangle(1, 1, 3, 3), 0, {0, 0, 0}),
@@ -36,7 +36,7 @@ std::vector<Surface> surfaces() {
           moved(make_rectangle(1, 1, 200, 200), 0.003, {0, 0, 0})};
 }
 
-// Visits every block of the pyramid but the groups.
+// Visits every block of the pyramid except the groups.
 template <class Visit>
 void for_each_block(const Pyramid& pyramid, const Visit& visit) {
   for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
@@ -63,7 +63,7 @@ Vec3 corner_of(const Box& box, int corner) {
 
 double half_diagonal(const Box& box) { return (corner_of(box, 7) - corner_of(box, 0)).norm() / 2; }
 
-// By how far the farthest vertex of a block lies beyond its sphere, m.
+// Returns the distance by which a block's farthest vertex lies outside its sphere, m.
 double vertices_beyond(const Pyramid& pyramid, const Positions& positions, int patch, int level,
                        int u, int v) {
   const Sphere sphere = pyramid.sphere(patch, level, u, v);
@@ -95,7 +95,8 @@ TEST(PyramidSpheres, HoldEveryVertexAtBothEnds) {
   }
 }
 
-// Otherwise a traversal by spheres would lose pairs that one by boxes finds.
+// If spheres did not contain these boxes, a traversal by spheres would lose pairs that one by boxes
+// finds.
 TEST(PyramidSpheres, HoldTheBoxesOfAllTheirLeafBlocks) {
   for (const Surface& surface : surfaces()) {
     Pyramid pyramid(surface.atlas, {.tangents = false, .spheres = true});
@@ -104,7 +105,7 @@ TEST(PyramidSpheres, HoldTheBoxesOfAllTheirLeafBlocks) {
       const int leaf_level = pyramid.levels(patch) - 1;
       if (level != leaf_level) return;
       const Box box = pyramid.box(patch, level, u, v);
-      // Up through the ancestors of the leaf block.
+      // Checks the leaf block and all its ancestors.
       for (int at = level; at >= 0; --at) {
         const auto shift = [&](int blocks_here, int blocks_above, int place) {
           return blocks_above < blocks_here ? place / 2 : place;
@@ -151,7 +152,8 @@ TEST(PyramidSpheres, AreSmallerThanTheirBoxesWhereTheChildrenAre) {
   EXPECT_NEAR(half_diagonal(pyramid.box(0, 0, 0, 0)), std::sqrt(2.0) * exact, 1e-6);
 }
 
-// Half the diagonal of the box is 1.44 times as much, what the children's spheres need 1.36 times.
+// Half the diagonal of the box is 1.44 times as much; spheres around the children's need 1.36
+// times.
 TEST(PyramidSpheres, AreTightAtTheTop) {
   const Surface torus = make_torus(0.3, 0.1, 64, 64);
   Pyramid pyramid(torus.atlas, {.tangents = false, .spheres = true});
@@ -170,8 +172,8 @@ TEST(PyramidSpheres, AreTheSameOnAnyNumberOfThreads) {
   });
 }
 
-// Two sheets as far apart as the margin, turned so that corners of leaves meet: what rounding of
-// spheres could lose first.
+// Two sheets whose distance is the margin, rotated so that corners of leaves meet: rounding of
+// spheres would lose these pairs first.
 TEST(PyramidSpheres, LoseNoPairAtTheMarginHoweverFarFromTheOrigin) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1, 1);

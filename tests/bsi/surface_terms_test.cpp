@@ -1,5 +1,5 @@
-// The signed sum over a surface against the same sum written out feature by feature, and against
-// what it must be on planes, ridges, valleys and spheres.
+// The signed sum over a surface, against the same sum written out feature by feature, and against
+// known values on planes, ridges, valleys and spheres.
 #include "bsi/surface_terms.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,8 @@ namespace weft::bsi {
 namespace {
 
 constexpr double reach = 0.03;
-// As the push of a contact falls with the distance: (r - d) (2 ln(r / d) + r / d - 1).
+// A function that falls with the distance like the push of a contact: (r - d) (2 ln(r / d) + r / d
+// - 1).
 double falling(double distance) {
   const double ratio = reach / distance;
   return ratio > 1 ? (reach - distance) * (2 * std::log(ratio) + ratio - 1) : 0;
@@ -34,8 +35,8 @@ struct MeshedSurface {
   MeshedSurface& operator=(const MeshedSurface&) = delete;
 };
 
-// A sheet of 1 m in the plane z = 0, its inner vertices moved at random within the plane, bent by
-// `height` as a function of x and y.
+// Returns a sheet of 1 m in the plane z = 0, with inner vertices moved at random within the plane,
+// bent by `height` as a function of x and y.
 MeshedSurface sheet(int size, unsigned seed, const std::function<double(double, double)>& height) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> shift(-0.3, 0.3);
@@ -76,8 +77,8 @@ double sum_of_terms(const MeshedSurface& surface, const Vec3& point, int own = -
   return sum;
 }
 
-// Faces less inner edges plus inner vertices, each by its own distance; triangles around `own` left
-// out, with all that they alone make inner.
+// Returns the sum over faces, minus inner edges, plus inner vertices, each by its own distance. It
+// leaves out the triangles around `own`, with the edges and vertices that only they make inner.
 double sum_by_feature(const MeshedSurface& surface, const Vec3& point, int own = -1) {
   const Mesh& mesh = surface.mesh;
   const auto distance = [&](int a, int b, int c) {
@@ -154,8 +155,8 @@ TEST(SurfaceTerms, APlaneCountsOnceWhateverItsTriangles) {
   }
 }
 
-// Above a convex ridge one term is left; in a valley two faces less their edge, which is between
-// the nearer face alone and both.
+// Above a convex ridge one term remains. In a valley two faces minus their edge remain, a sum
+// between that of the nearer face and that of both.
 TEST(SurfaceTerms, RidgesAndValleys) {
   const auto ridge = [](double u, double) { return -std::abs(u - 0.5); };
   const auto valley = [](double u, double) { return std::abs(u - 0.5); };
@@ -171,8 +172,8 @@ TEST(SurfaceTerms, RidgesAndValleys) {
   EXPECT_EQ(terms, 3U);
 }
 
-// Off a sphere of 15 times the distance: what is left is the distance of the mesh itself, which
-// from inside a coarse one is much less than that of the sphere.
+// At a sphere of 15 times the distance, the distance of the mesh itself remains; inside a coarse
+// mesh it is much less than that of the sphere.
 TEST(SurfaceTerms, ASphereCountsOnce) {
   struct Sphere {
     int resolution;
@@ -195,8 +196,8 @@ TEST(SurfaceTerms, ASphereCountsOnce) {
   }
 }
 
-// Across all that the point passes on its way, slopes change with the step: a kink would stay as
-// large however short the steps.
+// Along the point's whole path, changes of the slope shrink with the step; at a kink they would
+// not.
 TEST(SurfaceTerms, TheSumIsSmooth) {
   const auto bumps = [](double u, double v) { return 0.02 * std::sin(40 * u) * std::cos(30 * v); };
   const MeshedSurface surface = sheet(65, 8, bumps);

@@ -24,7 +24,7 @@ Vec3 random_vector(Random& random) {
 }
 
 // Two features without a common vertex are 1 or more apart along one of the coordinates i (along
-// u), j (along v) or i + j: then the hexagonal distance of any two of their points is 1 at least.
+// u), j (along v) or i + j. The hexagonal distance of any two of their points is then at least 1.
 TEST(TangentBound, FeaturesWithoutACommonVertexAreAHexagonApart) {
   constexpr int size = 6;
   const Atlas atlas({{size, size}});
@@ -49,7 +49,7 @@ TEST(TangentBound, FeaturesWithoutACommonVertexAreAHexagonApart) {
   EXPECT_GT(pairs, 10000);
 }
 
-// The largest margin with which a plain or swept patch is excused as a whole, found by halving.
+// Returns the largest margin at which a plain or swept patch is certified as a whole, by bisection.
 double certified_margin(const Pyramid& pyramid, double most) {
   double low = 0, high = most;
   std::vector<LeafBlockPair> found;
@@ -82,8 +82,8 @@ double least_distance(const std::vector<FeaturePair>& pairs, const Positions& x)
   return least;
 }
 
-// On a plane grid it is the smallest height of a triangle, less what rounding may take: near the
-// origin next to nothing, far from it 2^-20 of the coordinates and no more than 2^-19.
+// On a plane grid the margin is the smallest height of a triangle, minus a bound of rounding: near
+// the origin almost nothing, far from it between 2^-20 and 2^-19 of the coordinates.
 TEST(TangentBound, IsTheSmallestHeightOfAPlaneGrid) {
   Random random(1);
   const Atlas atlas({{5, 6}});
@@ -111,8 +111,8 @@ TEST(TangentBound, IsTheSmallestHeightOfAPlaneGrid) {
 // --- Attack
 // ------------------------------------------------------------------------------------------
 
-// Changes a random patch, plain or swept, step by step, so as to bring the certified margin nearer
-// to the true least distance, and beyond if that could be.
+// Changes a random patch, plain or swept, step by step, to bring the certified margin as close as
+// possible to the true least distance, or beyond it if the certificate were wrong.
 struct Attack {
   static constexpr int rows = 4, cols = 4;
   Random random;
@@ -133,7 +133,7 @@ struct Attack {
     for (Vec3& x : end) x += 0.02 * random_vector(random);
   }
 
-  // The certified margin by the true distance; 0 where nothing is certified.
+  // Ratio of the certified margin to the true distance; 0 if nothing is certified.
   double ratio(const Positions& from, const Positions& to) {
     double distance_met = least_distance(pairs, from);
     if (swept) {

@@ -1,6 +1,6 @@
-// Pairs that the tangent certificate takes away from a self traversal are never nearer than the
-// margin (docs/theory.md, "The tangent certificate"). The oracle is the distances of all features
-// in float64.
+// Pairs that the tangent certificate removes from a self traversal are never nearer than the margin
+// (docs/theory.md, "The tangent certificate"). The oracle is the distances of all features in
+// float64.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -34,7 +34,7 @@ struct Image {
   Atlas atlas;
   Positions start, end;
   bool swept() const { return !end.empty(); }
-  // The least distance met at some times of the paths, by pair.
+  // Returns, by pair, the least distance at sampled times of the paths.
   std::vector<double> distances(const std::vector<FeaturePair>& pairs) const {
     std::vector<double> least(pairs.size(), infinity);
     for (const double t : {0.0, 0.21, 0.5, 0.77, 1.0}) {
@@ -48,8 +48,8 @@ struct Image {
   }
 };
 
-// One patch of random size, its axes wrapped or not, now and then sewn to itself at random places;
-// or two patches sewn together.
+// Returns one patch of random size, its axes wrapped or not, sometimes sewn to itself at random
+// places; or two patches sewn together.
 Atlas random_atlas(Random& random) {
   const int kind = chance(random, 14);
   Patch patch{3 + chance(random, 5), 3 + chance(random, 5)};
@@ -86,7 +86,7 @@ Atlas random_atlas(Random& random) {
 struct Sheet {
   Vec3 a, b;
   double curvature = 0;  // 1 / radius of a roll, in steps
-  int pleat = 0;         // every so many columns, back over itself
+  int pleat = 0;         // columns between folds back over itself
   double fold_angle = 0;
   double fold_column = 0;
   double noise = 0;
@@ -136,7 +136,7 @@ Positions sheet_positions(const Atlas& atlas, const Sheet& sheet, Random& random
   return x;
 }
 
-// Spikes, and vertices that coincide.
+// Adds spikes, and vertices that coincide.
 void spoil(Positions& x, Random& random) {
   const int count = static_cast<int>(x.size());
   switch (chance(random, 6)) {
@@ -154,7 +154,7 @@ void spoil(Positions& x, Random& random) {
   }
 }
 
-// Scales, turns and moves an image: from steps of 1e-44 m, all but lost in float32, to coordinates
+// Scales, rotates and moves an image: from steps of 1e-44 m, almost lost in float32, to coordinates
 // of 1e17 m, and far from the origin.
 void place(Image& image, Random& random) {
   constexpr std::array sizes{1.0, 1.0, 1.0, 1e6, 1e9, 1e11, 1e16, 1e-6, 1e-12, 1e-25, 1e-38, 1e-44};
@@ -180,7 +180,7 @@ Image random_image(unsigned seed, bool swept) {
   image.start = sheet_positions(image.atlas, sheet, random);
   spoil(image.start, random);
   if (swept) {
-    // The sheet moves to one of another kind, or to the same one bent otherwise, or turned.
+    // The sheet moves to one of another kind, or to itself bent in another way or rotated.
     Sheet other = chance(random, 4) == 0 ? Sheet(quad_cols, random) : sheet;
     if (chance(random, 2) == 0) other.curvature = uniform(random, 0, 0.2);
     image.end = sheet_positions(image.atlas, other, random);
@@ -228,7 +228,8 @@ Pyramid build(const Image& image) {
   return pyramid;
 }
 
-// Every pair of quads that hold the features, and of triangles without a common vertex, is found.
+// True if every pair of quads that contain the features, and every pair of triangles without a
+// common vertex, is found.
 bool is_found(const Atlas& atlas, const FeaturePair& pair, const Found& quads,
               const Found& triangles) {
   for (const int a : pair.a->triangles) {
@@ -243,8 +244,8 @@ bool is_found(const Atlas& atlas, const FeaturePair& pair, const Found& quads,
   return true;
 }
 
-// Margins just above distances that occur: the least, and some others. What is nearest is the first
-// to be lost.
+// Returns margins just above occurring distances: the least and some others. The nearest pair would
+// be lost first.
 std::vector<double> telling_margins(std::vector<double> distances, Random& random) {
   std::erase_if(distances, [](double d) { return d == infinity; });
   std::ranges::sort(distances);
@@ -307,9 +308,9 @@ TEST(TangentCertificate, NoSweptImageLosesAPairWithinTheMargin) {
   EXPECT_GT(tally.excused, 500);
 }
 
-// A pair that is not found may not touch along its paths: continuous collision, which never calls
-// a path safe that is not, must call it safe. (It may refuse those that come nearer than a
-// hundredth of where they start.)
+// A pair that is not found must not touch along its paths: continuous collision, which never calls
+// an unsafe path safe, must call it safe. (It may refuse pairs that come nearer than a hundredth of
+// their start's distance.)
 TEST(TangentCertificate, ContinuousCollisionFindsNoPairThatIsLeftOut) {
   int refused = 0, judged = 0, excused = 0;
   for (unsigned seed = 1000; seed < 1300; ++seed) {
@@ -318,7 +319,7 @@ TEST(TangentCertificate, ContinuousCollisionFindsNoPairThatIsLeftOut) {
     const std::vector<FeaturePair> pairs = pairs_of_features(features);
     Random random(seed);
     const Pyramid pyramid = build(image);
-    // The margin is below the least distance met, so that as many pairs as possible are left out.
+    // The margin is below the least distance found, to leave out as many pairs as possible.
     const std::vector<double> margins = telling_margins(image.distances(pairs), random);
     const double margin = margins.size() > 1 ? 0.6 * margins[1] : 0;
     const Found quads = find(pyramid, margin, Leaf::quad);

@@ -23,7 +23,7 @@ namespace {
 
 using Positions = std::vector<Vec3>;
 
-// A surface at rest, or on its way to `end`.
+// A surface at rest, or moving to `end`.
 struct Body {
   std::string name;
   Surface surface;
@@ -48,7 +48,7 @@ Body make_body(const std::string& name, Surface surface, double noise, const Vec
   return body;
 }
 
-// A patch folded onto itself, two of its borders and its corners sewn together.
+// A patch folded onto itself; two of its borders and its corners are sewn together.
 Surface make_sewn_patch() {
   std::vector<int> particle;
   for (int row = 0; row < 6; ++row) {
@@ -204,7 +204,7 @@ TEST(Traversal, DualFindsEveryPairOfLeaves) {
   constexpr std::array margins{0.0, 1e-3, 0.02, 0.02, 0.0, 0.2, 1e300};
   std::size_t turn = 0, found = 0;
   for (std::size_t i = 0; i < bodies().size(); ++i) {
-    // Takes every third pair of bodies: each kind with each other, at rest or moving.
+    // Takes every third pair of bodies, which covers each kind with each other, at rest and moving.
     for (std::size_t j = i % 3; j < bodies().size(); j += 3) {
       const Body &first = bodies()[i], &second = bodies()[j];
       for (const Leaf leaf : leaf_kinds) {
@@ -244,7 +244,7 @@ TEST(Traversal, SelfFindsEveryPairOfLeaves) {
           self_traversal(body.pyramid, options, all, counters);
           ASSERT_TRUE(sorted(all) == expected);
           EXPECT_EQ(counters.certificate_tests, 0);
-          // The certificate takes pairs away, and adds none. (Which: tangent_certificate_test.)
+          // The certificate only removes pairs (tangent_certificate_test.cpp checks which).
           options.certificate = true;
           self_traversal(body.pyramid, options, excused, counters);
           EXPECT_TRUE(std::ranges::includes(sorted(all), sorted(excused)));
@@ -262,7 +262,7 @@ TEST(Traversal, SelfFindsEveryPairOfLeaves) {
 std::vector<int> leaves_near(const Body& body, Leaf leaf, const Vec3& point, double reach) {
   const auto x = static_cast<float>(point.x()), y = static_cast<float>(point.y()),
              z = static_cast<float>(point.z());
-  // The magnitude must be at least this large in float32, as the greatest of the coordinates is.
+  // The magnitude must be at least the largest coordinate in float32.
   auto magnitude = static_cast<float>(point.cwiseAbs().maxCoeff());
   if (static_cast<double>(magnitude) < point.cwiseAbs().maxCoeff())
     magnitude = std::nextafter(magnitude, std::numeric_limits<float>::infinity());
@@ -320,7 +320,7 @@ TEST(Traversal, SingleFindsEveryLeafNearEachOfManyPoints) {
   const Body body = make_body("torus", make_torus(0.5, 0.2, 7, 6), 0.01, Vec3::Zero(), false);
   Positions points;
   std::vector<LeafPair> expected, found;
-  // There are more points than a batch holds, and no whole number of vectors.
+  // There are more points than a batch holds, and their number is no multiple of a vector's.
   for (int i = 0; i < 70001; ++i) {
     points.emplace_back(uniform(random), uniform(random), 0.3 * uniform(random));
     for (const int leaf : leaves_near(body, Leaf::quad, points.back(), 0.01))
@@ -339,7 +339,7 @@ TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
     const auto a = static_cast<float>(std::pow(10.0, std::min(17.9, exponent(random))));
     const auto b = i % 3 == 0 ? 0.0F : static_cast<float>(std::pow(10.0, 0.4 * exponent(random)));
     const auto half = static_cast<double>(half_margin(margin, a, b));
-    // A float32 rounding moves by 2^-24 of the number, or 2^-150 among the smallest.
+    // Rounding to float32 moves a number by 2^-24 of it, or by 2^-150 among the smallest.
     const double least =
         margin + 0x1p-24 * (static_cast<double>(a) + static_cast<double>(b)) + 0x1p-149;
     EXPECT_GE(2 * half, least);
@@ -350,7 +350,7 @@ TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
 // --- Order
 // -------------------------------------------------------------------------------------------
 
-// The leaves that a body finds with itself, with another and with points, in the order found.
+// The leaves that a body finds with itself, with another and with points, in order.
 struct Findings {
   std::vector<LeafPair> self, dual, single;
   std::vector<BlockPair> blocks;

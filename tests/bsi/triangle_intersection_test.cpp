@@ -17,8 +17,8 @@ namespace {
 
 __extension__ typedef __int128 Wide;
 
-// ---- An oracle: the first triangle is clipped by the planes that bound the second, without
-// rounding. Points are x, y, z over a common denominator w > 0.
+// An oracle without rounding: the first triangle is clipped by the planes that bound the second.
+// Points are x, y, z over a common denominator w > 0.
 
 using Rational3 = std::array<Wide, 4>;
 using Lattice = std::array<std::int64_t, 3>;
@@ -57,7 +57,7 @@ Wide height(const Lattice& normal, const Lattice& on_plane, const Rational3& p) 
   return sum;
 }
 
-// Keeps what has no negative height.
+// Clips a polygon to the part without negative height.
 std::vector<Rational3> clipped(const std::vector<Rational3>& polygon, const Lattice& normal,
                                const Lattice& on_plane) {
   std::vector<Rational3> kept;
@@ -121,7 +121,7 @@ Triangle3 to_triangle(const LatticeTriangle& t) {
   return triangle;
 }
 
-// The ends are those of the exact segment, in either order.
+// Checks that the ends are those of the exact segment, in either order.
 void expect_ends(const TriangleIntersection& found, const std::set<Rational3>& exact) {
   const Vec3 first = to_vector(found.ends[0]), second = to_vector(found.ends[1]);
   for (const Vec3& end : {first, second}) {
@@ -178,7 +178,7 @@ TEST(TriangleIntersection, TrianglesWithoutArea) {
   EXPECT_EQ(kind({{{3, 1, 0}, {3, 1, 0}, {3, 1, 0}}}), IntersectionKind::none);
 }
 
-// Neighbours in a mesh: corners that are shared are ends to the bit.
+// For neighbours in a mesh, shared corners are ends to the bit.
 TEST(TriangleIntersection, NeighboursShareWhatTheyShare) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -198,7 +198,7 @@ TEST(TriangleIntersection, NeighboursShareWhatTheyShare) {
   }
 }
 
-// At random, far from any degeneracy: the ends lie in both triangles, on an edge of one.
+// Random triangles, far from any degeneracy: the ends lie in both triangles, on an edge of one.
 TEST(TriangleIntersection, EndsLieInBothTriangles) {
   std::mt19937 random(13);
   std::uniform_real_distribution<double> uniform(-1, 1);

@@ -1,4 +1,4 @@
-// The view of a camera is checked by projecting the points with a formula of the test's own.
+// Checks the view of a camera by projecting points with an independent formula.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -17,7 +17,7 @@ struct Frame {
   double left = INFINITY, right = -INFINITY, bottom = INFINITY, top = -INFINITY;
 };
 
-// The part of the picture (-1..1 along both axes) that the points take.
+// Returns the part of the picture (-1..1 along both axes) that the points cover.
 Frame seen(const Camera& camera, double aspect, std::span<const Vec3> points) {
   const Vec3 forward = (camera.target - camera.eye).normalized();
   const Vec3 right = forward.cross(camera.up).normalized();

@@ -15,7 +15,8 @@ namespace {
 using bsi::Atlas;
 using bsi::Patch;
 
-// Bodies of every kind: wrapped, sewn, not square, no powers of two, one quad alone.
+// Returns bodies of every kind: wrapped, sewn, not square, of sizes that are no powers of two, of
+// one quad.
 std::vector<bsi::Surface> bodies_of_every_kind() {
   std::vector<bsi::Surface> bodies;
   bodies.push_back(bsi::make_torus(1.0, 0.3, 17, 23));
@@ -40,7 +41,7 @@ std::vector<Vec3> shaken(std::vector<Vec3> positions, double by, std::mt19937& r
   return positions;
 }
 
-// All vertices of a block, both ends of their paths.
+// Visits all vertices of a block, at both ends of their paths.
 template <typename Visit>
 void visit_vertices(const Atlas& atlas, const BodyImage& image, int patch,
                     const bsi::QuadRange& range, const Visit& visit) {
@@ -116,7 +117,7 @@ int wrong_spheres(const ComputePyramid& pyramid, const BodyImage& image) {
           low[axis] = static_cast<double>(boxes[block].low[axis]);
           high[axis] = static_cast<double>(boxes[block].high[axis]);
         }
-        // The floor that every radius has, level by level, and the rounding of the vertices.
+        // Allows for the least radius that every level adds, and for the rounding of the vertices.
         const double allowed = 2e-17 + 1e-6 * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
         if (static_cast<double>(sphere.radius) > (high - low).norm() / 2 * (1 + 2e-6) + allowed) {
           ++wrong;
@@ -138,7 +139,7 @@ TEST(ComputePyramid, BoundsBodiesOfEveryKindInOneBatch) {
     ends.push_back(shaken(body.positions, 0.2, random));
   }
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {
-    // Every other one swept.
+    // Every other body is swept.
     images.push_back({.body = b,
                       .start = starts[b],
                       .end = b % 2 == 0 ? std::span<const Vec3>() : ends[b],
@@ -171,7 +172,7 @@ TEST(ComputePyramid, RebuildsSomeBodiesAndLeavesTheOthers) {
     EXPECT_EQ(wrong_boxes(pyramid, image), 0) << "body " << image.body;
   }
   EXPECT_TRUE(pyramid.is_swept(1));
-  // And plain again.
+  // The body is plain again.
   images[1] = {1, moved};
   pyramid.rebuild(std::span(&images[1], 1));
   EXPECT_EQ(wrong_boxes(pyramid, images[1]), 0);
@@ -198,7 +199,8 @@ TEST(ComputePyramid, SpheresBoundWhateverTheSize) {
   }
 }
 
-// To the last bit where roots round as on the CPU, which tightens its four top levels further.
+// Spheres agree to the last bit if roots round as on the CPU, except on the four top levels, which
+// the CPU tightens further.
 TEST(ComputePyramid, SpheresAreThoseOfTheCpu) {
   WEFT_NEEDS_CONTEXT();
   std::mt19937 random(4);

@@ -158,7 +158,7 @@ std::vector<PairQuery> all_pairs(const Scene& scene, double margin) {
   return queries;
 }
 
-// The pyramids of a scene, rebuilt, and what searches them.
+// The rebuilt pyramids of a scene, with their traversal.
 struct Search {
   ComputePyramid pyramids;
   ComputeTraversal traversal;
@@ -201,7 +201,7 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
   std::uniform_real_distribution<double> coordinate(-1, 1);
   std::vector<Ball> balls(300);
   for (Ball& ball : balls) {
-    // The ball is rounded to float32, as the oracle takes it.
+    // The ball is rounded to float32, like the oracle's.
     ball.centre = Vec3(coordinate(random), coordinate(random), 0.4 * coordinate(random))
                       .cast<float>()
                       .cast<double>();
@@ -224,7 +224,7 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
   }
 }
 
-// The places where the corners of a quad end.
+// Returns the ends of the paths of a quad's corners.
 std::array<Vec3, 4> ends_of(const Scene& scene, int body, std::uint32_t quad) {
   const BodyImage& image = scene.images[body];
   const std::span<const Vec3> positions = image.end.empty() ? image.start : image.end;
@@ -278,8 +278,7 @@ TEST(ComputeTraversal, TheFilterLeavesOutWhatCannotBeInReachAndNothingElse) {
   }
 }
 
-// The bodies have random sizes, wraps and folds, and few quads, so that every shape of the blocks
-// occurs.
+// The bodies have random sizes, wraps and folds, and few quads, so that all shapes of blocks occur.
 TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
   WEFT_NEEDS_CONTEXT();
   std::mt19937 random(13);
@@ -348,8 +347,8 @@ std::vector<Candidate> found_by_cpu(const Scene& scene, const PairQuery& query, 
   return sorted(found);
 }
 
-// Smooth sheets, more and more crumpled ones, closed and sewn ones: of each some blocks are proved
-// free of contact with themselves, and some are not.
+// Smooth sheets, increasingly crumpled ones, closed and sewn ones. In each, some blocks are
+// certified free of contact with themselves, and some are not.
 Scene scene_of_sheets() {
   std::mt19937 random(14);
   Scene scene;
@@ -374,7 +373,7 @@ Scene scene_of_sheets() {
 }
 
 // The device decides the same to the last bit. A graphics processor, whose roots may round
-// differently, leaves out a little less.
+// differently, rejects slightly fewer pairs.
 TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
   WEFT_NEEDS_CONTEXT();
   const Scene scene = scene_of_sheets();

@@ -38,7 +38,7 @@ TEST(GlContext, IsOpenGl45) {
       << context.description();
 }
 
-// With EGL, whatever devices it has: without a processor they are all software.
+// Uses EGL with any devices: without a graphics processor they are all software.
 TEST(GlContext, HardwareIsRefusedWhereThereIsNone) {
   if (test_backend() == GlBackend::osmesa) GTEST_SKIP() << "needs EGL";
   WEFT_NEEDS_CONTEXT();

@@ -1,5 +1,5 @@
-// Pictures of surfaces of reduced detail: red outside, blue inside, on a grey background. Through
-// any crack blue or grey would show.
+// Pictures of surfaces of reduced detail: red outside, blue inside, on a grey background. Blue or
+// grey would show through a crack.
 #include "bsi/level_of_detail.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ Mask red_pixels(const Picture& picture) {
   return mask;
 }
 
-// Leaves only pixels all of whose neighbours within `reach` are set.
+// Keeps only pixels whose neighbours within `reach` are all set.
 Mask eroded(const Mask& mask, int reach) {
   Mask result(mask.size(), false);
   for (int row = reach; row < size - reach; ++row) {
@@ -75,8 +75,8 @@ class Viewed {
 
   const Camera& camera() const { return camera_; }
 
-  // Returns the number of pixels inside the silhouette, clear of all outlines by the deviation,
-  // that do not show the outside of the surface.
+  // Returns the number of pixels that do not show the outside of the surface although they lie
+  // inside the silhouette, farther than the deviation from all outlines.
   int holes(const bsi::DetailSurface& detail) const {
     const double pixel = pixel_tolerance(camera_, size, size, 1).per_distance;
     // The body is at least 5 m from the eye.
@@ -95,8 +95,8 @@ class Viewed {
     return renderer_.draw(std::array{DrawnSurface{positions, triangles, red, blue}}, camera_);
   }
 
-  // The inside may show by a pixel even at full detail where the surface turns away from the eye.
-  // There, too, one part of the body may stand before another.
+  // Removes pixels near outlines. Where the surface turns away from the eye, the inside may show by
+  // a pixel even at full detail, and one part of the body may cover another.
   void remove_outlines(const bsi::Surface& body, const std::vector<Vec3>& normals) {
     const Vec3 backward = camera_.eye.normalized();
     const Vec3 right = camera_.up.cross(backward).normalized();
@@ -159,7 +159,7 @@ TEST(LevelOfDetail, ShowsNoBackgroundThroughTheSurface) {
   }
 }
 
-// The test above would see one triangle missing from the strips between patches.
+// The test above would detect a single triangle missing from the strips between patches.
 TEST(LevelOfDetail, AMissingTriangleWouldBeSeen) {
   Renderer renderer(size, size);
   const bsi::Surface body = bsi::make_blob(1, 9);
@@ -169,8 +169,7 @@ TEST(LevelOfDetail, AMissingTriangleWouldBeSeen) {
   bsi::DetailSurface detail = bsi::detail_at_levels(pyramid, body.positions, levels);
   detail.deviation = bsi::deviation_at_levels(pyramid, body.positions, levels);
   ASSERT_EQ(viewed.holes(detail), 0);
-  // The triangle to remove is the one nearest to the axis of the picture among those that look at
-  // the camera.
+  // Removes the triangle nearest to the axis of the picture among those that face the camera.
   const auto distance = [&](const std::array<int, 3>& triangle) {
     const Vec3 middle = (detail.positions[triangle[0]] + detail.positions[triangle[1]] +
                          detail.positions[triangle[2]]) /
@@ -203,13 +202,13 @@ TEST(LevelOfDetail, KeepsEveryPointWithinThePixels) {
       const Vec3& counterpart = body.positions[detail.particles[i]];
       farthest = std::max(farthest, (seen(detail.positions[i]) - seen(counterpart)).norm());
     }
-    // The particle may be half a quad, a fifth of a pixel, off the middle of a block.
+    // The particle may be half a quad, which is a fifth of a pixel, off the middle of a block.
     EXPECT_LT(farthest, pixels + 0.2);
     EXPECT_GT(farthest, 0.3 * pixels);
   }
 }
 
-// With the original's normals the light falls as on the original, however coarse the triangles.
+// With the original's normals, a surface is lit like the original, however coarse its triangles.
 TEST(LevelOfDetail, IsLitLikeTheOriginal) {
   Renderer renderer(size, size);
   const bsi::Surface body = bsi::make_sphere(1, 33);

@@ -54,7 +54,7 @@ TEST(DepthMap, ShadesWhatIsBehind) {
   }
 }
 
-// From the full shadow to the full light in 1 texel, and in 3, without a step.
+// Light grows from full shadow to full light within 1 texel, and within 3, without a step.
 TEST(DepthMap, FadesAtTheRimOfAShadow) {
   Sheets sheets;
   sheets.add(2, 0);
@@ -78,7 +78,7 @@ TEST(DepthMap, FadesAtTheRimOfAShadow) {
   }
 }
 
-// A surface does not shade itself, however it is turned to the light.
+// A surface does not shade itself in any orientation to the light.
 TEST(DepthMap, LightsASphereOnTheLightsSide) {
   const bsi::Surface ball = bsi::make_sphere(1, 33);
   const bsi::Mesh mesh = bsi::build_mesh(ball.atlas);
@@ -106,7 +106,7 @@ TEST(SkyLight, IsOneOnAFreeLevelSurfaceAndNoneBelowIt) {
   }
 }
 
-// A roof as large as the sheet takes more light from its middle than from its corners.
+// A roof as large as the sheet shades its middle more than its corners.
 TEST(SkyLight, IsKeptOffByWhatIsAbove) {
   Sheets sheets;
   sheets.add(1, 0);

@@ -32,7 +32,7 @@ Camera camera_from_above() {
   return camera;
 }
 
-// The channel that dominates: 'r', 'g' or 'b'; ' ' for the greys of the background.
+// Returns the dominant channel: 'r', 'g' or 'b'; ' ' for the greys of the background.
 char hue(const Picture& picture, int col, int row) {
   const std::uint8_t* pixel =
       &picture.rgb[3 * (static_cast<std::size_t>(row) * picture.width + col)];
@@ -42,7 +42,7 @@ char hue(const Picture& picture, int col, int row) {
   return "rgb"[largest - pixel];
 }
 
-// True where the whole pixel, or none of it, is inside the triangle; the others are anti-aliased.
+// How much of a pixel is inside the triangle; pixels partly inside are anti-aliased.
 enum class Coverage { none, part, full };
 Coverage coverage(const std::array<Eigen::Vector2d, 3>& triangle, int col, int row, int size) {
   bool inside = true;
@@ -121,8 +121,8 @@ TEST(Renderer, HidesWhatIsBehind) {
   EXPECT_EQ(hue(renderer.draw(std::array{red_low, green_high}, camera), 16, 16), 'r');
 }
 
-// The eye stands over the middle of a floor much larger than the picture: nothing of the floor
-// behind or far from it may end up in the way, and the shadow of a ball is seen.
+// The eye is above the middle of a floor much larger than the picture. No part of the floor behind
+// the eye or far away may cover others, and the shadow of a ball is visible.
 TEST(Renderer, DrawsAHugeFloorAndTheShadowOnIt) {
   const bsi::Surface floor = bsi::make_rectangle(1000, 1000, 2, 2);
   bsi::Surface ball = bsi::make_sphere(0.3, 9);
@@ -150,7 +150,7 @@ TEST(Renderer, DrawsAHugeFloorAndTheShadowOnIt) {
   EXPECT_GT(shaded, 96 * 96 / 100);
 }
 
-// Large triangles are cut for their light. No background may show where they, or their parts, meet.
+// Large triangles are cut for their light. No background may show where they or their parts meet.
 TEST(Renderer, ShowsNoCracksBetweenLargeTriangles) {
   constexpr int size = 200;
   bsi::Surface sheet = bsi::make_rectangle(4, 4, 7, 7);
@@ -178,7 +178,7 @@ TEST(Renderer, DrawsWhatIsAllAroundTheEye) {
   const bsi::Surface ball = bsi::make_sphere(1, 9);
   const bsi::Mesh mesh = bsi::build_mesh(ball.atlas);
   const DrawnSurface around{ball.positions, mesh.triangles, red, blue};
-  // A floor through the eye, which sees nothing of it.
+  // A floor through the eye is not visible.
   const bsi::Surface floor = bsi::make_rectangle(3, 3, 4, 4);
   const bsi::Mesh floor_mesh = bsi::build_mesh(floor.atlas);
   const DrawnSurface edge_on{floor.positions, floor_mesh.triangles, green, green};
@@ -193,8 +193,8 @@ TEST(Renderer, DrawsWhatIsAllAroundTheEye) {
   }
 }
 
-// Six patches that meet at shared particles have one normal there: along any line over the ball,
-// brightness changes smoothly. (With a normal for each patch, the largest step is 20.)
+// Six patches that meet at shared particles have one normal there, so brightness changes smoothly
+// along any line over the ball. (With a normal per patch, the largest step is 20.)
 TEST(Renderer, ShowsNoSeamsOnASphere) {
   const bsi::Surface ball = bsi::make_sphere(0.9, 9);
   const bsi::Mesh mesh = bsi::build_mesh(ball.atlas);
@@ -217,7 +217,8 @@ TEST(Renderer, ShowsNoSeamsOnASphere) {
   EXPECT_LE(steepest, 8);
 }
 
-// By symmetry, at all particles of a torus where the patch is closed just as elsewhere.
+// By symmetry, normals of a torus point along the radius at all particles, also where the patch is
+// closed.
 TEST(VertexNormals, PointAlongTheRadiusOfATorus) {
   const bsi::Surface torus = bsi::make_torus(1.0, 0.3, 120, 120);
   const bsi::Mesh mesh = bsi::build_mesh(torus.atlas);
@@ -244,8 +245,8 @@ TEST(Renderer, DrawsLinesDarkerThanTheSurface) {
   EXPECT_EQ(red_at(lined, 20, 20), red_at(plain, 20, 20));      // between the lines
 }
 
-// A cloth lies 2 mm above an obstacle, and rises from it in a fold whose walls are seen edge-on.
-// Grid lines are seen nevertheless.
+// A cloth lies 2 mm above an obstacle and rises from it in a fold whose walls are seen edge-on. Its
+// grid lines stay visible.
 TEST(Renderer, ShowsNothingOfAnObstacleThroughTheClothOnIt) {
   constexpr int size = 400;
   bsi::Surface obstacle = bsi::make_rectangle(0.24, 0.24, 2, 2);

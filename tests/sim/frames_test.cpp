@@ -82,9 +82,9 @@ TEST(Frames, AreCheckedByEveryMethod) {
   }
 }
 
-// A sheet rises by a metre in a second, starting half a metre above a plate, which rises as far
-// within the first quarter and waits. On their chords they keep apart, although the plate is above
-// at 0.3 s. At 0.9 s it is not, though the interpolated sheet is.
+// A sheet rises from 0.5 m by a metre in a second. A plate rises from 0 to 1 m in the first quarter
+// and waits. Their chords keep apart, but at 0.3 s the plate is above the sheet on its chord. At
+// 0.9 s it is below, yet above an interpolated sheet at 0.9 m.
 constexpr const char* plate_ahead = R"(
 [time]
 duration = 1

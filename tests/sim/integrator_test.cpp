@@ -1,5 +1,5 @@
-// Error control promises convergence with the tolerance, conservation, rest, and the same bits
-// every time.
+// Error control ensures convergence with the tolerance, conservation, rest, and the same bits every
+// time.
 #include <cmath>
 
 #include "simulated_case.h"
@@ -129,7 +129,7 @@ TEST(Integrator, RestStaysAtRestForTenSeconds) {
           "\"\n[[body]]\nname = \"b\"\nshape = " + shape);
       const std::vector<double> start = sim.advance_to(0);
       const std::vector<double> end = sim.advance_to(10);
-      // Rounding alone may move it: by far less than the tolerance of 1e-5 m.
+      // Only rounding may move it, by far less than the tolerance of 1e-5 m.
       EXPECT_LT(position_difference(start, end), 1e-6) << shape << ' ' << model;
     }
   }
@@ -160,13 +160,13 @@ TEST(Integrator, SameBitsOnEveryRunAndForAnyNumberOfThreads) {
   SimulatedCase first(small_drape), again(small_drape),
       threaded(small_drape, {"compute.threads=2"});
   const std::vector<double> y = first.advance_to(0.12);
-  // By now there are several chunks of candidate pairs.
+  // At this time there are several chunks of candidate pairs.
   EXPECT_GT(first.dynamics().contact()->pairs_in_reach(), 0U);
   EXPECT_EQ(y, again.advance_to(0.12));
   EXPECT_EQ(y, threaded.advance_to(0.12));
 }
 
-// Lists and pyramids are scratch: how often they are made anew has no say in the result.
+// Lists and pyramids are temporary: the number of their rebuilds does not affect the result.
 TEST(Integrator, SameBitsHoweverOftenCandidatesAreSought) {
   SimulatedCase often(small_drape, {"contact.search_slack=0.003"}),
       seldom(small_drape, {"contact.search_slack=0.02"});
@@ -174,7 +174,7 @@ TEST(Integrator, SameBitsHoweverOftenCandidatesAreSought) {
   EXPECT_GT(often.statistics().counters.rebuilds, 2 * seldom.statistics().counters.rebuilds);
 }
 
-// The tolerances do not know where the origin lies.
+// The tolerances do not depend on the origin.
 TEST(Integrator, StepsDoNotDependOnWhereTheOriginLies) {
   SimulatedCase here(pinned_sheet), there(pinned_sheet, {"body.sheet.position=[64, -32, 16]"});
   const std::vector<double> a = here.advance_to(0.2), b = there.advance_to(0.2);
@@ -217,8 +217,8 @@ TEST(Integrator, WhatHappensDoesNotDependOnWhenTheRunEnds) {
 }
 
 TEST(Integrator, TheFirstStepIsWithinTheToleranceAndNotFarBelowIt) {
-  // In free fall, x'' = g: h^2 g / 2 / sqrt(6) is a quarter of the tolerance of positions, as one
-  // component in six has an error.
+  // In free fall x'' = g. With an error in one of six components, h^2 g / 2 / sqrt(6) is a quarter
+  // of the position tolerance.
   SimulatedCase fall(falling_sheets,
                      {"contact.enabled=false", "body.lower.pin.0.edges=[\"first_row\"]",
                       "world.gravity=[0, 0, -9.81]"});
@@ -228,10 +228,10 @@ TEST(Integrator, TheFirstStepIsWithinTheToleranceAndNotFarBelowIt) {
   EXPECT_NEAR(h, expected, 0.2 * expected);
 }
 
-// A cloth comes down on a small table from eight heights. Where its vertices slip on the edges of
-// the table, the residual of Newton's iteration can turn about from step to step. It then holds
-// thousands of steps at ten microseconds and order 1; rounding decides from which heights. Without
-// find_swing() of CVODE's integrator the eight take 25,700 steps; with it, 5,000.
+// A cloth falls on a small table from eight heights. Where its vertices slip on the table's edges,
+// the residual of Newton's iteration can change sign from step to step. It then holds thousands of
+// steps at ten microseconds and order 1; rounding decides from which heights. Without find_swing()
+// of CVODE's integrator the eight runs take 25,700 steps; with it, 5,000.
 TEST(Integrator, WhatNewtonLeavesDoesNotHoldStepsShort) {
   const std::string tablecloth = R"(
 [time]

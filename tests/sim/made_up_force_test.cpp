@@ -1,4 +1,4 @@
-// A force that no case has: what it says of itself is all that the rest of sim/ needs to know.
+// A force that no case has: its own interface is all that the rest of sim/ needs to know.
 #include <gtest/gtest.h>
 
 #include "sim/integrator/integrator.h"
@@ -10,7 +10,7 @@
 namespace weft::sim {
 namespace {
 
-// F = -c (v - w) on every particle: a bath that moves with the velocity w.
+// A bath that moves with the velocity w: F = -c (v - w) on every particle.
 class Bath final : public Force {
  public:
   Bath(int particles, double coefficient, const Vec3& velocity)
@@ -70,8 +70,8 @@ struct InABath {
   Dynamics dynamics;
 };
 
-// The velocity decays as exp(-c t / m), by every method that can: nobody but the force knows that
-// there is damping.
+// The velocity decays as exp(-c t / m) with every method that supports it; only the force knows
+// that there is damping.
 TEST(MadeUpForce, DampsByEveryMethod) {
   const double coefficient = 0.05;
   const std::vector<Overrides> methods{method("cvode", {"time.position_tolerance=1e-8"}),
@@ -97,7 +97,7 @@ TEST(MadeUpForce, DampsByEveryMethod) {
   }
 }
 
-// A bath that moves drives the sheet: the watch counts its work and finds nothing wrong.
+// A moving bath drives the sheet; the watch counts its work and reports nothing.
 TEST(MadeUpForce, DoesWorkThatTheWatchCounts) {
   InABath bath({"world.wind=[5,0,0]", "time.method=cvode"}, 0.05, Vec3(5, 0, 0));
   EXPECT_TRUE(bath.dynamics.has_external_forces());

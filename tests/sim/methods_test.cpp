@@ -1,4 +1,4 @@
-// The methods of time integration against converged references, closed forms and each other.
+// The time integration methods against converged references, closed forms and each other.
 #include <cmath>
 
 #include "simulated_case.h"
@@ -6,7 +6,7 @@
 namespace weft::sim {
 namespace {
 
-// A stretched sheet that swings under gravity, damped: smooth, so that orders show.
+// A stretched, damped sheet that swings under gravity; its motion is smooth, so that orders show.
 const std::string stretched_sheet = R"(
 [time]
 duration = 1
@@ -31,7 +31,7 @@ std::vector<double> reference() {
   return sim.advance_to(0.25);
 }
 
-// Returns the error with a step, divided by that with half of it.
+// Returns the ratio of the errors with a step and with half of it.
 double ratio_of_errors(const std::string& name, double step, const Overrides& more = {}) {
   const std::vector<double> exact = reference();
   std::vector<double> error;
@@ -52,7 +52,7 @@ TEST(Methods, FixedStepsConvergeWithTheirOrder) {
   EXPECT_NEAR(ratio_of_errors("verlet", 1.0 / 128), 4, 0.4);
 }
 
-// The errors of a method at the end of a quarter of a second, for each of the steps.
+// Returns the errors of a method after a quarter of a second, for each step.
 std::vector<double> errors_of_steps(const std::string& name, const Overrides& more,
                                     std::initializer_list<double> steps) {
   const auto state = [](Overrides options) {
@@ -71,15 +71,15 @@ std::vector<double> errors_of_steps(const std::string& name, const Overrides& mo
   return errors;
 }
 
-// The residual of a linear solve must shrink with the step. Otherwise many short steps add it up to
-// an error that shorter steps do not reduce: with a fixed residual, half the step leaves more.
+// The residual of a linear solve must shrink with the step. Otherwise many short steps accumulate
+// it, and halving the step makes the error larger.
 TEST(Methods, LinearStepsKeepTheirOrderHoweverShort) {
   const std::vector<double> errors =
       errors_of_steps("euler", {"time.newton=1"}, {1.0 / 480, 1.0 / 960, 1.0 / 1920, 1.0 / 3840});
   for (std::size_t i = 1; i < errors.size(); ++i) EXPECT_GT(errors[i - 1] / errors[i], 1.7) << i;
 }
 
-// One iteration from the start of a short step may be accepted; it must not leave an error of first
+// One iteration from the start of a short step may be accepted; its error must not be of first
 // order.
 TEST(Methods, ConvergedStepsKeepTheirOrderHoweverShort) {
   const std::vector<double> errors =
@@ -87,7 +87,7 @@ TEST(Methods, ConvergedStepsKeepTheirOrderHoweverShort) {
   for (std::size_t i = 1; i < errors.size(); ++i) EXPECT_GT(errors[i - 1] / errors[i], 2.5) << i;
 }
 
-// The frame is between two steps: the interpolated state has the order of the method, too.
+// The frame is between two steps, where the interpolated state must have the order of the method.
 TEST(Methods, FramesBetweenStepsAreAsGood) {
   SimulatedCase exact(stretched_sheet,
                       {"time.position_tolerance=1e-10", "time.relative_tolerance=1e-9"});
@@ -106,8 +106,8 @@ TEST(Methods, AdaptiveStepsConvergeWithTheTolerance) {
                         method(name, {std::string("time.position_tolerance=") + tolerance}));
       error.push_back(position_difference(sim.advance_to(0.25), exact));
     }
-    // A method of order 1 has an error that goes with the root of the tolerance. The test asks for
-    // two thirds of that exponent.
+    // The error of a method of order 1 grows with the root of the tolerance. The test requires two
+    // thirds of that exponent.
     EXPECT_LT(error[2], error[0] / 4.6) << name << ' ' << error[0] << ' ' << error[2];
     EXPECT_LT(error[2], 2e-3) << name;
   }
@@ -137,7 +137,7 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [3, 3] }
   EXPECT_NEAR(arkode.positions_at(t)[0].z(), -0.5 * g * t * t, 1e-4);
 }
 
-// A step that changes less than its tolerance allows changes something still: many follow it.
+// A step that changes less than its tolerance must still take effect, since many such steps add up.
 TEST(Methods, TheShortestStepsAreTaken) {
   constexpr double h = 1e-7, t = 2e-5, g = 9.81;
   for (const char* name : {"euler", "implicit_midpoint"}) {
@@ -149,7 +149,7 @@ TEST(Methods, TheShortestStepsAreTaken) {
 }
 
 // A spring between a pinned and a free row, moved along itself: x'' = -omega^2 x. Backward Euler
-// shrinks the amplitude by (1 + h^2 omega^2)^(-1/2) a step, midpoint and Verlet keep it.
+// shrinks the amplitude by (1 + h^2 omega^2)^(-1/2) per step; midpoint and Verlet keep it.
 TEST(Methods, EnergyOfAnOscillatorIsLostByEulerAloneAndAsMuchAsItsFormulaSays) {
   constexpr double h = 0.004, time = 2;
   const auto energy_left = [&](const Overrides& options) {
@@ -214,7 +214,7 @@ TEST(Methods, NothingPassesThroughHoweverLongTheStep) {
         smallest_gap = std::min(gap, smallest_gap.value_or(*gap) < *gap ? smallest_gap : gap);
     }
     ASSERT_TRUE(smallest_gap) << options[0];  // they have met
-    // The ball holds the middle up: it has not flown through with all of its speed.
+    // The ball holds the middle up: the sheet has not flown through at full speed.
     EXPECT_GT(sim.positions_at(0.04)[60].z(), 0.28) << options[0];
   }
 }
@@ -231,7 +231,7 @@ TEST(Methods, AFailureNamesTheCauseAndKeepsTheState) {
   EXPECT_EQ(crossings(sim.scene(), sim.positions(sim.integrator().time(), kept)), 0);
 }
 
-// A contact far too soft for its impact: each step would pass through, however short.
+// A contact far too soft for its impact: every step would pass through, however short.
 TEST(Methods, ARunThatCreepsOnEndsWithAReason) {
   for (const std::string newton : {"0", "1"}) {
     SimulatedCase sim(fast_impact,
@@ -270,8 +270,8 @@ corners = ["first_first", "first_last"]
   }
 }
 
-// A correction turns triangles along straight lines, and stretches them: the residual is larger
-// than before until the next one has pulled them back.
+// A Newton correction moves vertices along straight lines, which stretches triangles that rotate:
+// the residual grows until the next correction.
 TEST(Methods, EulerConvergesHoweverStiff) {
   for (const char* stiffness : {"1e3", "1e6", "1e9"}) {
     Overrides options = method("euler");
@@ -286,7 +286,8 @@ TEST(Methods, EulerConvergesHoweverStiff) {
   }
 }
 
-// Narrow and stiff triangles: conjugate gradients take hundreds of iterations for each correction.
+// With narrow and stiff triangles, conjugate gradients take hundreds of iterations for each
+// correction.
 TEST(Methods, WhatWearsConjugateGradientsOutIsFactorised) {
   const auto run = [](const char* preconditioner) {
     SimulatedCase sim(hanging_sheet,

@@ -1,4 +1,4 @@
-// How far steps go beside moving obstacles: limits against closed forms.
+// Step lengths near moving obstacles: limits against closed forms.
 #include "sim/motion/motion_limits.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace weft::sim {
 namespace {
 
-// A plate comes from below to a sheet that falls at `falling` (m/s) from `height`.
+// A plate rises from below towards a sheet that falls at `falling` (m/s) from `height`.
 std::string plate_below(double height, double falling, double rising) {
   return R"(
 [time]
@@ -43,7 +43,7 @@ double longest_step(const std::string& text) {
   return end.value_or(0);
 }
 
-// A step is shortened by fifths: it may be so much shorter than the limit.
+// Steps are shortened by fifths, so a step may be that much shorter than the limit.
 void expect_limit(double length, double limit) {
   EXPECT_LE(length, limit * (1 + 1e-9));
   EXPECT_GT(length, 0.79 * limit);
@@ -70,8 +70,9 @@ TEST(MotionLimits, LeaveStepsAloneThatCannotReach) {
   EXPECT_EQ(longest_step(plate_below(20, 1, 2)), 5);
 }
 
-// A sheet turns with the plate below it: at first they do not move against each other. A small one
-// is limited by the angle, a larger one by how its corners would leave the plate on straight paths.
+// A sheet rotates with the plate below it, so at first they do not move against each other. The
+// angle limits the step of a small sheet. That of a larger one is limited by how its corners would
+// leave the plate on straight paths.
 TEST(MotionLimits, TurnByASmallAngleWhereSurfacesAreNear) {
   const auto angle = [](const std::string& size) {
     return 2 * std::numbers::pi *

@@ -1,4 +1,5 @@
-// Prescribed motions: velocities against differences, whole turns, and where they begin.
+// Prescribed motions: velocities against differences of positions, full rotations, and starting
+// poses.
 #include "sim/scene/motion.h"
 
 #include <gtest/gtest.h>
@@ -102,7 +103,7 @@ TEST(RigidMotion, BoundsHoldForAllPointsAndTimes) {
         }
         EXPECT_LE(stray, bounds.stray + 1e-14) << start << " + " << length;
         EXPECT_LE(travel, bounds.travel + 1e-14) << start << " + " << length;
-        // Not so large that it would forbid everything.
+        // The bounds are not so large that they would forbid every step.
         if (length < 0.01) {
           EXPECT_LE(bounds.stray, 3e-5);
         }

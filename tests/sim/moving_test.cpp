@@ -1,5 +1,5 @@
-// Prescribed motion: no step passes over it, surfaces stay apart on the true paths, and pins are
-// followed to the tolerance.
+// Prescribed motion: no step skips it, surfaces stay apart on the true paths, and pins follow it
+// within the tolerance.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 const Overrides cvode = method("cvode"), arkode = method("arkode"), euler = method("euler");
 
-// A ball passes through where a sheet rests between two pinned edges, and back, within 0.2 s.
+// A ball passes through a sheet at rest between two pinned edges, and back, within 0.2 s.
 constexpr const char* there_and_back = R"(
 [time]
 duration = 0.65
@@ -32,7 +32,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [5] }
 keyframes = [{ time = 0.4 }, { time = 0.5, translation = [0, 0, -0.3] }, { time = 0.6 }]
 )";
 
-// A curtain at rest, damped, that a ball swings through late.
+// A damped curtain at rest, through which a ball swings late.
 constexpr const char* curtain = R"(
 [time]
 duration = 20.6
@@ -53,7 +53,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [5] }
 keyframes = [{ time = 20 }, { time = 20.5, translation = [0, -1.2, 0] }]
 )";
 
-// Both edges of a damped sheet turn once about the line through their middles.
+// Both edges of a damped sheet rotate once about the line through their middles.
 constexpr const char* turning_pins = R"(
 [time]
 duration = 20.5
@@ -70,7 +70,8 @@ edges = ["last_row", "first_row"]
 motion = { centre = [0, 0, 0], keyframes = [{ time = 20 }, { time = 20.5, rotation_deg = [0, 0, 360] }] }
 )";
 
-// A paddle that turns at two rounds a second cuts the plane of a resting free sheet twice a round.
+// A paddle that rotates twice per second and cuts the plane of a resting free sheet twice per
+// rotation.
 constexpr const char* paddle = R"(
 [time]
 duration = 0.3
@@ -93,11 +94,11 @@ angular_velocity_deg = [0, 720, 0]
 
 struct Outcome {
   std::string failure;  // of a step or a frame
-  int crossings = 0;    // in all states looked at
+  int crossings = 0;    // in all checked states
   double largest_move = 0, largest_stretch = -1;
 };
 
-// Looks at `samples` states in each sixtieth of a second from `from` on.
+// Checks `samples` states in each sixtieth of a second from `from` on.
 Outcome watch(SimulatedCase& sim, double from, double until, int samples = 20) {
   Outcome outcome;
   std::vector<double> y(sim.dynamics().state_size());
@@ -139,8 +140,8 @@ TEST(PrescribedMotion, ABallThatComesAndGoesWithinAStepIsFelt) {
 }
 
 TEST(PrescribedMotion, ABallSwingsIntoACurtainThatHasLongBeenAtRest) {
-  // Euler's second run failed while KINSOL evaluated forces metres away, where surfaces lay in each
-  // other.
+  // The last run needs a nonlinear solver that does not evaluate forces metres away, where surfaces
+  // cross.
   for (const Overrides& by :
        {cvode, arkode, euler, method("euler", {"obstacle.ball.position=[0.0209, 0.6, -0.2]"})}) {
     SCOPED_TRACE(by.back());
@@ -173,7 +174,7 @@ TEST(PrescribedMotion, APaddleSweepsASheetAway) {
   }
 }
 
-// The corner of a plate comes down on a free sheet.
+// The corner of a plate descends on a free sheet.
 constexpr const char* creeping_plate = R"(
 [time]
 method = "euler"
@@ -259,7 +260,7 @@ TEST(PrescribedMotion, NoStepTurnsAPinFarther) {
     EXPECT_LE(sim.scene().prescribed[0].motion.bounds(ends[i - 1], ends[i], 1).angle,
               MotionLimits::largest_turn);
   }
-  // Only where it turns.
+  // Steps are short only where the motion turns.
   EXPECT_LT(ends.size(), 300U);
 }
 
@@ -296,7 +297,7 @@ TEST(PrescribedMotion, PinsAreFollowedToTheTolerance) {
   }
 }
 
-// Slopes of a step of seconds at rest would make the error of the first one that turns seem small.
+// The slopes of a step of seconds at rest would make the error of the first moving step seem small.
 TEST(PrescribedMotion, EulerForgetsARestBeforeAKeyframe) {
   SimulatedCase sim(turning_pins, method("euler", {"world.gravity=[0, 0, 0]"}));
   const std::vector<double> ends = step_ends(sim, 20.01);
@@ -306,7 +307,7 @@ TEST(PrescribedMotion, EulerForgetsARestBeforeAKeyframe) {
   EXPECT_LT(*(start + 1) - *start, 5e-3);
 }
 
-// The edge of a damped sheet jumps to a speed along it at 0.05 s and is stopped at 0.1 s.
+// The edge of a damped sheet jumps to a velocity along itself at 0.05 s and stops at 0.1 s.
 constexpr const char* jumping_pins = R"(
 [time]
 duration = 0.2
@@ -324,7 +325,7 @@ edges = ["first_row"]
 motion = { velocity = [0, -0.5, 0], start_time = 0.05, stop_time = 0.1 }
 )";
 
-// The step up to a jump takes the velocity before it.
+// The step that ends at a jump uses the velocity before it.
 TEST(PrescribedMotion, NothingMovesBeforeItsStart) {
   for (const Overrides& by : {cvode, arkode, euler, method("euler", {"time.step=0.01"}),
                               method("implicit_midpoint", {"time.step=0.01"})}) {
@@ -335,7 +336,8 @@ TEST(PrescribedMotion, NothingMovesBeforeItsStart) {
   }
 }
 
-// Slopes from before a jump lead Newton's iteration nowhere: three or four steps fail with them.
+// Slopes from before a jump are a bad start for Newton's iteration: three or four steps would fail
+// with them.
 TEST(PrescribedMotion, MethodsBeginAnewAfterAJump) {
   for (const Overrides& by : {cvode, arkode}) {
     SCOPED_TRACE(by.front());
@@ -345,7 +347,8 @@ TEST(PrescribedMotion, MethodsBeginAnewAfterAJump) {
   }
 }
 
-// Errors of the state's pins, within the tolerance on the way, are taken away where they stop.
+// Pins in the state may err within the tolerance while they move; where they stop, the errors are
+// removed.
 TEST(PrescribedMotion, PinsStopExactlyWhereTheyShould) {
   for (const Overrides& by : {cvode, arkode, euler}) {
     SCOPED_TRACE(by.front());
@@ -361,11 +364,11 @@ TEST(PrescribedMotion, PinsStopExactlyWhereTheyShould) {
   }
 }
 
-// Distance from a run with a hundredth of the tolerances. A sheet that has been struck is chaotic:
-// of the ball's, distances grow tenfold from 0.55 to 0.65 s, of the paddle's fiftyfold from 0.2 to
-// 0.3 s, of the curtain's, struck at 20.23 s, a hundredfold from 20.27 to 20.37 s. Up to then they
-// are held against the tolerance of a step. Errors of backward Euler, of first order, add up over
-// more than a thousand steps.
+// Distance from a run with a hundredth of the tolerances. A struck sheet is chaotic. Distances grow
+// tenfold from 0.55 to 0.65 s for the ball, fiftyfold from 0.2 to 0.3 s for the paddle, and a
+// hundredfold from 20.27 to 20.37 s for the curtain, struck at 20.23 s. Up to then they are
+// compared with the tolerance of a step. Errors of backward Euler, of first order, add up over more
+// than a thousand steps.
 TEST(PrescribedMotion, WhatIsStruckIsFollowedToTheToleranceWhileItCanBe) {
   struct Scene {
     const char* text;
@@ -389,7 +392,7 @@ TEST(PrescribedMotion, WhatIsStruckIsFollowedToTheToleranceWhileItCanBe) {
   }
 }
 
-// Error control sees the pins in the state: they end where they belong, though nothing puts them
+// Error control sees the pins in the state: they end in their places although nothing sets them
 // there.
 TEST(PrescribedMotion, TheStateCarriesPins) {
   SimulatedCase sim(turning_pins, {"body.0.pin.0.motion.keyframes.0.time=0.01",
@@ -424,7 +427,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [5] }
   }
 }
 
-// A disc of 0.1 m turns at 20 rounds a second, out of reach.
+// A disc of 0.1 m rotates 20 times per second, out of reach.
 TEST(PrescribedMotion, WhatIsFarShortensNothing) {
   constexpr const char* text = R"(
 [time]

@@ -56,7 +56,7 @@ class DeformedScene {
     raise(0);
   }
 
-  // Raises everything that is free, and evaluates it there.
+  // Raises all free particles and evaluates the forces there.
   void raise(double height) {
     auto* x = reinterpret_cast<Vec3*>(state_.data());
     for (int i = 0; i < dynamics_.particle_count(); ++i) {
@@ -142,7 +142,7 @@ std::vector<Setting> settings() {
   };
 }
 
-// The matrix is formed for one gamma after another, of the same K and D.
+// The matrix is formed for several gammas from the same K and D.
 TEST(VelocityMatrix, IsTheSumOfMassDampingAndStiffness) {
   for (const char* damping : {"", "stiffness_damping = 1e-3\nmass_damping = 1.0"}) {
     DeformedScene deformed({.shape = sheet(7, 9), .material = damping});
@@ -252,7 +252,7 @@ TEST(Multigrid, LeavesAsRemainderWhatTheProductSays) {
   }
 }
 
-// The norm is that of energies, |e| = sqrt(e.A e); A e is the residual.
+// The norm is the energy norm, |e| = sqrt(e.A e); A e is the residual.
 TEST(Multigrid, TwoCyclesOfTheCoarserLevelsSolveBetter) {
   DeformedScene deformed({.shape = sheet(25, 25),
                           .more = "[[body.pin]]\nedges = [\"first_row\"]\n",
@@ -324,7 +324,7 @@ TEST(Multigrid, SolvesAsADirectSolverDoes) {
   }
 }
 
-// Coarse matrices that know of neither the contact nor so long a step wear out within the solve.
+// Coarse matrices from before the contact and for a shorter step become useless within the solve.
 TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
   for (double relative : {1e-2, 1e-4, 1e-9}) {
     SCOPED_TRACE(relative);
@@ -356,8 +356,8 @@ TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
   }
 }
 
-// The error stays within what an estimate can be wrong by, whatever the preconditioner, and however
-// little its residuals tell.
+// The error stays within the uncertainty of its estimate, with any preconditioner, and even if
+// residuals tell little about it.
 TEST(VelocitySystem, LeavesTheErrorAskedFor) {
   using Scale = VelocitySystem::Goal::Scale;
   for (const std::string preconditioner : {"multigrid", "block_jacobi"}) {
@@ -443,13 +443,13 @@ TEST(Multigrid, KeepsItsCoarseMatricesWhileTheyServe) {
   for (double gamma : {0.0101, 0.0102, 0.0099})
     set_ups += deformed.solve(system, gamma, 1e-4, correction).multigrid_set_ups;
   EXPECT_EQ(set_ups, 1);
-  // A step a hundred times as long is another matter.
+  // A step a hundred times as long needs other coarse matrices.
   for (int i = 0; i < 3; ++i)
     set_ups += deformed.solve(system, 1.0, 1e-4, correction).multigrid_set_ups;
   EXPECT_EQ(set_ups, 2);
 }
 
-// The cloth is pushed together, so that A is indefinite. The solver reports it, and nothing else
+// The cloth is compressed, so that A is indefinite. The solver reports it, and nothing else
 // happens.
 TEST(Multigrid, ReportsAnIndefiniteMatrix) {
   DeformedScene deformed({.shape = sheet(17, 17)});

@@ -1,4 +1,4 @@
-// Sums over particles in batches against sums one by one.
+// Sums over particles in batches, against sums one by one.
 #include "sim/motion/particle_masses.h"
 
 #include <gtest/gtest.h>

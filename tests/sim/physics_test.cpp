@@ -10,8 +10,8 @@ namespace {
 
 constexpr double g = 9.81;
 
-// Catenary of length L between supports at the same height, L / span = 1.25: sag / span
-// from y = a (cosh(x/a) - 1), L = 2 a sinh(span / 2a).
+// A catenary of length L between supports at the same height, L / span = 1.25. Its sag / span
+// follows from y = a (cosh(x/a) - 1), L = 2 a sinh(span / 2a).
 TEST(Physics, StripBetweenTwoSupportsHangsInACatenary) {
   const std::string text = R"(
 [time]
@@ -86,8 +86,8 @@ edges = ["first_row"]
               1e-3);
 }
 
-// First mode of a chain hung by one end: omega = (j_01 / 2) sqrt(g / L), shape J0(j_01 sqrt(s /
-// L)), s from the free end (D. Bernoulli 1733).
+// The first mode of a chain hung by one end has omega = (j_01 / 2) sqrt(g / L) and the shape
+// J0(j_01 sqrt(s / L)), with s from the free end (D. Bernoulli 1733).
 TEST(Physics, HangingStripSwingsAtTheFrequencyOfAHangingChain) {
   const std::string text = R"(
 [time]
@@ -136,12 +136,12 @@ edges = ["last_row"]
   EXPECT_NEAR(omega / std::sqrt(g) / reference_value("hanging_chain_first_frequency"), 1, 0.01);
 }
 
-// A square membrane with held edges, stretched by lambda both ways, let go under a gravity g. Small
-// deflections w obey rho w'' = S laplace(w) - rho g in the coordinates of the rest shape, with the
-// second Piola-Kirchhoff tension S = E h / (1 - nu) (lambda^2 - 1) / 2 of Saint Venant-Kirchhoff.
-// In the modes sin(m pi x / L) sin(n pi y / L) of the fixed square, omega^2 = S / rho (pi / L)^2
-// (m^2 + n^2) (Rayleigh, The Theory of Sound, section 195), each answers the load with
-// w_mn = -16 g / (pi^2 m n omega^2) (1 - cos omega t) for odd m and n.
+// A square membrane with held edges, stretched by lambda both ways, is released under a gravity g.
+// Small deflections w obey rho w'' = S laplace(w) - rho g in the coordinates of the rest shape,
+// with the second Piola-Kirchhoff tension of Saint Venant-Kirchhoff, S = E h / (1 - nu) (lambda^2 -
+// 1) / 2. The modes sin(m pi x / L) sin(n pi y / L) of the fixed square have omega^2 = S / rho (pi
+// / L)^2 (m^2 + n^2) (Rayleigh, The Theory of Sound, section 195). Each answers the load with w_mn
+// = -16 g / (pi^2 m n omega^2) (1 - cos omega t) for odd m and n.
 TEST(Physics, StretchedMembraneVibratesAtItsClosedFormFrequencies) {
   constexpr int side = 33;
   SimulatedCase sim(R"(
@@ -183,7 +183,7 @@ edges = ["first_row", "last_row", "first_col", "last_col"]
     const std::vector<double> y = sim.advance_to(t);
     for (const auto& [m, n] : {std::pair{1, 1}, {1, 3}, {3, 1}}) {
       const double half_period = std::sqrt(0.2 / (tension * (m * m + n * n)));
-      // The mesh makes waves slower by a share that grows as the square of their number.
+      // The mesh slows waves by a share that grows as the square of their number.
       const double share = 0.005 * (m * m + n * n);
       EXPECT_NEAR(amplitude(y, m, n), expected(t, m, n), share * -expected(half_period, m, n))
           << m << n << " at " << t;
@@ -194,8 +194,8 @@ edges = ["first_row", "last_row", "first_col", "last_col"]
 // A strip clamped horizontally that sags under its weight, Gamma = sigma g L^3 / D = 10: drop
 // 0.7001997155 L and reach 0.6563537612 L (planar elastica by shooting, 1e-12).
 TEST(Physics, ClampedStripSagsLikeTheHeavyElastica) {
-  // The angle at the second held column bends half of the held cell, so the clamp acts in its
-  // middle: L = 40.5 cells = 0.2 m. nu = 0: cylindrical bending.
+  // The angle at the second held column bends half of the held cell, so the clamp acts in that
+  // cell's middle: L = 40.5 cells = 0.2 m. nu = 0: cylindrical bending.
   constexpr double cell = 0.2 / 40.5;
   const std::string text = R"(
 [time]

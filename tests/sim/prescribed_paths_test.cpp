@@ -1,4 +1,4 @@
-// Pins that are moved through obstacles or other pins: found, and the run ends before they cross.
+// Pins that move through obstacles or other pins are detected, and the run ends before they cross.
 #include "sim/motion/prescribed_paths.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace weft::sim {
 namespace {
 
-// Both edges of a sheet are drawn along it, through a plate: no force can keep pins from it.
+// Both edges of a sheet are pulled along it through a plate; no force can stop pins.
 constexpr const char* pins_against_a_plate = R"(
 [time]
 duration = 1
@@ -64,7 +64,7 @@ TEST(PrescribedPaths, AnObstacleThatWouldPassThroughPinsEndsTheRun) {
   EXPECT_NEAR(sim.integrator().time(), 0.4, 1e-3);
 }
 
-// One edge is laid over the other and drawn through it at 0.45 s.
+// One edge moves over the other and is pulled through it at 0.45 s.
 TEST(PrescribedPaths, PinsThatPassThroughPinsAreFound) {
   SimulatedCase sim(R"(
 [time]
@@ -94,7 +94,7 @@ keyframes = [
   EXPECT_FALSE(paths.find_crossing(0.451, 0.46));
 }
 
-// A row turns by a quarter; a small plate lies between the arc of a corner and its chord.
+// A row rotates by a quarter turn; a small plate lies between the arc of a corner and its chord.
 TEST(PrescribedPaths, PathsOfPinsAreArcs) {
   const auto found = [](const char* plate, double until) {
     SimulatedCase sim(std::string(R"(
@@ -120,11 +120,11 @@ position = )") + plate +
   };
   EXPECT_TRUE(found("[0.13, 0, 0]", 1));
   EXPECT_FALSE(found("[0.13, 0, 0]", 0.3));
-  // Neighbours on the row stray by more than their distance, but together.
+  // Neighbours on the row stray from their chords by more than their distance, but together.
   EXPECT_FALSE(found("[0.13, 0, 1]", 1));
 }
 
-// Pins and a plate beside them turn together: neither is in the other's way.
+// Pins and a plate beside them rotate together without crossing.
 TEST(PrescribedPaths, PinsMayBeCarriedBesideAnObstacle) {
   const std::string turn = "{ centre = [0, 0, 0], angular_velocity_deg = [0, 0, 90] }";
   SimulatedCase sim(

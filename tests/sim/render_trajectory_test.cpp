@@ -18,7 +18,7 @@ namespace {
 
 namespace files = std::filesystem;
 
-// With a PATH for the ffmpeg that the test wants.
+// Tests with a PATH whose ffmpeg the test provides.
 class RenderTrajectory : public testing::Test {
  protected:
   void SetUp() override {
@@ -28,14 +28,15 @@ class RenderTrajectory : public testing::Test {
   }
   void TearDown() override { setenv("PATH", old_path_.c_str(), 1); }
 
-  // Stands for ffmpeg.
+  // Installs a script in the place of ffmpeg.
   void install_ffmpeg(const std::string& script) const {
     const files::path path = folder_.path("programs/ffmpeg");
     std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
     files::permissions(path, files::perms::owner_all);
   }
 
-  // A sheet that rises by its size over `frames` frames of 0.1 s, on a floor.
+  // Writes a trajectory of a sheet that rises by its size over `frames` frames of 0.1 s, above a
+  // floor.
   std::string write_trajectory(int frames, double height = 1.0, double floor_size = 200) const {
     const bsi::Surface sheet = bsi::make_rectangle(1, 1, 9, 9);
     const bsi::Surface floor = bsi::make_rectangle(floor_size, floor_size, 2, 2);
@@ -52,7 +53,7 @@ class RenderTrajectory : public testing::Test {
     return path;
   }
 
-  // A dome over a band of the same shape, which has no vertices to spare; 2 frames.
+  // Writes 2 frames of a dome over a band of the same shape, which has no vertices to spare.
   std::string write_domes(double thickness) const {
     bsi::Surface lower = bsi::make_rectangle(1, 0.3, 2, 65);
     for (Vec3& p : lower.positions) p.z() = 0.3 * std::cos(3 * p.x()) * std::cos(2.5 * p.y());
@@ -108,7 +109,7 @@ Pixels read_png(const files::path& path) {
   return pixels;
 }
 
-// The mean row and the number of the pixels that are redder than the greys of floor and sky: of the
+// Mean row and number of the pixels that are redder than the greys of floor and sky: those of the
 // sheet, which takes the first colour of the palette.
 struct RedPart {
   double mean_row = 0;
@@ -150,8 +151,8 @@ TEST_F(RenderTrajectory, DrawsEveryFrameFromOneCameraThatSeesTheMotion) {
   }
 }
 
-// Beside a floor of 2 m that is seen whole the sheet is smaller than on one of 200 m, of which a
-// part is seen that is hardly larger than the sheet.
+// A floor of 2 m is seen whole, and the sheet appears smaller. Of a floor of 200 m, only a part
+// hardly larger than the sheet is seen.
 TEST_F(RenderTrajectory, SeesObstaclesWholeThatAreNotTooLarge) {
   std::array<int, 2> sheet{};
   for (const bool is_huge : {false, true}) {
@@ -185,8 +186,7 @@ TEST_F(RenderTrajectory, DrawsFewerTrianglesWithinPixels) {
   }
 }
 
-// With bodies 2 mm thick that lie 3 mm apart along z, five pixels of error, some 7 cm, would mix
-// the two.
+// Bodies 2 mm thick lie 3 mm apart along z; five pixels of error, some 7 cm, would mix them.
 TEST_F(RenderTrajectory, KeepsBodiesInContactApart) {
   const std::string path = write_domes(2e-3);
   render_trajectory(path, pictures(), small_pictures());
@@ -216,7 +216,7 @@ TEST_F(RenderTrajectory, DrawsTheSurfaceOfALevel) {
   EXPECT_EQ(whole.triangles, whole.all_triangles);
 }
 
-// Pixels of the red of what touches; the palest body is far from it.
+// Counts pixels in the red of touching spheres; the palest body colour is far from it.
 int touching_pixels(const Pixels& pixels) {
   int count = 0;
   for (std::size_t i = 0; i + 2 < pixels.rgb.size(); i += 3) {
@@ -257,7 +257,7 @@ std::string text_of(const files::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Nothing is drawn, so that nothing is half another rendering's.
+// Nothing is drawn, so no folder holds half of two renderings.
 TEST_F(RenderTrajectory, RefusesToOverwriteWhatItDidNotMake) {
   const std::string path = write_trajectory(3);
   install_ffmpeg("echo \"$@\" > movie.mp4");
@@ -280,7 +280,7 @@ TEST_F(RenderTrajectory, RefusesToOverwriteWhatItDidNotMake) {
     options.force = true;
     EXPECT_EQ(render_trajectory(path, pictures(), options).pictures, 3);
     EXPECT_NE(text_of(mine), "mine");
-    // By now both are its own.
+    // Now both files are its own.
     EXPECT_EQ(render_trajectory(path, pictures(), small_pictures()).pictures, 3);
     EXPECT_NE(text_of(files::path(pictures()) / "movie.mp4").find("comment=made by weft render"),
               std::string::npos);
@@ -321,7 +321,7 @@ TEST_F(RenderTrajectory, HandsThePicturesToFfmpegInRealTime) {
   }
 }
 
-// Numbered without gaps, in the order of the frames, for as long as it takes.
+// The links are numbered without gaps, in the order of the frames, and last while ffmpeg runs.
 TEST_F(RenderTrajectory, HandsFfmpegThePicturesThatItDrew) {
   install_ffmpeg(
       "for link in .movie_frames/*; do echo \"$link $(readlink \"$link\")\"; done > links;"
@@ -338,7 +338,7 @@ TEST_F(RenderTrajectory, HandsFfmpegThePicturesThatItDrew) {
   EXPECT_FALSE(files::exists(files::path(pictures()) / ".movie_frames"));
 }
 
-// A rendering that was killed leaves links behind, which are in the way of nobody.
+// A rendering that was killed leaves links behind, which do no harm.
 TEST_F(RenderTrajectory, RemovesNothingButItsLinksFromTheirFolder) {
   install_ffmpeg("echo movie > movie.mp4");
   const files::path links = files::path(pictures()) / ".movie_frames";

@@ -1,4 +1,4 @@
-// Whole runs, by the library: what is on disk while they go on, and what they cost.
+// Whole runs by the library: their files while they go on, and their costs.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -28,7 +28,7 @@ class WholeRun : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// Each step holds several frames; a kill within the next would lose what is not on disk.
+// Each step contains several frames; a kill within the next step would lose those not on disk.
 TEST_F(WholeRun, FramesOfASlowRunDoNotWaitForTheNextStep) {
   const auto scene = make_scene(method("euler", {"time.step=0.02", "time.frames_per_second=200"}));
   RunOptions slow = options();
@@ -42,7 +42,7 @@ TEST_F(WholeRun, FramesOfASlowRunDoNotWaitForTheNextStep) {
   EXPECT_EQ(steps, 5);
 }
 
-// The parts of a bill are the whole of it, and no phase counts the time of another.
+// The parts of a bill add up to its total, and no phase counts the time of another.
 TEST_F(WholeRun, NothingIsPaidTwice) {
   const auto scene = make_scene({"time.duration=0.02", "time.frames_per_second=10000"});
   RunOptions run = options();
@@ -96,7 +96,7 @@ TEST(PhaseTimer, StandsStillWhileAnotherRuns) {
   EXPECT_LE(outer + inner, all.count());
 }
 
-// A quick one writes its frames together.
+// A fast run writes its frames together.
 TEST_F(WholeRun, FramesOfAQuickRunAreWrittenTogether) {
   const auto scene = make_scene({"time.duration=0.02", "time.frames_per_second=10000"});
   RunOptions quick = options();

@@ -1,4 +1,4 @@
-// From case to scene: shapes, masses, pins, motions, and what is refused only now.
+// From case to scene: shapes, masses, pins, motions, and errors that only the scene can find.
 #include "sim/scene/scene.h"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST(Scene, MassIsDensityTimesArea) {
 TEST(Scene, PlacesBodiesByRotationThenTranslation) {
   const auto scene =
       scene_of(std::string("position = [1, 2, 3]\nrotation_deg = [0, 0, 90]\n") + small_sheet);
-  // The first vertex of the sheet lies at (-1, -0.5, 0): turned, at (0.5, -1, 0).
+  // The first vertex of the sheet lies at (-1, -0.5, 0); after the rotation, at (0.5, -1, 0).
   EXPECT_LT((scene->initial_position[0] - Vec3(1.5, 1, 3)).norm(), 1e-12);
 }
 
@@ -183,7 +183,7 @@ TEST(Scene, TakesAsManyThreadsAsPay) {
   EXPECT_EQ(sheet_on_threads(129, "")->threads, std::min(4, omp_get_num_procs()));
 }
 
-// A sheet that is free, and one that pins hold as a whole.
+// A free sheet, and one whose vertices are all pinned.
 std::string two_sheets(const std::string& motion = "") {
   const std::string shape =
       "shape = { type = \"rectangle\", size = [1, 1], resolution = [4, 4] }\n";

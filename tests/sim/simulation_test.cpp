@@ -1,4 +1,5 @@
-// Simulations: the same bits by every door, states that go on elsewhere, new velocities.
+// Simulations: the same bits however they are driven, saved states that continue elsewhere, new
+// velocities.
 #include "sim/simulation/simulation.h"
 
 #include <stdexcept>
@@ -59,7 +60,7 @@ std::string message_of(const std::function<void()>& action) {
   return "";
 }
 
-// The run writes floats.
+// Rounds positions to float32, as trajectories store them.
 std::vector<Vec3> rounded(std::vector<Vec3> positions) {
   for (Vec3& p : positions) p = p.cast<float>().cast<double>();
   return positions;
@@ -100,7 +101,7 @@ TEST(Simulation, HasTheSameBitsByEveryDoor) {
   }
 }
 
-// Steps before and after the save; multigrid is tried where its coarse matrices grow old.
+// Steps are taken before and after the save; multigrid is used so that its coarse matrices age.
 TEST(Simulation, GoesOnElsewhereWithTheSameBits) {
   const Overrides multigrid{"time.preconditioner=multigrid"};
   const auto with = [&](const std::string& name, Overrides more, bool by_multigrid) {
@@ -141,7 +142,7 @@ TEST(Simulation, GoesOnElsewhereWithTheSameBits) {
   }
 }
 
-// A save between the ends of a step keeps the place between them.
+// A save between the ends of a step keeps the time between them.
 TEST(Simulation, IsSavedWhereItStands) {
   const Overrides steps = method("euler", {"time.step=0.004"});
   Simulation whole = simulation_of(hanging_sheet, steps),
@@ -230,8 +231,8 @@ shape = { type = "rectangle", size = [1, 1], resolution = [5, 5] }
   }
 }
 
-// Pinned vertices stay, whatever velocities they are given, and the energy watch takes the new
-// energy for what it is.
+// Pinned vertices stay, whatever velocities they are given, and the energy watch accepts the new
+// energy.
 TEST(Simulation, HoldsPinsWhateverTheNewVelocities) {
   Simulation simulation = simulation_of(hanging_sheet);
   const std::vector<Vec3> start = simulation.position("sheet");
@@ -257,8 +258,7 @@ TEST(Simulation, RefusesWrongNamesAndVelocities) {
             "a velocity of \"sheet\" is not finite");
 }
 
-// A scene cannot be built before its accuracy is settled: it would run with tolerances that nobody
-// asked for.
+// A scene cannot be built before its accuracy is settled: it would run with arbitrary tolerances.
 TEST(Simulation, NeedsASettledAccuracy) {
   EXPECT_THROW(build_scene(parse_case(hanging_sheet, "test.toml", {"time.accuracy=1e-3"})),
                CaseError);
@@ -274,7 +274,7 @@ TEST(Simulation, StaticGoesNoFurtherThanItsLoads) {
   EXPECT_EQ(simulation.time(), 0.1);
 }
 
-// A failed step is known by its kind, time and place, without reading the text.
+// A failed step has a kind, a time and a place besides its text.
 TEST(Simulation, FailsWithData) {
   Simulation simulation = simulation_of(hanging_sheet, method("verlet", {"time.step=0.05"}));
   const auto failure = simulation.step();

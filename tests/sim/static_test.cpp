@@ -1,4 +1,4 @@
-// Equilibria: against closed forms, and where damped motion ends.
+// Equilibria, against closed forms and the ends of damped motions.
 #include <cmath>
 
 #include "simulated_case.h"
@@ -6,8 +6,8 @@
 namespace weft::sim {
 namespace {
 
-// A strip of length L that hangs from its upper end: below each edge between rows the weight is
-// known, and St. Venant-Kirchhoff stretches it by E h (l^2 - 1) / 2 l = force per width.
+// A strip of length L hangs from its upper end. The weight below each edge between rows is known,
+// and St. Venant-Kirchhoff stretches it by E h (l^2 - 1) / 2 l = force per width.
 TEST(Static, StripStretchesUnderItsWeight) {
   const std::string text = R"(
 [time]
@@ -48,7 +48,7 @@ edges = ["last_row"]
   EXPECT_GT(length(1), 1.04);
 }
 
-// Nearly inextensible triangles can only turn: each load took thousands of iterations, or failed.
+// Nearly inextensible triangles can only rotate, which makes every load hard for Newton's method.
 TEST(Static, HangsHoweverStiff) {
   for (const char* stiffness : {"1e3", "1e6", "1e9"}) {
     Overrides options = method("static");
@@ -95,8 +95,8 @@ keyframes = [{ time = 0.0 }, { time = 1.0, translation = [-0.25, 0, 0] }]
   }
 }
 
-// A very stiff sheet, held at two corners, starts flat: within a loose tolerance of the velocity
-// the first pseudo-steps change nothing, and all of the weight is still to be carried.
+// A very stiff sheet, held at two corners, starts flat. Within a loose velocity tolerance, the
+// first pseudo-steps change nothing, although all of the weight is still unbalanced.
 TEST(Static, IsNotDoneBeforeForcesBalance) {
   SimulatedCase sim(hanging_sheet,
                     method("static", {"time.duration=1", "time.frames_per_second=5",
@@ -114,7 +114,7 @@ TEST(Static, IsNotDoneBeforeForcesBalance) {
   for (const Vec3& left : StateView::of(rate).velocity) EXPECT_LT(left.norm(), 0.1);
 }
 
-// A sheet on a ball that carries its middle; its corners hang.
+// A ball carries the middle of a sheet, whose corners hang.
 TEST(Static, KeepsSurfacesApart) {
   const std::string text = R"(
 [time]
@@ -171,7 +171,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [5] }
 motion = { keyframes = [{ time = 0 }, { time = 1, translation = [0, 0, 0.2] }] }
 )";
 
-// Obstacles are, in each load, where its time puts them, and push.
+// In each load, obstacles push from where the load's time puts them.
 TEST(Static, FollowsAMovingObstacle) {
   SimulatedCase sim(rising_ball, method("static"));
   double last_top = -1;
@@ -193,7 +193,7 @@ TEST(Static, FollowsAMovingObstacle) {
   for (int i = 0; i < 49; ++i) EXPECT_LT((found[i] - damped[i]).norm(), 1e-3) << i;
 }
 
-// Between two frames a ball goes through where the sheet hangs, and back.
+// Between two frames, a ball passes through the place of the hanging sheet, and back.
 TEST(Static, FeelsAnObstacleThatComesAndGoesWithinALoad) {
   SimulatedCase sim(rising_ball,
                     method("static", {"time.frames_per_second=1",
@@ -211,7 +211,7 @@ TEST(Static, FeelsAnObstacleThatComesAndGoesWithinALoad) {
   EXPECT_GT(top, 0.05);
 }
 
-// Pins, too, are where the time of a load puts them; a load in which they turn far is divided.
+// Pins are also where the load's time puts them; a load in which they rotate far is divided.
 TEST(Static, DividesALoadInWhichPinsTurn) {
   SimulatedCase sim(rising_ball,
                     method("static", {"contact.enabled=false", "time.frames_per_second=1",

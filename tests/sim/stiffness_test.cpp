@@ -1,4 +1,4 @@
-// The matrices of the forces: how they are stored, and what is left out of semi-definite ones.
+// The matrices of the forces: their storage, and the terms left out of semi-definite ones.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -133,15 +133,15 @@ TEST(Stiffness, SemiDefiniteOneHasNoNegativeEigenvalueWhereTheExactOneHas) {
   }
 }
 
-// Springs alone show it: edges opposite right angles of triangles are compressed at once, and
-// bending leaves out its stress part even so.
+// Only springs show this: edges opposite right angles of triangles are compressed at once, and
+// bending leaves out the part of its stress in any case.
 TEST(Stiffness, SemiDefiniteOneIsExactWhereNothingIsCompressed) {
   Sheet sheet(materials[1], 1.3);
   const Eigen::MatrixXd exact = sheet.stiffness(Definiteness::exact);
   EXPECT_LT((exact - sheet.stiffness(Definiteness::semi_definite)).norm(), 1e-14 * exact.norm());
 }
 
-// One matrix and one product hold what two matrices do.
+// One matrix and one product are equivalent to two matrices.
 TEST(Stiffness, DampingThatIsJoinedToItActsAsByItself) {
   for (const std::string& material : materials) {
     Sheet sheet(material +

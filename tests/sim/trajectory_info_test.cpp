@@ -25,7 +25,7 @@ class TrajectoryInfo : public TrajectoryFolder {
             {0.25, 0.25, bottom + 1},
             {0.75, 0.25, bottom + 1}};
   }
-  // Why crossings cannot be counted; empty where they can.
+  // The reason why crossings cannot be counted; empty if they can.
   std::string refusal_of_crossings() const {
     try {
       count_crossings(path("run.h5"));
@@ -34,7 +34,7 @@ class TrajectoryInfo : public TrajectoryFolder {
       return error.what();
     }
   }
-  // Frame by frame the upright square sinks by 1/2; it reaches the floor in frame 2.
+  // Writes frames in which the upright square sinks by 1/2 each; it reaches the floor in frame 2.
   void write_sinking() const {
     std::vector<TrajectoryBody> bodies = {make_body("sheet", {{.rows = 2, .cols = 2}}),
                                           make_body("floor", {{.rows = 2, .cols = 2}}),
@@ -148,7 +148,7 @@ TEST_F(TrajectoryInfo, SaysHowTheRunEnded) {
   EXPECT_EQ(status(), "unknown");
 }
 
-// Not 0 crossings: NaN has none with anything.
+// A count of 0 would be false comfort: NaN crosses nothing.
 TEST_F(TrajectoryInfo, RefusesToJudgeWhatIsNoSurface) {
   const std::vector<TrajectoryBody> bodies = {make_body("sheet", {{.rows = 2, .cols = 2}})};
   const auto refusal_with = [&](double z) {

@@ -1,7 +1,6 @@
-// A trajectory whose writer dies must still be readable. One test sends real SIGKILLs at random
+// A trajectory whose writer dies must stay readable. One test sends real SIGKILLs at random
 // moments. The others cover every moment: they record the writes and, after each of them, open and
-// read the file made so far. A write counts page by page, since that is how a kernel may cut one
-// short.
+// read the file so far. A write counts page by page, since a kernel may cut it short at a page.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,8 +13,7 @@
 
 #include "tests/sim/trajectory_fixture.h"
 
-// The test is linked with --wrap for these two, so that it sees what the writer asks of the kernel.
-// NOLINTBEGIN(bugprone-reserved-identifier, readability-identifier-naming)
+// The test is linked with --wrap for these two functions, to see the writer's calls of the kernel.
 extern "C" {
 ssize_t __real_pwrite(int file, const void* bytes, size_t count, off_t offset);
 int __real_ftruncate(int file, off_t size);
@@ -86,8 +84,8 @@ class TrajectoryKill : public TrajectoryFolder {
     writer.write_frame(0.5 * frame, views(values), {}, series);
   }
 
-  // The file must hold the first `committed` frames or the first `next`, and each of them must be
-  // right, read by our reader and, without it, through the virtual datasets of ParaView.
+  // Checks that the file holds the first `committed` or the first `next` frames, all of them right,
+  // by Weft's reader and, without it, through the virtual datasets of ParaView.
   static void expect_whole(const std::string& file, int committed, int next,
                            const std::vector<TrajectoryBody>& bodies) {
     int frames = 0;
@@ -134,7 +132,7 @@ class TrajectoryKill : public TrajectoryFolder {
   // writes.
   void expect_every_moment(const std::vector<int>& batches, int series_count);
 
-  // Returns how many frames the sidecar lists; -1 where it does not end as XML does.
+  // Returns the number of frames that the sidecar lists; -1 if it does not end as XML does.
   static int sidecar_frames(const std::string& file) {
     std::ifstream stream(file);
     std::ostringstream text;
@@ -217,8 +215,8 @@ void TrajectoryKill::expect_every_moment(const std::vector<int>& batches, int se
   EXPECT_TRUE(TrajectoryReader(copy).end());
 }
 
-// The run goes past the first pieces of everything: 128 values of a series, 128 frames of a group,
-// the inner nodes of chunk indices.
+// The run exceeds the first pieces of all structures: 128 values of a series, 128 frames of a
+// group, the inner nodes of chunk indices.
 TEST_F(TrajectoryKill, EveryMomentOfManyFramesLeavesAWholeFile) {
   expect_every_moment(std::vector<int>(132, 1), 1);
 }
@@ -233,7 +231,7 @@ TEST_F(TrajectoryKill, EveryMomentOfALargeBatchLeavesAWholeFile) {
   expect_every_moment({132, 3}, 1);
 }
 
-// Much metadata, so that some would cross the borders of pages.
+// There is so much metadata that some would cross page borders.
 TEST_F(TrajectoryKill, EveryMomentOfManySeriesLeavesAWholeFile) {
   expect_every_moment(std::vector<int>(8, 1), 30);
   expect_every_moment({4, 4}, 30);
@@ -269,7 +267,7 @@ TEST_F(TrajectoryKill, SurvivesSigkill) {
     while (read(pipe_ends[0], &byte, 1) == 1) ++committed;
     close(pipe_ends[0]);
 
-    // A frame may be complete and not yet reported: killed between.
+    // A kill may come between the commit of a frame and its report.
     ASSERT_NO_THROW(expect_whole(path("run.h5"), committed, committed + 1, bodies))
         << "trial " << trial;
     ASSERT_FALSE(HasFailure()) << "trial " << trial;
@@ -282,7 +280,7 @@ TEST_F(TrajectoryKill, SurvivesSigkill) {
     most = std::max(most, committed);
   }
   EXPECT_GT(most, 5);
-  // The sidecar, unlike the HDF5 file, may be cut between two memory pages of its last write:
+  // Unlike the HDF5 file, the sidecar may be cut between two memory pages of its last write, though
   // rarely.
   EXPECT_LE(torn_sidecars, 3);
 }

@@ -246,7 +246,8 @@ TEST_F(Trajectory, CommitsDoNotChangeWhatIsInTheFile) {
 
 TEST_F(Trajectory, SameRunMakesTheSameBytes) {
   write(path("a.h5"), 3, {});
-  // HDF5 stores times of creation by whole seconds where it is not told otherwise.
+  // By default HDF5 stores creation times in whole seconds, so the second write waits for another
+  // second.
   const std::time_t second = std::time(nullptr);
   while (std::time(nullptr) == second) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -283,14 +284,14 @@ TEST_F(Trajectory, SaysWhyAFileCannotBeMade) {
       std::string::npos);
 }
 
-// A limit on the size of files stands for a full disk: write() fails with an error in both.
+// A limit on the size of files simulates a full disk: in both cases write() fails with an error.
 TEST_F(Trajectory, KeepsWhatIsThereWhenTheDiskIsFull) {
   const std::vector<TrajectoryBody> bodies = {make_body("cloth", {{.rows = 20, .cols = 20}})};
   rlimit before;
   getrlimit(RLIMIT_FSIZE, &before);
   const auto restore = [&] { setrlimit(RLIMIT_FSIZE, &before); };
   std::signal(SIGXFSZ, SIG_IGN);
-  // Limits of all kinds of sizes, so that every kind of write is the first to fail.
+  // The limits vary, so that every kind of write is the first to fail.
   for (rlim_t limit = 60000; limit < 200000; limit += 1777) {
     const std::string file = path("run.h5");
     int written = 0;
@@ -340,7 +341,7 @@ TEST_F(Trajectory, SaysWhatIsWrongWithAFile) {
   }
 }
 
-// A copy that stopped half-way is refused with a reason; nothing crashes.
+// An incomplete copy is refused with a reason; nothing crashes.
 TEST_F(Trajectory, RefusesTruncatedFiles) {
   write(path("run.h5"), 3, {});
   const std::string whole = contents(path("run.h5"));
@@ -351,8 +352,8 @@ TEST_F(Trajectory, RefusesTruncatedFiles) {
   }
 }
 
-// While it lives, the leak sanitizer leaves out what this thread allocates: HDF5 1.10 does not free
-// the headers that it has read with a wrong checksum. Handles are counted instead.
+// While it lives, the leak sanitizer ignores allocations of this thread: HDF5 1.10 does not free
+// headers that it has read with a wrong checksum. Handles are counted instead.
 class HeadersThatHdf5Loses {
  public:
 #if defined(__SANITIZE_ADDRESS__)
@@ -365,7 +366,7 @@ class HeadersThatHdf5Loses {
   HeadersThatHdf5Loses& operator=(const HeadersThatHdf5Loses&) = delete;
 };
 
-// A piece that its writer was just replacing when it was looked at is whole the next time.
+// A piece that its writer was just replacing during the read is whole the next time.
 TEST_F(Trajectory, LooksAgainAtAPieceThatIsBeingReplaced) {
   const HeadersThatHdf5Loses lost;
   write(path("run.h5"), 3, {});

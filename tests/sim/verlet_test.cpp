@@ -1,4 +1,4 @@
-// Explicit steps: their energy, and the limit of stability that they follow.
+// Explicit steps: their energy, and the stability limit that they follow.
 #include <cmath>
 #include <limits>
 
@@ -10,8 +10,8 @@
 namespace weft::sim {
 namespace {
 
-// The energy that verlet gains and loses again goes as the square of its steps, which go as the
-// root of the tolerance.
+// The energy of verlet oscillates by an amount that grows with the square of the step, and steps
+// grow with the root of the tolerance.
 TEST(Verlet, KeepsTheEnergyOfAnUndampedSheet) {
   const auto drift = [&](const std::string& tolerance) {
     SimulatedCase sim(hanging_sheet, method("verlet", {"time.duration=10",
@@ -59,7 +59,7 @@ double highest_frequency(SimulatedCase& sim) {
   return std::sqrt(eigenvalues(scaled).maxCoeff());
 }
 
-// A tracker that started from chance alone would fail this test.
+// A tracker that started from random vectors alone would fail this test.
 TEST(Verlet, SpectralEstimatesAreAFewPercentBelowTheHighestFrequency) {
   for (const Overrides& more : {Overrides{"body.sheet.shape.resolution=[17, 17]"},
                                 Overrides{"body.sheet.shape.resolution=[12, 18]"},
@@ -79,7 +79,7 @@ TEST(Verlet, SpectralEstimatesAreAFewPercentBelowTheHighestFrequency) {
   }
 }
 
-// A strip that its own weight stretches by half and more: the St. Venant-Kirchhoff membrane then
+// A strip that its own weight stretches by half and more. The St. Venant-Kirchhoff membrane then
 // vibrates much faster than at the start.
 const std::string stretching_strip = R"(
 [time]
@@ -110,14 +110,14 @@ TEST(Verlet, TrackedFrequencyIsThatOfTheMatrix) {
   ASSERT_FALSE(sim.dynamics().acceleration(0.4, y, acceleration));
   for (int k = 0; k < 60; ++k) tracker.follow(0.4, y, acceleration);
   EXPECT_NEAR(tracker.frequency(), frequency, 0.1 * frequency);
-  // A vector that has some of everything gets there sooner.
+  // A vector with parts of all vibrations converges sooner.
   tracker.turn_to(acceleration);
   for (int k = 0; k < 20; ++k) tracker.follow(0.4, y, acceleration);
   EXPECT_NEAR(tracker.frequency(), frequency, 0.05 * frequency);
 }
 
-// Returns by how much its energy strays within a second, J. Its weight would do 1.5 J over its own
-// length.
+// Returns the largest change of its energy within a second, J. Its weight would do 1.5 J over its
+// own length.
 double energy_strayed(const Overrides& options) {
   SimulatedCase sim(stretching_strip, method("verlet", options));
   const auto energy = [&] {
@@ -128,7 +128,7 @@ double energy_strayed(const Overrides& options) {
   while (sim.integrator().time() < 1) {
     if (sim.integrator().step()) return std::numeric_limits<double>::infinity();
     strayed = std::max(strayed, std::abs(energy() - start));
-    // A motion that has burst asks for ever shorter steps.
+    // An unstable motion needs ever shorter steps.
     if (strayed > 1e3) break;
   }
   return strayed;
@@ -151,7 +151,7 @@ TEST(Verlet, RefusesAStepBeyondItsStability) {
   EXPECT_EQ(sim.integrator().time(), 0);
 }
 
-// Motion that bursts asks for ever shorter steps: they end.
+// Unstable motion needs ever shorter steps, which must end.
 TEST(Verlet, EndsWhereItsStepsWouldBeTooShort) {
   SimulatedCase sim(stretching_strip,
                     method("verlet", {"time.minimum_step=0.1", "time.frames_per_second=5"}));
