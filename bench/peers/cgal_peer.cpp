@@ -128,7 +128,7 @@ class BoxIntersection final : public Peer {
     const auto collect = [&](const NumberedBox& a, const NumberedBox& b) {
       boxes_.append_unordered(a.number, b.number, pairs);
     };
-    // Of the cutoffs 10, 40, 160, ... 2560, this one is about the fastest on every scene.
+    // This cutoff is about the fastest of 10, 40, 160, ... 2560 on every scene.
     constexpr std::ptrdiff_t cutoff = 1280;
     if (boxes_.is_self()) {
       CGAL::box_self_intersection_d(numbered_[0].begin(), numbered_[0].end(), collect,

@@ -42,16 +42,17 @@ struct RunEnd {
 //                            attributes to 64 KiB
 //   /time[N]                 float64, s; extended last: the commit mark
 //   /body/NAME               attributes: moves, obstacle, thickness_m, wrap_u, wrap_v (one integer,
-//                            or one a patch)
+//                            or one per patch)
 //   /body/NAME/position      float32, m: [N, rows, cols, 3], or [N, patches, rows, cols, 3] for
-//                            more than one patch; without N where the body does not move
+//                            more than one patch; without N if the body does not move
 //   /body/NAME/velocity      float32, m/s, the same shape: on request, moving bodies only
 //   /body/NAME/particle      int32 [patches, rows, cols]: particle of each texel (sewn bodies only)
 //   /body/NAME/triangles     int32 [triangles, 3]: texels, by the rule of bsi::quad_triangles
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
-//   /steps/NAME[S]           float64, attribute units: one entry an accepted step, written with the
-//                            frame that follows it; the first /series/steps[n] belong to frame n
-//   /run                     attributes: how the run ended and what it cost, once it has
+//   /steps/NAME[S]           float64, attribute units: one entry per accepted step, written
+//                            with the frame that follows it; the first /series/steps[n] precede
+//                            frame n
+//   /run                     attributes, once the run has ended: how it ended and what it cost
 //   /frame/F÷16384/F÷128/F/position/NAME   virtual dataset [texels, 3]: frame F for the sidecar
 //                            (and velocity/NAME)
 class TrajectoryWriter {

@@ -11,7 +11,7 @@ struct HeatPanel {
   std::string title;
   std::string x_title, y_title;
   std::vector<std::string> x_labels, y_labels;  // y_labels: empty for none
-  std::vector<int> cells;  // classes, row by row from the bottom, as many a row as x_labels
+  std::vector<int> cells;  // classes, row by row from the bottom; a row has one per x_label
 };
 
 struct HeatRow {
