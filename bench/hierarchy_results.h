@@ -36,7 +36,7 @@ struct Results {
 };
 
 std::string to_json(const Results& results);
-// The rows, and how many times faster Weft is than the best of its peers.
+// Returns the rows, with the factor by which Weft is faster than the best of its peers.
 std::string to_table(const Results& results);
 
 }  // namespace weft::bench

@@ -1,5 +1,5 @@
-// The paper's experiment on level of detail: what does a picture of a body of 48 patches cost, by
-// the detail it is drawn with?
+// The paper's experiment on level of detail: the cost of a picture of a body of 48 patches, by its
+// level of detail.
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdio>

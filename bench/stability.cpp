@@ -73,7 +73,7 @@ double median_cost(const std::vector<Run>& runs) {
   return costs.empty() ? 0 : median(costs);
 }
 
-// "0.1", or "0.001..0.1" where they differ.
+// Returns the simulated times: "0.1", or "0.001..0.1" if they differ.
 std::string times_text(const Run& run, const std::string& method) {
   SimulatedTimes times;
   for (const Cell& cell : run.slice.cells)

@@ -165,7 +165,7 @@ Axis spin(std::vector<double> values) {
           }};
 }
 
-// The ball passes the sheet and stops, 0.8 m from where it was.
+// Varies the ball's speed. The ball passes the sheet and stops 0.8 m from its start.
 Axis ball_speed(std::vector<double> values) {
   return {"speed of the ball, m/s", std::move(values), [](Setup& setup, double value) {
             setup.keys.set("obstacle.ball.motion.velocity", "[0, 0, " + number_text(value) + "]");

@@ -21,7 +21,8 @@ struct Shares {
   }
 };
 
-// Number of all cells, of those simulated for a second and more, and the times simulated.
+// Number of all cells, number of those simulated for at least a second, and the range of simulated
+// times.
 struct SimulatedTimes {
   int cells = 0, long_cells = 0;
   double shortest = 0, longest = 0;  // s

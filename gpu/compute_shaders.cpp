@@ -88,7 +88,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 3) readonly buffer Tasks { uvec4 tasks[]; };
 uniform uint first_task, task_count, from_image;
 
-// The task of this work group: the last one that begins no later.
+// Finds the task of this work group: the last one whose first group is not later.
 uvec4 find_task() {
   uint low = 0u, high = task_count;
   while (high - low > 1u) {
@@ -243,7 +243,7 @@ void main() {
   uint index = (gl_WorkGroupID.x - task.x) * 64u + gl_LocalInvocationID.x;
   if (index >= 1u << (top.log_u + top.log_v)) return;
   uint u = index & ((1u << top.log_u) - 1u), v = index >> top.log_u;
-  // Masks of one bit: which axes are split.
+  // Each is 1 if its axis is split between the two levels, else 0; it also masks a child's index.
   uint mu = middle.log_u - top.log_u, mv = middle.log_v - top.log_v;
   uint lu = lowest.log_u - middle.log_u, lv = lowest.log_v - middle.log_v;
   uint whole_block = top.FIRST + index;

@@ -88,7 +88,7 @@ struct List {
 // names. Pairs of leaf blocks go to their own list. With `rounds_like_the_cpu` the tangent
 // certificate decides to the bit as on the CPU; otherwise it rejects slightly fewer pairs.
 std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu);
-// Turns pairs of leaf blocks into pairs of leaves: query, a, b.
+// Turns pairs of leaf blocks into pairs of leaves; writes query, a, b.
 std::string find_leaves();
 
 }  // namespace weft::gpu::shaders

@@ -23,8 +23,9 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-// The margin plus a bound of the rounding of a distance, m: less than 4 units of 2^-24 of the
-// largest coordinates for vertices, 11 for their components along a direction, and 7 for two paths.
+// Returns the margin plus a bound of rounding, m. Rounding changes a distance by less than 4 units
+// of 2^-24 of the largest coordinates for vertices, 11 for components along a direction, and 7 for
+// two paths.
 float filter_reach(double margin, const ComputePyramid::Device::Body& a,
                    const ComputePyramid::Device::Body& b) {
   const double largest = static_cast<double>(a.magnitude) + static_cast<double>(b.magnitude);

@@ -29,7 +29,7 @@ class DepthMap {
   float softly_lit(const Eigen::Vector3f& position) const;
 
  private:
-  // Texels across and down, and the depth along the light, m.
+  // Returns the place in the map: texels across and down, and the depth along the light, m.
   Eigen::Vector3f place(const Eigen::Vector3f& position) const {
     return rows_ * position + Eigen::Vector3f(middle(), middle(), 0);
   }

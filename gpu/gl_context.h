@@ -45,7 +45,7 @@ class GlContext {
   // Valid for as long as the context lives.
   const GlFunctions& functions() const;
   GlBackend backend() const { return backend_; }
-  // For logs: the renderer, as OpenGL names it; the renderer and the version.
+  // For logs: device() is the renderer's name from OpenGL; description() adds the version.
   std::string device() const;
   std::string description() const;
 

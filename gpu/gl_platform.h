@@ -17,7 +17,7 @@ class GlPlatform {
   GlPlatform& operator=(const GlPlatform&) = delete;
   // Throws std::runtime_error.
   virtual void make_current() = 0;
-  // Returns the address of a function of OpenGL; null where there is none.
+  // Returns the address of an OpenGL function; null if there is none.
   virtual void* function_address(const char* name) const = 0;
 };
 

@@ -60,7 +60,7 @@ struct StencilMatrix {
     return result;
   }
 
-  // All of it, in node-major order: component 3 * node + axis.
+  // Returns the whole matrix in node-major order: component 3 * node + axis.
   Eigen::Matrix<Real, 3 * nodes, 3 * nodes> dense() const {
     Eigen::Matrix<Real, 3 * nodes, 3 * nodes> all;
     for (int a = 0; a < nodes; ++a) {

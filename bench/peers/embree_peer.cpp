@@ -143,7 +143,7 @@ class EmbreePoints final : public Peer {
     for (std::size_t i = 0; i < boxes_.first().size(); ++i) {
       const Float4 centre = boxes_.first()[i].low;
       particle_ = static_cast<int>(i);
-      // A ball that holds the widened box of the particle, rounding included.
+      // Queries a ball that contains the particle's widened box, rounding included.
       const float largest =
           std::max({std::abs(centre[0]), std::abs(centre[1]), std::abs(centre[2])});
       const float radius = 1.7321F * boxes_.half_margin() + 0x1p-21F * largest;

@@ -28,8 +28,8 @@ ProcessEnd run_in_process(const std::function<int()>& work,
 // Limit of CPU time for reading, s; a sound file takes far less.
 inline constexpr double reading_cpu_limit = 30;
 
-// "PATH: is damaged: HDF5 crashed on reading it (Segmentation fault)", or, for SIGXCPU, "PATH: is
-// damaged: HDF5 comes to no end of reading it".
+// Message for a crash: "PATH: is damaged: HDF5 crashed on reading it (Segmentation fault)" or, for
+// SIGXCPU, "PATH: is damaged: HDF5 comes to no end of reading it".
 std::string describe_crash(const std::string& path, int signal);
 
 }  // namespace weft::sim

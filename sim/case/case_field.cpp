@@ -85,7 +85,7 @@ bool applies(const Field& field, const Table& table) {
 
 namespace {
 
-// "2 numbers", "1 to 2 whole numbers", "names".
+// The number of entries in words: "2 numbers", "1 to 2 whole numbers", "names".
 std::string count_text(const Field& field, const std::string& noun) {
   const std::size_t least = field.minimum_entries;
   const std::size_t most = field.maximum_entries;

@@ -23,7 +23,7 @@ struct Limits {
   bool maximum_excluded = false;
 
   bool allow(double value) const;
-  // " > 0", " >= 0", " > -1 and < 1", or nothing.
+  // The limits in words: " > 0", " >= 0", " > -1 and < 1", or nothing.
   std::string text() const;
 };
 

@@ -1,4 +1,4 @@
-// Words for messages and numbers for files.
+// Texts for messages, and numbers as text.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The TOML tree of a case: text parsed, overrides applied, places known; nothing checked yet.
+// The TOML tree of a case: parsed text with overrides and places, not checked yet.
 #pragma once
 
 #include <toml++/toml.h>

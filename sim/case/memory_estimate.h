@@ -40,7 +40,7 @@ std::string reason_of_memory(const Case& source, const SceneSize& size);
 inline constexpr const char* memory_hint =
     "expected fewer vertices, or a larger compute.memory_limit";
 
-// "12.25 MiB", "21.2 GiB", "570 GiB".
+// Formats an amount of memory: "12.25 MiB", "21.2 GiB", "570 GiB".
 std::string memory_text(double bytes);
 
 }  // namespace weft::sim

@@ -22,9 +22,9 @@ struct Spectrum {
   int place = -1;  // the particle with the largest entry of the vector
 };
 
-// Start vectors of the power iterations. The fastest vibrations of an image change sign from texel
-// to texel; the random part contains those that do not. A start from random numbers alone takes
-// three times the iterations.
+// Returns start vectors of the power iterations. The fastest vibrations of an image change sign
+// from texel to texel; the random part covers those that do not. Random vectors alone need three
+// times the iterations.
 std::vector<Vec3> alternating_vectors(const Scene& scene) {
   const Vec3 slanted(1, 0.4, 0.7);
   std::mt19937 random(1);

@@ -62,7 +62,8 @@ class Run final : private StepObserver {
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
     cpu_limit_->exclude(-options_.earlier.pilot.cpu);
     simulation_.set_reason_to_stop([this] { return reason_to_stop(); });
-    // The first step may take as long as the set-up.
+    // Commits first if frames would wait too long, since the first step may take as long as the
+    // set-up.
     recorder_->commit_before_pause(started.elapsed().wall);
     integrate();
     recorder_->commit();
@@ -167,7 +168,8 @@ class Run final : private StepObserver {
           return fail(*failure);
         record(frame_time(frame), interpolated);
       }
-      // The next step may take as long as this one.
+      // Commits first if frames would wait too long, since the next step may take as long as this
+      // one.
       recorder_->commit_before_pause(seconds_since(last_look));
       last_look = std::chrono::steady_clock::now();
       if (options_.progress) options_.progress(std::min(simulation_.time(), duration));

@@ -56,7 +56,7 @@ class Scale {
     return begin_ + t * (end_ - begin_);
   }
   const std::vector<double>& ticks() const { return ticks_; }
-  // Between the decades of an axis of few of them.
+  // Returns marks between the decades of a logarithmic axis, if it has at most six decades.
   std::vector<double> minor_ticks() const {
     std::vector<double> minor;
     if (!logarithmic_ || high_ - low_ > 6) return minor;

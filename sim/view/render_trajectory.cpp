@@ -121,7 +121,7 @@ std::vector<int> frames_to_draw(int count, int every) {
   return frames;
 }
 
-// The number in "frame_00012.png", or nothing for other names.
+// Returns the number in "frame_00012.png"; nothing for other names.
 std::optional<int> frame_of_name(const std::string& name) {
   int frame = 0, length = 0;
   if (std::sscanf(name.c_str(), "frame_%9d.png%n", &frame, &length) != 1) return {};

@@ -70,8 +70,8 @@ struct FrameCrossings {
 // the position.
 std::vector<FrameCrossings> count_crossings(const std::string& path);
 std::string to_text(const std::vector<FrameCrossings>& frames);
-// {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place, place]}...]}; a
-// place is {"body", "patch", "row", "col"}.
+// JSON: {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place, place]}...]},
+// where a place is {"body", "patch", "row", "col"}.
 std::string to_json(const std::vector<FrameCrossings>& frames);
 
 }  // namespace weft::sim

@@ -53,8 +53,8 @@ TEST(BulletCloth, DeformableSpringHasItsClosedForm) {
   }
 }
 
-// A strain e makes the spring of a soft body stiffer by e / 2: small swings converge to the closed
-// form, large ones to something else.
+// A strain e makes the spring of a soft body stiffer by e / 2. Small swings converge to the closed
+// form; large ones do not.
 TEST(BulletCloth, SoftBodySpringIsRightForSmallStrain) {
   const auto limit_error = [](const Pendulum& pendulum, int iterations) {
     const double coarse = pendulum.error("soft-body", 2000, iterations),

@@ -97,7 +97,7 @@ TEST(StabilityCell, EndsAsItShould) {
   EXPECT_GT(results[0].steps, 0);
   EXPECT_EQ(results[1].outcome, Outcome::refused) << results[1].message;
   EXPECT_EQ(results[2].outcome, Outcome::failed) << results[2].message;
-  // Spent within a few steps.
+  // This limit is exceeded within a few steps.
   const std::vector<Cell> long_cells{cell({"body.sheet.shape.resolution=[65, 65]"})};
   const auto limited = run_cells(long_cells, {}, 1e-9, 1, [](auto&, auto&) {});
   EXPECT_EQ(limited[0].outcome, Outcome::limited) << limited[0].message;
@@ -186,7 +186,7 @@ TEST(ChildRuns, TellHowTheyEndedAndWhatTheySaid) {
   EXPECT_EQ(ends[3].result, "short");
 }
 
-// A run with the failures counted when the limits were set passes; one with more does not.
+// A run with as many failures as when the limits were set passes; one with more does not.
 TEST(StabilityVerdict, TooManyFailuresOrLimitsAreNotPassed) {
   const auto shares_of = [](int failed, int limited, int inexact) {
     Shares shares;

@@ -172,8 +172,8 @@ TEST(SurfaceTerms, RidgesAndValleys) {
   EXPECT_EQ(terms, 3U);
 }
 
-// At a sphere of 15 times the distance, the distance of the mesh itself remains; inside a coarse
-// mesh it is much less than that of the sphere.
+// A point near a sphere, at 1/15 of its radius: the sum is that of one term at the distance of the
+// mesh. Inside a coarse mesh, this distance is much less than that of the sphere.
 TEST(SurfaceTerms, ASphereCountsOnce) {
   struct Sphere {
     int resolution;

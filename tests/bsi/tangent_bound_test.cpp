@@ -150,7 +150,7 @@ struct Attack {
     double stride = 0.3;
     for (int i = 0; i < steps; ++i) {
       Positions from = start, to = end;
-      // One vertex, or all along one direction of the grid: a step of one kind.
+      // Changes one vertex, or all of them along one direction of the grid.
       Positions& changed = swept && i % 2 == 0 ? to : from;
       const Vec3 change = stride * random_vector(random);
       const int kind = i % 3;

@@ -98,7 +98,7 @@ struct Sheet {
     if (shear == 1) b = Vec3(uniform(random, -2, 2), uniform(random, 0.05, 1.5), 0);
     if (shear == 2) b = Vec3(uniform(random, -1, 1), 0.01, 0) * uniform(random, 0.1, 3);
     if (chance(random, 3) == 0) curvature = uniform(random, 0, 2);
-    // Pleats have any width, or a quarter of the sheet, like blocks of quads.
+    // Pleats have any width, or a quarter of the sheet, as blocks of quads do.
     if (chance(random, 3) == 0)
       pleat = std::max(2, chance(random, 2) == 0 ? quad_cols / 4 : chance(random, 6));
     if (chance(random, 4) == 0) fold_angle = uniform(random, 0, std::numbers::pi);

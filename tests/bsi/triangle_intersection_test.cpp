@@ -66,7 +66,7 @@ std::vector<Rational3> clipped(const std::vector<Rational3>& polygon, const Latt
     const Wide from = height(normal, on_plane, p), to = height(normal, on_plane, q);
     if (from >= 0) kept.push_back(p);
     if ((from < 0 && to > 0) || (from > 0 && to < 0)) {
-      // from / p[3] and to / q[3] are the heights: the point is (to q[3]... crosswise.
+      // The heights are from / p[3] and to / q[3]; the point weights p and q crosswise by them.
       const Wide weight_p = to * p[3], weight_q = -from * q[3];
       const Wide sign = weight_p + weight_q < 0 ? -1 : 1;
       Rational3 x;

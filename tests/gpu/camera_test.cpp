@@ -51,7 +51,8 @@ TEST(Camera, SeesAllPointsAsLargeAsTheMarginAllows) {
                                                           coordinate(random))));
       }
       const Frame frame = seen(camera_for_points(points, aspect), aspect, points);
-      // Centred along both axes, and as large as the margin of 10 % allows along one.
+      // The points are centred along both axes and, along one, as large as the margin of 10 %
+      // allows.
       EXPECT_NEAR(frame.left, -frame.right, 1e-9);
       EXPECT_NEAR(frame.bottom, -frame.top, 1e-9);
       EXPECT_NEAR(std::max(frame.right, frame.top), 1 / 1.1, 1e-9);

@@ -272,7 +272,7 @@ TEST(Renderer, ShowsNothingOfAnObstacleThroughTheClothOnIt) {
   const Picture lined = renderer.draw(std::array{hidden, cover}, camera);
   int shining_through = 0, darkened = 0;
   for (std::size_t pixel = 0; pixel < plain.rgb.size(); pixel += 3) {
-    // Green adds to whatever part of a pixel it takes.
+    // Where green shows in part of a pixel, it exceeds blue.
     shining_through += plain.rgb[pixel + 1] > plain.rgb[pixel + 2] + 8;
     darkened += lined.rgb[pixel] + 8 < plain.rgb[pixel];
   }
@@ -288,7 +288,8 @@ TEST(Renderer, DrawsTheSameBytesAgain) {
   Renderer renderer(160, 120);
   const Picture first = renderer.draw(std::array{surface}, camera);
   EXPECT_EQ(renderer.draw(std::array{surface}, camera).rgb, first.rgb);
-  // With another renderer alive, one after an empty picture, and on another thread.
+  // The bytes are the same with another renderer alive, after an empty picture, and on another
+  // thread.
   Renderer other(160, 120);
   other.draw({}, camera);
   EXPECT_EQ(other.draw(std::array{surface}, camera).rgb, first.rgb);

@@ -170,7 +170,7 @@ TEST(Bending, CylinderHasThePlateEnergyInEveryDirection) {
   }
 }
 
-// 1 % at sixteen times the curvature: 9 degrees of bending per cell.
+// The energy is right to 1 % at sixteen times the curvature, 9 degrees of bending per cell.
 TEST(Bending, CylinderIsGoodToOnePercentWhenSharp) {
   const InnerTriangles plate(make_mesh("one_diagonal"));
   const auto flat = plate.moved([](const Vec3& x) { return x; });

@@ -81,7 +81,7 @@ TEST(Friction, FactorIsSmoothAndReachesOne) {
     EXPECT_NEAR(slope_of(value, speed, 1e-3 * std::min(speed, 1e-3)), factor.slope, 1e-6 / e)
         << speed;
   }
-  // At rest the factor over the speed is finite; at s = e both the factor and its slope meet.
+  // At rest the factor over the speed is finite; at s = e the factor and its slope are continuous.
   EXPECT_EQ(friction_factor(0, e).over_speed, 2 / e);
   const FrictionFactor below = friction_factor(e * (1 - 1e-9), e);
   const FrictionFactor above = friction_factor(e, e);

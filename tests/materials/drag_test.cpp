@@ -72,7 +72,7 @@ TEST(Drag, DampingIsExactAlongTheWindAndForNormalAndParallelFlow) {
     const Vec3 in_plane = (x.col(1) - x.col(0)).normalized();
     for (const Vec3& relative : {normal, in_plane, Vec3(random_matrix<Vec3>(generator))}) {
       const Vec3 wind = mean + 3 * relative;
-      // By the wind: the same as minus the derivative by the velocity of the centroid.
+      // The derivative by the wind is minus that by the velocity of the centroid.
       const auto force = [&](const Vec3& w) -> Eigen::MatrixXd {
         return drag_force<double>(kDrag, x, v, w);
       };
@@ -86,7 +86,7 @@ TEST(Drag, DampingIsExactAlongTheWindAndForNormalAndParallelFlow) {
   }
 }
 
-// The velocities of the nodes enter by their mean.
+// Only the mean of the nodes' velocities matters.
 TEST(Drag, NodeVelocitiesShareTheDamping) {
   std::mt19937 generator(4);
   for (int trial = 0; trial < kTrials; ++trial) {

@@ -106,7 +106,7 @@ TEST(Hinge, GradientBalances) {
   }
 }
 
-// Several hinges at once, some of them without area, are the same one by one.
+// A batch of hinges, some of them without area, equals the same hinges one by one.
 TEST(Hinge, LanesAreHingesOneByOne) {
   std::mt19937 generator(7);
   NodesOf<Lanes, 4> together;

@@ -95,8 +95,9 @@ TEST(Membrane, StiffnessIsMinusTheDerivativeOfTheForces) {
   }
 }
 
-// With damping, the geometric part carries the damped tensions: the stiffness is the derivative of
-// the forces of an undamped triangle whose rest lengths are shifted by -beta q' to the same stress.
+// With damping, the geometric part contains the damped tensions. The stiffness is then the
+// derivative of the forces of an undamped triangle whose rest lengths are shifted by -beta q' to
+// the same stress.
 TEST(Membrane, DampedStiffnessHasTheDampedStress) {
   std::mt19937 generator(4);
   for (int trial = 0; trial < kTrials; ++trial) {

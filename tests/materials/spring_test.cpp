@@ -14,7 +14,7 @@ struct State {
   Vec3 x0, x1, v0, v1;
 };
 
-// Long enough against the difference step for its error to stay small.
+// Returns springs that are long beside the difference step, so that its error is small.
 State random_state(std::mt19937& generator) {
   std::uniform_real_distribution<double> uniform(0.5, 2);
   State state;

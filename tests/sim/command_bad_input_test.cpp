@@ -340,7 +340,7 @@ shape = { type = "blob", radius = 1, resolution = [1073741829] }
                       "blob.toml:3:51: too many vertices\n  expected at most 100000000\n");
 }
 
-// The case is refused late, when its search is made.
+// The case is refused late, when its contact search is set up.
 TEST_F(CommandBadInput, LeavesNoFolderOfACaseThatIsRefusedLate) {
   write("sheet.toml", sheet_case);
   const Result result = weft({"run", "sheet.toml", "-o", "new/folder", "--set",
@@ -352,7 +352,7 @@ TEST_F(CommandBadInput, LeavesNoFolderOfACaseThatIsRefusedLate) {
   EXPECT_FALSE(exists("new"));
 }
 
-// Characters that a terminal obeys: all control characters but the ends of lines.
+// True if the text has characters that a terminal obeys: all control characters except line ends.
 bool has_control_characters(const std::string& text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto code = static_cast<unsigned char>(text[i]);

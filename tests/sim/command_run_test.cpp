@@ -246,7 +246,7 @@ TEST_F(CommandRun, StopsWhereTheMotionGainsEnergy) {
   EXPECT_NE(reason.find("gained energy"), std::string::npos) << reason;
   EXPECT_NE(reason.find("body \"sheet\""), std::string::npos) << reason;
   EXPECT_NE(reason.find("time.step is too long"), std::string::npos) << reason;
-  // Every frame that is kept is from before.
+  // All recorded frames are from before the failure.
   const std::vector<double> times = frame_times(path("out/sheet.h5"));
   ASSERT_FALSE(times.empty());
   EXPECT_EQ(times.back(), report.at("simulated_s"));
@@ -367,7 +367,7 @@ TEST_F(CommandRun, EndsAtItsLimitWithinALoad) {
   EXPECT_EQ(frame_times(path("out/sheet.h5")).size(), 1U);
 }
 
-// The dynamic linker says which libraries a process loads, until its end.
+// LD_DEBUG makes the dynamic linker log the libraries that a process loads.
 TEST_F(CommandRun, LoadsOpenGLOnlyToDraw) {
 #ifdef WEFT_WITHOUT_GPU
   GTEST_SKIP() << "built without gpu/";

@@ -208,7 +208,7 @@ TEST(Crossings, PiercingTouchingAndCoplanar) {
   EXPECT_FALSE(cross(base, triangle({3, 3, -1}, {3, 3, 1}, {3, 3, 0.5})));
 }
 
-// A corner over the plane z = x + y, at it, and one unit in the last place off it.
+// A corner above the plane z = x + y, on it, and one unit in the last place off it.
 TEST(Crossings, OneUnitInTheLastPlaceDecides) {
   const Surface slope = triangle({0, 0, 0}, {1, 0, 1}, {0, 1, 1});
   std::mt19937 random(4);
@@ -271,7 +271,7 @@ std::set<std::array<int, 4>> all_pairs(const std::vector<Surface>& surfaces) {
   return result;
 }
 
-// A sheet of rows x cols particles, thrown about.
+// Returns a sheet of rows x cols particles, each moved at random.
 Surface crumpled(std::mt19937& random, int rows, int cols, double amplitude) {
   std::uniform_real_distribution<float> uniform(-1, 1);
   Surface sheet;

@@ -105,7 +105,7 @@ TEST(Economy, BodiesApartAreNotWalkedPairByPair) {
   const Counters a = counters_of(few, 0.5), b = counters_of(many, 0.5);
   ASSERT_EQ(a.force_evaluations, b.force_evaluations);
   EXPECT_EQ(a.pair_traversals + b.pair_traversals, 0);
-  // Four times as many bodies have sixteen times as many pairs.
+  // With four times the bodies there are sixteen times the pairs of bodies.
   EXPECT_LT(b.body_pairs, 5 * a.body_pairs);
   EXPECT_LT(b.bound_tests, 6 * a.bound_tests);
 }
@@ -135,7 +135,7 @@ rows = [0, 32]
   EXPECT_EQ(b.rebuilds, a.rebuilds);
 }
 
-// One second and a material, for bodies to follow.
+// The head of a case: one second and a material. Bodies are appended.
 const std::string second_of_cloth = R"(
 [time]
 duration = 1

@@ -82,9 +82,9 @@ TEST(Frames, AreCheckedByEveryMethod) {
   }
 }
 
-// A sheet rises from 0.5 m by a metre in a second. A plate rises from 0 to 1 m in the first quarter
-// and waits. Their chords keep apart, but at 0.3 s the plate is above the sheet on its chord. At
-// 0.9 s it is below, yet above an interpolated sheet at 0.9 m.
+// A sheet rises from 0.5 to 1.5 m within a second. A plate rises from 0 to 1 m within a quarter of
+// a second and then waits. At 0.3 s the plate is above the sheet, although their chords keep apart.
+// At 0.9 s the sheet is above again.
 constexpr const char* plate_ahead = R"(
 [time]
 duration = 1

@@ -31,8 +31,8 @@ std::vector<int> kept_nodes(const Prolongation& p) {
   return kept;
 }
 
-// Checks that every level interpolates `value` of the finest nodes from what it keeps, as exactly
-// as weights in single precision can.
+// Checks that every level interpolates `value` of the finest nodes from the nodes it keeps, within
+// the precision of single-precision weights.
 void expect_reproduced(const Scene& scene, const std::function<double(int)>& value) {
   std::vector<double> fine;
   for (int i = 0; i < scene.dynamic_particles; ++i) fine.push_back(value(i));

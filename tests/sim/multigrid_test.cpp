@@ -279,7 +279,7 @@ TEST(Multigrid, TwoCyclesOfTheCoarserLevelsSolveBetter) {
   EXPECT_LT(error_after(2), 0.9 * error_after(0));
 }
 
-// A and M b_v, of a right-hand side with zero positions.
+// The matrix A and the right-hand side M b_v, for zero positions.
 struct DenseSystem {
   Eigen::MatrixXd a;
   Eigen::VectorXd right;

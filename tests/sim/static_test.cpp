@@ -65,7 +65,7 @@ TEST(Static, HangsHoweverStiff) {
   }
 }
 
-// One end moves towards the other: the end state is that of a long damped run.
+// One end moves towards the other. The final state equals that of a long damped run.
 TEST(Static, EndsWhereADampedRunComesToRest) {
   const std::string text = R"(
 [time]

@@ -18,7 +18,7 @@ class TrajectoryInfo : public TrajectoryFolder {
   static std::vector<Vec3> square(double x, double height) {
     return {{x, 0, height}, {x + 1, 0, height}, {x, 1, height}, {x + 1, 1, height}};
   }
-  // An upright square at y = 1/4 through the height 0, whose lowest edge is at `bottom`.
+  // An upright unit square at y = 1/4; its lowest edge is at the height `bottom`.
   static std::vector<Vec3> upright(double bottom) {
     return {{0.25, 0.25, bottom},
             {0.75, 0.25, bottom},
