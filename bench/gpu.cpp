@@ -174,9 +174,7 @@ int run_gpu(const GpuOptions& options) {
          {bsi::Bound::sphere, bsi::Bound::box, bsi::Bound::sphere_then_box}) {
       const std::vector<Row> rows = run_scene(*context, scene, bound, options);
       print_break_even(scene, rows);
-      // On a graphics processor the certificate rejects a few pairs fewer. @ bench/heat_map.cpp ~
-      // Left of the cells. The width of the labels left of the cells. = bench/heat_map.cpp ~ the
-      // legend's, at least the legend's, at least at least the legend's
+      // On a graphics processor the certificate rejects a few pairs fewer.
       if (context->backend() == gpu::GlBackend::hardware) continue;
       wrong |= !std::ranges::all_of(rows, &Row::same);
     }

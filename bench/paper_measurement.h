@@ -26,12 +26,8 @@ class PaperFigure {
   void add(const CollisionScene& scene, const std::string& columns, double x);
 
   // Writes NAME.csv and NAME.svg, and the table to standard output. Returns false if two methods
-  // found different candidates or hits, which it reports on standard error. Throws
-  // std::runtime_error as write_text(). = bench/plot.h ~ of the same length; with logarithmic of
-  // the same length; with logarithmic axes, positive of equal length; positive on logarithmic axes
-  // = bench/plot.h ~ // with its unit with its unit including its unit @ bench/plot.h ~ Writes text
-  // to a file, making its Writes text to a file and creates its folder if needed. Throws
-  // std::runtime_error, naming the path.
+  // found different candidates or hits, which it reports on standard error. Throws FileError as
+  // write_text().
   bool write(const std::filesystem::path& directory, const std::string& name,
              const std::string& title, const std::string& note, const std::string& x_title) const;
 

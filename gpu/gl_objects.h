@@ -1,7 +1,5 @@
 // Programs and buffers of OpenGL, and its errors as exceptions. All objects belong to the context
-// that is current at their construction. They must be destroyed while it is current, or after it. @
-// gpu/gl_objects.h ~ Throws std::runtime_error with the compiler's log. Links a program. Throws
-// std::runtime_error with the compiler's log.
+// that is current at their construction. They must be destroyed while it is current, or after it.
 #pragma once
 
 #include <cstddef>

@@ -136,9 +136,7 @@ class Fcl final : public Peer {
         model.endReplaceModel(refit_only, true);
         continue;
       }
-      // The boxes of an updated model also hold its previous positions. @ bench/energy_drift.cpp ~
-      // Run time against the drift of the Run time against the drift of energy, for a motion that
-      // conserves it.
+      // The boxes of an updated model also hold its previous positions.
       std::copy(points_[i].begin(), points_[i].end(), model.vertices);
       load(bodies_[i].end, points_[i]);
       model.beginUpdateModel();

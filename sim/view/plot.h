@@ -35,8 +35,7 @@ void write_svg(const Plot& plot, const std::filesystem::path& path);
 // Returns the text escaped for an SVG file.
 std::string escaped(const std::string& text);
 
-// Writes text to a file and creates its folder if needed. Throws std::runtime_error, naming the
-// path.
+// Writes text to a file and creates its folder if needed. Throws FileError, naming the path.
 void write_text(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace weft::sim

@@ -128,11 +128,7 @@ TEST(Proximity, ParallelEdgesHaveAtMostOneFreeDirection) {
   }
   EXPECT_GT(sliding, 200);
 
-  // Edges cross at a small angle; below a sine of 1e-10 they count as parallel. @
-  // tests/bsi/proximity_test.cpp ~ The formula that the library's is The formula from which the
-  // library's is derived, with the terms that cancel. @ tests/bsi/proximity_test.cpp ~ Thin
-  // features bend the distance so For thin features, the distance curves so fast that a difference
-  // over 1e-5 no longer resolves it.
+  // Edges cross at a small angle; below a sine of 1e-10 they count as parallel.
   for (const double sine : {1e-6, 1e-9, 1e-11, 1e-14}) {
     const FourPoints x = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3(-1, -sine, 1e-6),
                           Vec3(1, sine, 1e-6)};

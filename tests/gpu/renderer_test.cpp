@@ -272,7 +272,7 @@ TEST(Renderer, ShowsNothingOfAnObstacleThroughTheClothOnIt) {
   const Picture lined = renderer.draw(std::array{hidden, cover}, camera);
   int shining_through = 0, darkened = 0;
   for (std::size_t pixel = 0; pixel < plain.rgb.size(); pixel += 3) {
-    // Where green shows in part of a pixel, it exceeds blue.
+    // A pixel that shows some of the green obstacle has more green than blue.
     shining_through += plain.rgb[pixel + 1] > plain.rgb[pixel + 2] + 8;
     darkened += lined.rgb[pixel] + 8 < plain.rgb[pixel];
   }
