@@ -155,8 +155,8 @@ TEST(SurfaceTerms, APlaneCountsOnceWhateverItsTriangles) {
   }
 }
 
-// Above a convex ridge one term remains. In a valley two faces minus their edge remain, a sum
-// between that of the nearer face and that of both.
+// Above a convex ridge one term remains. In a valley the two faces minus their edge remain; their
+// sum is more than the nearer face alone and less than both.
 TEST(SurfaceTerms, RidgesAndValleys) {
   const auto ridge = [](double u, double) { return -std::abs(u - 0.5); };
   const auto valley = [](double u, double) { return std::abs(u - 0.5); };

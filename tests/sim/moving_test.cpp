@@ -140,7 +140,7 @@ TEST(PrescribedMotion, ABallThatComesAndGoesWithinAStepIsFelt) {
 }
 
 TEST(PrescribedMotion, ABallSwingsIntoACurtainThatHasLongBeenAtRest) {
-  // The last run needs a nonlinear solver that does not evaluate forces metres away, where surfaces
+  // In the last run, a nonlinear solver that tries states metres away would meet surfaces that
   // cross.
   for (const Overrides& by :
        {cvode, arkode, euler, method("euler", {"obstacle.ball.position=[0.0209, 0.6, -0.2]"})}) {
