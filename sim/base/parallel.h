@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
+
+#include "sim/base/vectors.h"
 
 namespace weft::sim {
 
@@ -30,6 +33,15 @@ double parallel_sum(int count, int threads, const Partial& partial) {
   double sum = 0;
   for (double p : part) sum += p;
   return sum;
+}
+
+// Sum of the products of vectors of one size.
+inline double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
+  return parallel_sum(static_cast<int>(a.size()), threads, [&](int first, int last) {
+    double sum = 0;
+    for (int i = first; i < last; ++i) sum += a[i].dot(b[i]);
+    return sum;
+  });
 }
 
 }  // namespace weft::sim

@@ -12,21 +12,21 @@ constexpr int prefetched_rows = 6;
 
 // Chunks are as large as still lets many threads share them: couplings between chunks cost more,
 // and sweeps across them smooth less.
-constexpr int least_rows_a_chunk = 512;
+constexpr int least_rows_per_chunk = 512;
 constexpr int most_chunks = 32;
 
 }  // namespace
 
 GaussSeidel::GaussSeidel(const BlockPattern& pattern)
     : rows_(pattern.rows()),
-      rows_a_chunk_(std::max(least_rows_a_chunk, (rows_ + most_chunks - 1) / most_chunks)) {
-  for (int c = 0; c * rows_a_chunk_ < rows_; ++c) {
+      rows_per_chunk_(std::max(least_rows_per_chunk, (rows_ + most_chunks - 1) / most_chunks)) {
+  for (int c = 0; c * rows_per_chunk_ < rows_; ++c) {
     std::vector<char> used(colours_.size() + 1, 0);
-    const int last = std::min(rows_, (c + 1) * rows_a_chunk_);
+    const int last = std::min(rows_, (c + 1) * rows_per_chunk_);
     // Couplings go both ways, so that those to earlier chunks tell all.
-    for (int row = c * rows_a_chunk_; row < last; ++row) {
+    for (int row = c * rows_per_chunk_; row < last; ++row) {
       for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
-        const int other = pattern.column(slot) / rows_a_chunk_;
+        const int other = pattern.column(slot) / rows_per_chunk_;
         if (other >= c) break;
         used[colour_of_chunk_[other]] = 1;
       }
@@ -43,8 +43,8 @@ void GaussSeidel::run_chunks(const std::vector<int>& chunks, int threads, const 
   const int count = static_cast<int>(chunks.size());
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && count > 1)
   for (int c = 0; c < count; ++c) {
-    const int first = chunks[c] * rows_a_chunk_;
-    body(first, std::min(rows_, first + rows_a_chunk_));
+    const int first = chunks[c] * rows_per_chunk_;
+    body(first, std::min(rows_, first + rows_per_chunk_));
   }
 }
 
@@ -91,8 +91,8 @@ void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
   }
 }
 
-void GaussSeidel::remaining(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
-                            std::span<Vec3> r, int threads) const {
+void GaussSeidel::find_residual(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
+                                std::span<Vec3> r, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
   for (int colour = 0; colour < static_cast<int>(colours_.size()); ++colour) {
     run_chunks(colours_[colour], threads, [&](int first, int last) {
@@ -101,7 +101,7 @@ void GaussSeidel::remaining(Half half, const SingleBlockMatrix& matrix, std::spa
         int begin = pattern.row_begin(row), end = pattern.row_end(row);
         Vec3 sum = Vec3::Zero();
         const auto counts = [&](int slot) {
-          const int other = colour_of_chunk_[pattern.column(slot) / rows_a_chunk_];
+          const int other = colour_of_chunk_[pattern.column(slot) / rows_per_chunk_];
           return half == Half::upper ? other > colour : other < colour;
         };
         for (; pattern.column(begin) < first; ++begin) {

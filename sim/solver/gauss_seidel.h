@@ -33,14 +33,14 @@ class GaussSeidel {
   // forward sweep r = -U x; after a backward one that changed x by d, r = -L d. Reads half of the
   // matrix.
   enum class Half : std::uint8_t { lower, upper };
-  void remaining(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
-                 std::span<Vec3> r, int threads) const;
+  void find_residual(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
+                     std::span<Vec3> r, int threads) const;
 
  private:
   template <class Body>
   void run_chunks(const std::vector<int>& chunks, int threads, const Body& body) const;
 
-  int rows_ = 0, rows_a_chunk_ = 0;
+  int rows_ = 0, rows_per_chunk_ = 0;
   std::vector<std::vector<int>> colours_;  // chunks of each
   std::vector<int> colour_of_chunk_;
 };

@@ -10,9 +10,11 @@ namespace weft::sim {
 
 namespace {
 
-// Equilibria have no mass that would hold what bends.
-bool worth_asking_twice(const Scene& scene, int particles) {
-  return particles >= 100'000 || traits_of(scene.source.time.method).finds_equilibria();
+// Returns the number of finest levels whose second coarse cycle saves more than it costs.
+std::size_t best_w_cycle_levels(const Scene& scene, int particles) {
+  const bool needs_them =
+      particles >= 100'000 || traits_of(scene.source.time.method).finds_equilibria();
+  return needs_them ? 2 : 0;
 }
 
 // Adds to a pattern the pairs in reach.
@@ -76,15 +78,15 @@ Multigrid::Level::Level(const std::shared_ptr<const BlockPattern>& pattern)
     : matrix(pattern), sweeps(*pattern), inverse_diagonal(pattern->rows()) {}
 
 Multigrid::Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern)
-    : Multigrid(scene, pattern, worth_asking_twice(scene, pattern->rows()) ? 2 : 0) {}
+    : Multigrid(scene, pattern, best_w_cycle_levels(scene, pattern->rows())) {}
 
 Multigrid::Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
-                     std::size_t levels_that_ask_twice)
+                     std::size_t w_cycle_levels)
     : pattern_(std::move(pattern)),
       prolongations_(coarsen_images(scene)),
       residual_(pattern_->rows()),
       change_(pattern_->rows()),
-      levels_that_ask_twice_(levels_that_ask_twice) {
+      w_cycle_levels_(w_cycle_levels) {
   find_patterns(pattern_);
 }
 
@@ -174,7 +176,7 @@ void Multigrid::correct(std::size_t i, std::span<const Vec3> b, std::span<Vec3> 
   Level& coarser = levels_[i + 1];
   const std::span<Vec3> residual = std::span(residual_).first(x.size());
   level.sweeps.solve_forward(level.matrix, level.inverse_diagonal, b, x, threads);
-  level.sweeps.remaining(GaussSeidel::Half::upper, level.matrix, x, residual, threads);
+  level.sweeps.find_residual(GaussSeidel::Half::upper, level.matrix, x, residual, threads);
   prolongations_[i].restrict_to(residual, coarser.b, threads);
   if (i + 2 == levels_.size()) {
     solve_coarsest();
@@ -183,8 +185,8 @@ void Multigrid::correct(std::size_t i, std::span<const Vec3> b, std::span<Vec3> 
   }
   cycle(i + 1, coarser.b, coarser.x, threads);
   prolongations_[i].add_to(coarser.x, x, threads);
-  if (i >= levels_that_ask_twice_) return;
-  leave(i + 1, coarser.b, threads);
+  if (i >= w_cycle_levels_) return;
+  find_residual(i + 1, coarser.b, threads);
   cycle(i + 1, coarser.b, coarser.x, threads);
   prolongations_[i].add_to(coarser.x, x, threads);
 }
@@ -197,15 +199,15 @@ void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x,
 }
 
 // Computes the residual of the cycle just made on a level, from the change of its last sweep.
-void Multigrid::leave(std::size_t i, std::span<Vec3> residual, int threads) {
+void Multigrid::find_residual(std::size_t i, std::span<Vec3> residual, int threads) {
   const Level& level = levels_[i];
-  level.sweeps.remaining(GaussSeidel::Half::lower, level.matrix,
-                         std::span(change_).first(residual.size()), residual, threads);
+  level.sweeps.find_residual(GaussSeidel::Half::lower, level.matrix,
+                             std::span(change_).first(residual.size()), residual, threads);
 }
 
 void Multigrid::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
   cycle(0, r, z, matrix.threads());
-  leave(0, residual_, matrix.threads());
+  find_residual(0, residual_, matrix.threads());
   matrix.clear_pinned(residual_);
 }
 

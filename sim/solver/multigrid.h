@@ -17,22 +17,19 @@ namespace weft::sim {
 // is a quarter, and the iterations stay the same.
 //
 // Contact pairs are couplings like any other, in the sweeps and in the coarse matrices: with each
-// set-up in which there are some, all patterns are found anew. (With couplings beyond the pattern
-// lumped onto the diagonals, two sheets lying on each other took 270 iterations instead of 57.)
+// set-up in which there are some, all patterns are found anew (docs/decisions/0015).
 //
 // Without contact the finest level uses the current A; with contact it uses that of the last
 // set_up(), as the coarse levels always do. The cycle is symmetric and positive definite however
 // old that is.
 class Multigrid : public Preconditioner {
  public:
-  // Finds the coarse images and patterns. The finest `levels_that_ask_twice` levels ask the next
-  // one for two cycles each instead of one. O(blocks).
+  // Finds the coarse images and patterns. The finest `w_cycle_levels` levels make W-cycles: each
+  // takes two cycles of the next level instead of one. O(blocks).
   Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
-            std::size_t levels_that_ask_twice);
-  // Chooses the fastest number of levels that ask twice. Bilinear interpolation puts kinks into
-  // smooth shapes, which bending resists. Each level makes coarse corrections smaller than they
-  // should be, and finer images have more levels. On smaller images a second cycle costs more than
-  // the iterations it saves (docs/benchmarks.md), but for equilibria.
+            std::size_t w_cycle_levels);
+  // Chooses the fastest number of levels with W-cycles: two on fine images and for equilibria, none
+  // elsewhere (docs/decisions/0015).
   Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern);
 
   // Takes over A on all levels. False where a diagonal block, or the coarsest matrix, is not
@@ -42,7 +39,7 @@ class Multigrid : public Preconditioner {
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
   // Empty with contact, where the finest matrix may be an old one.
-  std::span<const Vec3> remainder() const override {
+  std::span<const Vec3> residual() const override {
     return with_contact_ ? std::span<const Vec3>() : residual_;
   }
 
@@ -64,7 +61,7 @@ class Multigrid : public Preconditioner {
   void solve_coarsest();
   void cycle(std::size_t level, std::span<const Vec3> b, std::span<Vec3> x, int threads);
   void correct(std::size_t level, std::span<const Vec3> b, std::span<Vec3> x, int threads);
-  void leave(std::size_t level, std::span<Vec3> residual, int threads);
+  void find_residual(std::size_t level, std::span<Vec3> residual, int threads);
 
   std::shared_ptr<const BlockPattern> pattern_;  // without contact
   bool with_contact_ = false;                    // the levels' patterns
@@ -73,7 +70,7 @@ class Multigrid : public Preconditioner {
   std::vector<GalerkinProduct> products_;        // the matrix of level i + 1 from that of level i
   std::vector<Vec3> residual_;                   // of the level at work
   std::vector<Vec3> change_;                     // by the last backward sweep
-  std::size_t levels_that_ask_twice_;            // for a cycle of the next
+  std::size_t w_cycle_levels_;                   // from the finest
   std::int64_t version_ = -1;                    // of A
   Eigen::SparseMatrix<double> coarsest_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky_;

@@ -18,7 +18,7 @@ class Preconditioner {
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
   // Returns the residual r - A z of the last apply(), with A in single precision and without
   // contact. Empty unless that costs much less than the product.
-  virtual std::span<const Vec3> remainder() const { return {}; }
+  virtual std::span<const Vec3> residual() const { return {}; }
 };
 
 // The inverse of a symmetric block, where it is positive definite.

@@ -214,11 +214,11 @@ void set_up_with_old_coarse_matrices(Multigrid& multigrid, VelocityMatrix& matri
 
 TEST(Multigrid, IsSymmetricAndPositiveDefinite) {
   for (const Setting& setting : settings()) {
-    for (std::size_t levels_that_ask_twice : {0, 1, 2}) {
+    for (std::size_t w_cycle_levels : {0, 1, 2}) {
       SCOPED_TRACE(setting.shape + setting.more);
       DeformedScene deformed(setting);
       VelocityMatrix matrix(deformed.dynamics());
-      Multigrid multigrid(deformed.scene(), matrix.pattern(), levels_that_ask_twice);
+      Multigrid multigrid(deformed.scene(), matrix.pattern(), w_cycle_levels);
       set_up_with_old_coarse_matrices(multigrid, matrix);
       Eigen::MatrixXd p = dense(
           deformed.scene(), [&](const auto& in, auto& out) { multigrid.apply(matrix, in, out); });
@@ -232,7 +232,7 @@ TEST(Multigrid, IsSymmetricAndPositiveDefinite) {
   }
 }
 
-TEST(Multigrid, LeavesAsRemainderWhatTheProductSays) {
+TEST(Multigrid, ReturnsTheResidualThatTheProductHas) {
   for (const Setting& setting : settings()) {
     SCOPED_TRACE(setting.shape + setting.more);
     DeformedScene deformed(setting);
@@ -246,9 +246,9 @@ TEST(Multigrid, LeavesAsRemainderWhatTheProductSays) {
     }
     multigrid.apply(matrix, r, z);
     matrix.multiply(z, product);
-    EXPECT_EQ(multigrid.remainder().empty(), matrix.has_contact());
-    for (std::size_t i = 0; i < multigrid.remainder().size(); ++i)
-      EXPECT_LT((multigrid.remainder()[i] - (r[i] - product[i])).norm(), 1e-4) << i;
+    EXPECT_EQ(multigrid.residual().empty(), matrix.has_contact());
+    for (std::size_t i = 0; i < multigrid.residual().size(); ++i)
+      EXPECT_LT((multigrid.residual()[i] - (r[i] - product[i])).norm(), 1e-4) << i;
   }
 }
 
@@ -268,12 +268,12 @@ TEST(Multigrid, TwoCyclesOfTheCoarserLevelsSolveBetter) {
     a.diagonal().segment<3>(3 * i).setOnes();
     r[i].setZero();
   }
-  const auto error_after = [&](std::size_t levels_that_ask_twice) {
-    Multigrid multigrid(deformed.scene(), matrix.pattern(), levels_that_ask_twice);
+  const auto error_after = [&](std::size_t w_cycle_levels) {
+    Multigrid multigrid(deformed.scene(), matrix.pattern(), w_cycle_levels);
     EXPECT_TRUE(multigrid.set_up(matrix));
     std::vector<Vec3> z(count);
     multigrid.apply(matrix, r, z);
-    const Eigen::Map<const Eigen::VectorXd> left(multigrid.remainder()[0].data(), 3 * count);
+    const Eigen::Map<const Eigen::VectorXd> left(multigrid.residual()[0].data(), 3 * count);
     return std::sqrt(left.dot(solve_definite(a, left)));
   };
   EXPECT_LT(error_after(2), 0.9 * error_after(0));

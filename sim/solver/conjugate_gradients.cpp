@@ -1,0 +1,194 @@
+#include "sim/solver/conjugate_gradients.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "sim/base/parallel.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Limit of iterations. If the residual is still too large, conjugate gradients cannot handle the
+// matrix: the caller is told, and cuts the step.
+constexpr int most_iterations = 2000;
+
+// Largest ratio of a particle's residual to the mean. A bound on the mean alone would leave a few
+// particles hardly solved, and steps of microseconds would follow (docs/decisions/0005).
+constexpr double peak_to_mean = 10;
+
+// Fraction of the initial residual below which rounding leaves nothing to gain.
+constexpr double rounding = 1e-13;
+
+// Ratio of the true error to the estimated one that block-Jacobi may reach: its gains swing and
+// stand still.
+constexpr double block_jacobi_doubt = 4;
+
+}  // namespace
+
+ConjugateGradients::ConjugateGradients(const VelocityMatrix& matrix,
+                                       PreconditionerSelection& preconditioner)
+    : matrix_(matrix),
+      preconditioner_(preconditioner),
+      residual_(matrix.dynamics().particle_count()),
+      preconditioned_(residual_.size()),
+      direction_(residual_.size()),
+      product_(residual_.size()) {}
+
+ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> right_side,
+                                                      std::span<const Vec3> weight,
+                                                      const Goal& goal, std::span<Vec3> dv) {
+  const Solve solve{right_side, weight, goal, dv};
+  Outcome outcome;
+  std::copy(right_side.begin(), right_side.end(), residual_.begin());
+  // Results of an earlier solve, which may not even be finite, must not enter this one.
+  for (const std::span<Vec3> start : {dv, std::span(direction_), std::span(product_)})
+    std::fill(start.begin(), start.end(), Vec3::Zero());
+  outcome.residual = start_residual_ = advance(0, solve);
+  preconditioner_.start_solve(start_residual_);
+  iterate(solve, outcome);
+  preconditioner_.finish_solve(outcome.iterations, outcome.residual);
+  outcome.multigrid = preconditioner_.is_multigrid();
+  outcome.multigrid_set_ups = preconditioner_.multigrid_set_ups();
+  return outcome;
+}
+
+void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
+  const Goal& goal = solve.goal;
+  bool starts_anew = true;
+  is_exact_ = matrix_.has_contact();
+  has_single_products_ = false;
+  gains_.clear();
+  rho_ = 1;
+  outcome.converged = is_reached(goal, outcome.residual);
+  while (!outcome.converged && outcome.iterations < most_iterations) {
+    if (preconditioner_.rebuild_if_worn_out(outcome.iterations, outcome.residual)) {
+      start_residual_ = outcome.residual;
+      starts_anew = true;
+    }
+    const bool is_definite = find_direction(starts_anew);
+    if (!is_definite && !has_single_products_) {
+      outcome.indefinite = true;
+      break;
+    }
+    if (is_definite) {
+      outcome.residual = advance(rho_ / curvature_, solve);
+      gains_.push_back(rho_ / curvature_ * rho_);
+    }
+    ++outcome.iterations;
+    outcome.converged = is_reached(goal, outcome.residual);
+    starts_anew = has_single_products_ && (!is_definite || outcome.converged);
+    if (starts_anew) {
+      is_exact_ = true;
+      has_single_products_ = false;
+      const double seeming = outcome.residual;
+      form_residual(solve);
+      outcome.residual = advance(0, solve);
+      outcome.converged = outcome.converged && outcome.residual <= goal.residual &&
+                          (goal.error >= 1 || outcome.residual <= 2 * seeming);
+    }
+  }
+}
+
+// Computes z = P r. Returns r . z.
+double ConjugateGradients::precondition() {
+  preconditioner_.chosen().apply(matrix_, residual_, preconditioned_);
+  return dot(residual_, preconditioned_, matrix_.threads());
+}
+
+// Finds the next direction and its product with A, in single precision if the preconditioner offers
+// that. Returns false for a direction of negative curvature.
+bool ConjugateGradients::find_direction(bool starts_anew) {
+  const int count = static_cast<int>(residual_.size()), threads = matrix_.threads();
+  double next = precondition();
+  if (!(next > 0) && preconditioner_.is_multigrid()) {
+    // Rounding causes this in a matrix that is all but singular.
+    preconditioner_.give_up_multigrid();
+    starts_anew = true;
+    next = precondition();
+  }
+  const double beta = starts_anew ? 0 : next / rho_;
+  const std::span<const Vec3> left =
+      is_exact_ ? std::span<const Vec3>() : preconditioner_.chosen().residual();
+  rho_ = next;
+  has_single_products_ |= !left.empty();
+  curvature_ = parallel_sum(count, threads, [&](int first, int last) {
+    double sum = 0;
+    for (int i = first; i < last; ++i) {
+      direction_[i] = preconditioned_[i] + beta * direction_[i];
+      if (left.empty()) continue;
+      product_[i] = residual_[i] - left[i] + beta * product_[i];
+      sum += direction_[i].dot(product_[i]);
+    }
+    return sum;
+  });
+  if (left.empty()) {
+    matrix_.multiply(direction_, product_);
+    curvature_ = dot(direction_, product_, threads);
+  }
+  return curvature_ > 0;
+}
+
+// Does dv += alpha p and r -= alpha A p. Returns the 2-norm of the weighted residual, or the norm
+// whose mean is 1 / `peak_to_mean` of the largest particle's, if that is larger.
+double ConjugateGradients::advance(double alpha, const Solve& solve) {
+  struct Part {
+    double sum = 0, largest = 0, dv = 0;
+  };
+  const std::vector<double>& mass = matrix_.scene().mass;
+  const std::span<const Vec3> weight = solve.weight;
+  Vec3* const dv = solve.dv.data();
+  const int count = static_cast<int>(residual_.size());
+  std::vector<Part> parts((count + chunk_size - 1) / chunk_size);
+  parallel_chunks(count, matrix_.threads(), [&](int first, int last) {
+    Part part;
+    for (int i = first; i < last; ++i) {
+      dv[i] += alpha * direction_[i];
+      residual_[i] -= alpha * product_[i];
+      const double square =
+          residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
+      part.largest = std::max(part.largest, square);
+      part.sum += square;
+      part.dv += mass[i] * dv[i].squaredNorm();
+    }
+    parts[first / chunk_size] = part;
+  });
+  Part all;
+  for (const Part& part : parts) {
+    all.sum += part.sum;
+    all.largest = std::max(all.largest, part.largest);
+    all.dv += part.dv;
+  }
+  dv_square_ = all.dv;
+  return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
+}
+
+// The square of the error falls by each iteration's gain (Hestenes and Stiefel 1952, theorem 6:1).
+// From dv = 0, the sum of all gains is the square of dv. The remaining error is extrapolated from
+// two sums of gains: over the last third of the iterations and over the third before. The first
+// four iterations are left out. Single gains swing where iterations are many.
+bool ConjugateGradients::is_reached(const Goal& goal, double residual) const {
+  if (!(residual <= goal.residual)) return false;
+  if (goal.error >= 1 || residual <= rounding * start_residual_) return true;
+  const auto end = gains_.end();
+  const auto window = std::max<std::ptrdiff_t>(1, (end - gains_.begin() - 4) / 3);
+  if (end - gains_.begin() < 2 * window) return false;
+  const double last = std::accumulate(end - window, end, 0.0);
+  const double before = std::accumulate(end - 2 * window, end - window, 0.0);
+  const double all =
+      goal.scale == Goal::Scale::mass ? dv_square_ : std::accumulate(gains_.begin(), end, 0.0);
+  const double error =
+      preconditioner_.is_multigrid() ? goal.error : goal.error / block_jacobi_doubt;
+  return last < before && last * last / (before - last) <= error * error * all;
+}
+
+// Forms the residual of A itself, in double.
+void ConjugateGradients::form_residual(const Solve& solve) {
+  matrix_.multiply(solve.dv, residual_);
+  parallel_chunks(static_cast<int>(residual_.size()), matrix_.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) residual_[i] = solve.right_side[i] - residual_[i];
+  });
+}
+
+}  // namespace weft::sim

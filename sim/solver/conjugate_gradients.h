@@ -1,0 +1,75 @@
+// Preconditioned conjugate gradients for the Newton system of the velocities.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "sim/solver/preconditioner_selection.h"
+#include "sim/solver/velocity_matrix.h"
+
+namespace weft::sim {
+
+// Without contact, which single precision leaves out, products with A are in single precision
+// first. These iterations end when they have converged or meet negative curvature, which a stiff
+// body may seem to have in single precision. The residual of A itself is then formed. If it is
+// larger than allowed, or than it seemed, iterations go on from it with products in double.
+class ConjugateGradients {
+ public:
+  struct Outcome {
+    bool converged = false;
+    bool indefinite = false;  // A has a direction of negative curvature: the step is too large
+    int iterations = 0;
+    double residual = 0;     // in the norm of the tolerance
+    bool multigrid = false;  // what the last iteration was preconditioned with
+    int multigrid_set_ups = 0;
+  };
+  // When a solution is good enough.
+  struct Goal {
+    // Upper bound of the weighted residual's 2-norm (velocity rows, divided by mass). No particle
+    // may exceed ten times the mean that this bound implies.
+    double residual = std::numeric_limits<double>::infinity();
+    // Upper bound of the error e of dv, as conjugate gradients estimate it: sqrt(e . A e) as a
+    // fraction of sqrt(dv . M dv) or, with Scale::matrix, of sqrt(dv . A dv). The true error may be
+    // three times as large (tests/sim/multigrid_test.cpp). 1: the residual alone counts.
+    double error = 1;
+    enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
+  };
+
+  // Both must outlive it.
+  ConjugateGradients(const VelocityMatrix& matrix, PreconditionerSelection& preconditioner);
+
+  // Solves A dv = `right_side`, both zero for pinned particles, from dv = 0. All spans have one
+  // entry per particle. Precondition: the preconditioner is prepared for this A.
+  Outcome solve(std::span<const Vec3> right_side, std::span<const Vec3> weight, const Goal& goal,
+                std::span<Vec3> dv);
+
+ private:
+  // The solve in hand.
+  struct Solve {
+    std::span<const Vec3> right_side, weight;
+    const Goal& goal;
+    std::span<Vec3> dv;
+  };
+
+  void iterate(const Solve& solve, Outcome& outcome);
+  bool is_reached(const Goal& goal, double residual) const;
+  bool find_direction(bool starts_anew);
+  double precondition();
+  double advance(double alpha, const Solve& solve);
+  void form_residual(const Solve& solve);
+
+  const VelocityMatrix& matrix_;
+  PreconditionerSelection& preconditioner_;
+  std::vector<Vec3> residual_, preconditioned_;
+  std::vector<Vec3> direction_, product_;  // p and A p
+  double rho_ = 1, curvature_ = 0;         // r . P r and p . A p
+  bool is_exact_ = false;                  // products with A are in double
+  bool has_single_products_ = false;  // behind the residual, since it was last formed from A itself
+  double start_residual_ = 0;         // of the solve or, if later, of new coarse matrices
+  std::vector<double> gains_;         // of the iterations of this solve
+  double dv_square_ = 0;              // dv . M dv
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,104 @@
+#include "sim/solver/preconditioner_selection.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Multigrid is faster than block-Jacobi above this value of gamma times the highest frequency
+// (docs/decisions/0016).
+constexpr double multigrid_break_even = 6;
+
+// Number of assemblies of K that get new coarse matrices at once after others have worn out within
+// a solve.
+constexpr int assemblies_to_rebuild = 10;
+
+}  // namespace
+
+PreconditionerSelection::PreconditionerSelection(Dynamics& dynamics, VelocityMatrix& matrix)
+    : dynamics_(dynamics), matrix_(matrix), frequency_(dynamics) {}
+
+std::int64_t PreconditionerSelection::assembly() const {
+  return dynamics_.statistics().counters.matrix_assemblies;
+}
+
+bool PreconditionerSelection::wants_multigrid() {
+  switch (dynamics_.scene().source.time.preconditioner) {
+    case PreconditionerChoice::block_jacobi:
+      return false;
+    case PreconditionerChoice::multigrid:
+      return true;
+    case PreconditionerChoice::automatic:
+      break;
+  }
+  return matrix_.gamma() * highest_frequency() > multigrid_break_even;
+}
+
+void PreconditionerSelection::make_multigrid() {
+  if (multigrid_ == nullptr)
+    multigrid_ = std::make_unique<Multigrid>(dynamics_.scene(), matrix_.pattern());
+}
+
+bool PreconditionerSelection::must_rebuild() const {
+  return !is_set_up_ || age_.is_worn_out() ||
+         (assembly() != set_up_assembly_ && assembly() < rebuilt_until_);
+}
+
+void PreconditionerSelection::prepare() {
+  set_ups_ = 0;
+  if (wants_multigrid()) {
+    make_multigrid();
+    if (must_rebuild() ? rebuild_coarse_matrices() : multigrid_->update(matrix_)) {
+      chosen_ = multigrid_.get();
+      return;
+    }
+  }
+  use_block_jacobi();
+}
+
+bool PreconditionerSelection::rebuild_coarse_matrices() {
+  ++set_ups_;
+  age_.reset();
+  set_up_assembly_ = assembly();
+  set_up_place_ = dynamics_.linearisation();
+  set_up_gamma_ = matrix_.gamma();
+  is_set_up_ = multigrid_->set_up(matrix_);
+  return is_set_up_;
+}
+
+void PreconditionerSelection::use_block_jacobi() {
+  chosen_ = &block_jacobi_;
+  static_cast<void>(block_jacobi_.update(matrix_));  // always possible
+}
+
+void PreconditionerSelection::give_up_multigrid() {
+  is_set_up_ = false;
+  use_block_jacobi();
+}
+
+bool PreconditionerSelection::rebuild_if_worn_out(int iterations, double residual) {
+  if (!is_multigrid() || !age_.is_worn_out_by(iterations, residual)) return false;
+  age_.start(iterations, residual);
+  rebuilt_until_ = assembly() + assemblies_to_rebuild;
+  if (!rebuild_coarse_matrices()) use_block_jacobi();
+  return true;
+}
+
+void PreconditionerSelection::finish_solve(int iterations, double residual) {
+  if (is_multigrid()) age_.finish(iterations, residual);
+}
+
+void PreconditionerSelection::transfer(StateArchive& archive) {
+  Linearisation& place = set_up_place_;
+  archive(is_set_up_, set_up_assembly_, rebuilt_until_, set_up_gamma_, place.time, place.step_start,
+          place.state, place.definiteness, place.gamma, place.load, place.hardness);
+  age_.transfer(archive);
+  frequency_.transfer(archive);
+  if (!archive.reads() || !is_set_up_) return;
+  dynamics_.assemble_again(place);
+  matrix_.form(set_up_gamma_);
+  make_multigrid();
+  is_set_up_ = multigrid_->set_up(matrix_);
+  dynamics_.set_hardness(1);
+}
+
+}  // namespace weft::sim

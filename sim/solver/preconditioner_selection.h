@@ -1,0 +1,76 @@
+// The choice between multigrid and block-Jacobi, and the life of the multigrid's coarse matrices.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "sim/base/state_archive.h"
+#include "sim/solver/block_jacobi.h"
+#include "sim/solver/coarse_matrix_age.h"
+#include "sim/solver/frequency_estimate.h"
+#include "sim/solver/multigrid.h"
+#include "sim/solver/velocity_matrix.h"
+
+namespace weft::sim {
+
+// Multigrid is the preconditioner where gamma times the highest frequency makes it worth its set-up
+// (or time.preconditioner says so). Block-Jacobi is used elsewhere, and wherever multigrid meets a
+// matrix that is not positive definite.
+//
+// The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If that happens
+// within a solve, new ones are formed at once, and again for the next ten assemblies of K.
+class PreconditionerSelection {
+ public:
+  // `matrix` must outlive it. Its products are taken by the preconditioner.
+  PreconditionerSelection(Dynamics& dynamics, VelocityMatrix& matrix);
+
+  // Chooses the preconditioner of the next solve and brings it up to date.
+  void prepare();
+  Preconditioner& chosen() const { return *chosen_; }
+  bool is_multigrid() const { return chosen_ != &block_jacobi_; }
+  // Number of times that coarse matrices were formed since prepare().
+  int multigrid_set_ups() const { return set_ups_; }
+
+  // Note how a solve goes: the residual it starts from, and how it ends.
+  void start_solve(double residual) { age_.start(0, residual); }
+  void finish_solve(int iterations, double residual);
+  // Forms new coarse matrices, with which the solve goes on, if the present ones have worn out
+  // within it. Returns true if the preconditioner has changed.
+  bool rebuild_if_worn_out(int iterations, double residual);
+  // Uses block-Jacobi for the rest of the solve, and new coarse matrices in the next one.
+  void give_up_multigrid();
+
+  // sqrt of the largest eigenvalue of M^-1 K on the free particles (1/s), from below.
+  double highest_frequency() { return frequency_.highest(); }
+
+  // Writes or reads all that the bits of later solutions depend on. Coarse matrices are not written
+  // but formed anew, from K and D assembled where they were then: the matrices of the dynamics are
+  // others afterwards.
+  void transfer(StateArchive& archive);
+
+ private:
+  bool wants_multigrid();
+  void make_multigrid();
+  bool must_rebuild() const;
+  bool rebuild_coarse_matrices();
+  void use_block_jacobi();
+  std::int64_t assembly() const;
+
+  Dynamics& dynamics_;
+  VelocityMatrix& matrix_;
+  FrequencyEstimate frequency_;
+  BlockJacobi block_jacobi_;
+  std::unique_ptr<Multigrid> multigrid_;  // made when first wanted
+  Preconditioner* chosen_ = &block_jacobi_;
+
+  // State of the coarse matrices.
+  bool is_set_up_ = false;
+  CoarseMatrixAge age_;
+  Linearisation set_up_place_;        // of the dynamics then
+  double set_up_gamma_ = 0;           // s
+  std::int64_t set_up_assembly_ = 0;  // of K
+  std::int64_t rebuilt_until_ = 0;    // assembly of K from which older matrices are tried again
+  int set_ups_ = 0;
+};
+
+}  // namespace weft::sim
