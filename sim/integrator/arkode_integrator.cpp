@@ -1,6 +1,5 @@
 #include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_ls.h>
-#include <nvector/nvector_serial.h>
 
 #include <algorithm>
 #include <limits>
@@ -10,6 +9,7 @@
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/one_step_integrator.h"
+#include "sim/integrator/sundials_access.h"
 #include "sim/integrator/vector_operations.h"
 #include "sim/motion/spectral_estimate.h"
 #include "sim/motion/tolerances.h"
@@ -18,17 +18,6 @@
 namespace weft::sim {
 
 namespace {
-
-// The motion limits are asked for a step that is longer by this factor, so that rounding shortens
-// no step that they allow in full.
-constexpr double beyond_rounding = 1.0001;
-
-std::span<double> values(N_Vector v) {
-  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
-}
-
-// Tolerance of the linear solve as a fraction of the Newton tolerance, as in cvode_integrator.cpp.
-constexpr double linear_tolerance_factor = 0.3;
 
 // Error control settles the explicit method at steps of `explicit_limit` divided by the fastest
 // rate (measured). A step takes `explicit_stages` evaluations.
@@ -86,11 +75,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   std::string decision() const override { return decision_; }
 
  private:
-  long count(int (*get)(void*, long*)) const {
-    long value = 0;
-    get(arkode_, &value);
-    return value;
-  }
+  long count(int (*get)(void*, long*)) const { return counter_of(arkode_, get); }
   void create(bool implicit);
   void destroy();
   void set_implicit_options();
@@ -101,7 +86,6 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   }
   void forget() override { arkode_time_ = std::numeric_limits<double>::quiet_NaN(); }
   Trouble trouble_of(int flag, double& end);
-  int worst_particle() const;
   double work() const;
   void reconsider();
   void use(bool implicit, double rate, double part_of_cost);
@@ -117,8 +101,8 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   std::string decision_;
   // Values at the last comparison with the other method. The next one follows `explicit_steps_`
   // explicit steps later.
-  std::int64_t steps_at_look_ = 0, explicit_steps_ = first_explicit_steps;
-  double work_at_look_ = 0, time_at_look_ = 0;
+  std::int64_t steps_at_comparison_ = 0, explicit_steps_ = first_explicit_steps;
+  double work_at_comparison_ = 0, time_at_comparison_ = 0;
 };
 
 void ArkodeIntegrator::create(bool implicit) {
@@ -172,14 +156,13 @@ void ArkodeIntegrator::set_implicit_options() {
         return 0;
       },
       nullptr);
-  // A new matrix for every step costs less than the iterations, and the failures of the iteration,
-  // that an old one costs in two stages.
+  // A new matrix for every step (docs/decisions/0007).
   ARKStepSetLSetupFrequency(arkode_, 1);
   ARKStepSetEpsLin(arkode_, linear_tolerance_factor);
   // The stage's rate follows from its solution. Evaluated anew it could fail, which ARKODE takes
   // for the end of the run.
   ARKStepSetDeduceImplicitRhs(arkode_, SUNTRUE);
-  // Stages start from the polynomial of the step before: a quarter fewer linear iterations.
+  // Stages start from the polynomial of the step before (docs/decisions/0014).
   ARKStepSetPredictorMethod(arkode_, 1);
 }
 
@@ -212,12 +195,11 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
-  const double length = next > 0 ? beyond_rounding * next : longest_first_step;
+  const double length = next > 0 ? MotionLimits::beyond_rounding * next : longest_first_step;
   const double wanted = std::max(end, time() + length);
   const auto latest = latest_end(wanted);
   if (!latest) return false;
-  const bool is_limited = *latest < wanted;
-  ARKStepSetStopTime(arkode_, is_limited ? *latest : std::numeric_limits<double>::max());
+  ARKStepSetStopTime(arkode_, MotionLimits::stop_time(*latest, wanted));
   return true;
 }
 
@@ -233,21 +215,10 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
     return fault_in_step_->kind == ContactFault::Kind::not_finite ? Trouble::not_finite
                                                                   : Trouble::surfaces;
   }
-  set_place(worst_particle());
+  set_place(worst_particle(arkode_, y_, ARKStepGetEstLocalErrors, ARKStepGetErrWeights));
   end = time();
   propose(0);
   return flag == ARK_CONV_FAILURE ? Trouble::not_converged : Trouble::error_too_large;
-}
-
-// Returns the particle with the largest weighted local error in the last try.
-int ArkodeIntegrator::worst_particle() const {
-  N_Vector error = N_VClone(y_), weight = N_VClone(y_);
-  ARKStepGetEstLocalErrors(arkode_, error);
-  ARKStepGetErrWeights(arkode_, weight);
-  const int worst = weft::sim::worst_particle(values(error), values(weight));
-  N_VDestroy(error);
-  N_VDestroy(weight);
-  return worst;
 }
 
 // Returns the work done so far, in the unit of work.h.
@@ -257,14 +228,14 @@ double ArkodeIntegrator::work() const { return work_of(dynamics(), counts().line
 // than the implicit steps measured. While stability limits them, implicit steps are tried again now
 // and then.
 void ArkodeIntegrator::reconsider() {
-  const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_look_;
+  const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_comparison_;
   if (steps < (implicit_ ? measured_steps : explicit_steps_)) return;
-  const double elapsed = time() - time_at_look_;
+  const double elapsed = time() - time_at_comparison_;
   const double mean_step = elapsed / static_cast<double>(steps);
   if (!implicit_ || last_step() < growing * mean_step) {
     const double rate = estimate_spectrum(dynamics(), time(), state()).stiffest();
     if (implicit_) {
-      const double cost = (work() - work_at_look_) / elapsed;
+      const double cost = (work() - work_at_comparison_) / elapsed;
       const double explicit_cost = dynamics().evaluation_work() * explicit_stages *
                                    std::max(rate / explicit_limit, 1 / mean_step);
       if (explicit_cost < worthwhile * cost) use(false, rate, explicit_cost / cost);
@@ -273,9 +244,9 @@ void ArkodeIntegrator::reconsider() {
       use(true, rate, 0);
     }
   }
-  steps_at_look_ = OneStepIntegrator::counts().steps;
-  work_at_look_ = work();
-  time_at_look_ = time();
+  steps_at_comparison_ = OneStepIntegrator::counts().steps;
+  work_at_comparison_ = work();
+  time_at_comparison_ = time();
 }
 
 void ArkodeIntegrator::use(bool implicit, double rate, double part_of_cost) {

@@ -3,37 +3,26 @@
 #include <cvode/cvode.h>
 #include <cvode/cvode_ls.h>
 #include <cvode/cvode_proj.h>
-#include <nvector/nvector_serial.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
-#include "sim/case/case_text.h"
+#include "sim/integrator/accepted_step.h"
 #include "sim/integrator/first_step.h"
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/newton_solver.h"
-#include "sim/integrator/settled_frame.h"
+#include "sim/integrator/step_failures.h"
+#include "sim/integrator/sundials_access.h"
 #include "sim/integrator/vector_operations.h"
+#include "sim/integrator/veto_window.h"
 #include "sim/motion/motion_limits.h"
 #include "sim/motion/tolerances.h"
 
 namespace weft::sim {
 
 namespace {
-
-// The motion limits are asked for a step that is longer by this factor, so that rounding shortens
-// no step that they allow in full.
-constexpr double beyond_rounding = 1.0001;
-
-std::span<double> values(N_Vector v) {
-  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
-}
-
-// CVODE's tolerance of the linear solve, as a fraction of the Newton tolerance; its default, 0.05,
-// takes a third longer for the same error.
-constexpr double linear_tolerance_factor = 0.3;
 
 // Newton tolerance as a fraction of the error allowed in a step. The first is CVODE's default; the
 // second holds for `tight_steps` steps after errors that swing (find_swing).
@@ -42,9 +31,8 @@ constexpr int tight_steps = 10;
 // The errors of two steps swing where the cosine of the angle between them is below this.
 constexpr double swing_cosine = -0.95;
 
-// Largest number of steps with one matrix. CVODE notices an outdated matrix by a Newton iteration
-// that fails, which costs more than a new matrix. The number therefore grows by one after
-// `smooth_steps` smooth steps and is halved after a step that was not smooth. A smooth step takes
+// Largest number of steps with one matrix. The number grows by one after `smooth_steps` smooth
+// steps and is halved after a step that was not smooth (docs/decisions/0007). A smooth step takes
 // at most `smooth_iterations` Newton iterations, none of which fails.
 constexpr int longest_interval = 20;
 constexpr int smooth_steps = 5;
@@ -54,14 +42,14 @@ constexpr int smooth_iterations = 3;
 // impossible. (The shortest step is reached long before, for any sensible time.minimum_step.)
 constexpr int most_vetoes_of_a_step = 40;
 
-// Steps over which vetoes are counted, and the count that ends a run.
-constexpr int veto_window = 200;
+// Largest number of vetoes in a window; more end the run.
+constexpr int most_vetoes = VetoWindow::length;
 
 }  // namespace
 
 struct CvodeIntegrator::Implementation {
   Implementation(const Scene& scene_, Dynamics& dynamics_)
-      : scene(scene_), dynamics(dynamics_), motion_limits(scene_, dynamics_) {}
+      : scene(scene_), dynamics(dynamics_), motion_limits(scene_, dynamics_), accepted(dynamics_) {}
   ~Implementation() {
     CVodeFree(&cvode);
     if (newton_solver != nullptr) SUNLinSolFree(newton_solver);
@@ -84,14 +72,9 @@ struct CvodeIntegrator::Implementation {
   IntegratorCounts counts() const;
   int veto(double t, N_Vector state);
   void accept(double t);
-  int worst_place() const;
   Failure failure(int flag) const;
   std::optional<Failure> too_many_vetoes();
-  long count(int (*get)(void*, long*)) const {
-    long value = 0;
-    get(cvode, &value);
-    return value;
-  }
+  long count(int (*get)(void*, long*)) const { return counter_of(cvode, get); }
 
   const Scene& scene;
   Dynamics& dynamics;
@@ -102,19 +85,15 @@ struct CvodeIntegrator::Implementation {
   // The local errors of the last two steps, by their weights.
   N_Vector step_error = nullptr, previous_step_error = nullptr;
   SUNLinearSolver newton_solver = nullptr;
-  double time = 0;
-  std::vector<double> accepted_state;
-  std::vector<Vec3> previous_position, accepted_position, trial_position, scratch_velocity;
-  double accepted_time = 0, previous_time = 0;
-  std::vector<double> previous_state;
+  double time = 0;  // s: where CVODE stands
+  AcceptedStep accepted;
   std::int64_t vetoes = 0, restarts = 0;
   IntegratorCounts earlier;                          // what CVODE counted before it began anew
   int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
   long iterations_before_step = 0, failures_before_step = 0;
   int tight_steps_left = 0;
-  int steps_in_window = 0;
-  std::int64_t vetoes_before_window = 0;
-  std::optional<ContactFault> last_fault, last_veto;
+  VetoWindow veto_window;
+  std::optional<ContactFault> last_fault;
 };
 
 void CvodeIntegrator::Implementation::create() {
@@ -125,11 +104,7 @@ void CvodeIntegrator::Implementation::create() {
   step_error = N_VClone(y);
   previous_step_error = N_VClone(y);
   N_VConst(0, step_error);
-  accepted_state = dynamics.initial_state();
-  previous_state = accepted_state;
-  std::copy(accepted_state.begin(), accepted_state.end(), values(y).begin());
-  dynamics.expand(0, accepted_state, accepted_position, scratch_velocity);
-  previous_position = trial_position = accepted_position;
+  std::copy(accepted.state().begin(), accepted.state().end(), values(y).begin());
   cvode = CVodeCreate(CV_BDF, context);
   CVodeInit(
       cvode,
@@ -156,7 +131,7 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetMaxNumSteps(cvode, std::numeric_limits<int>::max());
   CVodeSetMaxConvFails(cvode, 40);
   CVodeSetMaxErrTestFails(cvode, 40);
-  CVodeSetInitStep(cvode, first_step(dynamics, accepted_state));
+  CVodeSetInitStep(cvode, first_step(dynamics, accepted.state()));
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);
   newton_solver = make_newton_solver(dynamics,
                                      {.gamma =
@@ -196,9 +171,9 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   return 1;  // recoverable: CVODE cuts the step
 }
 
-// Assembles new K and D wherever CVODE would reuse older ones with a new gamma: the iterations that
-// old matrices cost are dearer. Without directions of negative stiffness, the Newton iteration also
-// converges where steps are long and the exact matrix is indefinite.
+// Assembles new K and D wherever CVODE would reuse older ones with a new gamma
+// (docs/decisions/0007). Without directions of negative stiffness, the Newton iteration also
+// converges where steps are long and the exact matrix is indefinite (docs/decisions/0006).
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
   return 0;
@@ -222,9 +197,8 @@ void CvodeIntegrator::Implementation::choose_matrix_interval() {
 }
 
 // On a smooth motion the errors of successive steps resemble each other; on a stiff one they die
-// out. Errors that change sign from step to step are those of Newton's iteration (docs/theory.md,
-// section 2). They do not shrink with the step and can hold steps at microseconds and order 1 for
-// thousands of steps. A tighter iteration ends that.
+// out. Errors that change sign from step to step are those of Newton's iteration. They do not
+// shrink with the step, but with a tighter iteration (docs/decisions/0005).
 void CvodeIntegrator::Implementation::find_swing() {
   std::swap(step_error, previous_step_error);
   CVodeGetEstLocalErrors(cvode, step_error);
@@ -241,115 +215,83 @@ void CvodeIntegrator::Implementation::find_swing() {
   CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
 }
 
-// Tells CVODE where its next step must end, and where what it knows of the past is of no use.
+// Tells CVODE where its next step must end. Begins anew where its knowledge of the past is of no
+// use.
 std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
-  if (accepted_time > 0 && motion_limits.jumps_at(accepted_time)) begin_anew();
-  dynamics.begin_step(accepted_time);
+  const double start = accepted.time();
+  if (start > 0 && motion_limits.jumps_at(start)) begin_anew();
+  dynamics.begin_step(start);
   double next = 0;
   CVodeGetCurrentStep(cvode, &next);
   const double wanted =
-      accepted_time + (next > 0 ? beyond_rounding * next : scene.source.time.duration);
-  const auto end = motion_limits.latest_end(accepted_time, wanted, accepted_state);
-  if (!end) return motion_limits.failure(accepted_time);
-  // CVODE cuts the step after the next one by this time, too: one that is not reached is put far
-  // off.
-  CVodeSetStopTime(cvode, *end < wanted ? *end : std::numeric_limits<double>::max());
+      start + (next > 0 ? MotionLimits::beyond_rounding * next : scene.source.time.duration);
+  const auto end = motion_limits.latest_end(start, wanted, accepted.state());
+  if (!end) return motion_limits.failure(start);
+  CVodeSetStopTime(cvode, MotionLimits::stop_time(*end, wanted));
   return std::nullopt;
 }
 
 void CvodeIntegrator::Implementation::begin_anew() {
-  dynamics.place_pins(accepted_time, accepted_state);
-  std::copy(accepted_state.begin(), accepted_state.end(), values(y).begin());
+  accepted.place_pins();
+  std::copy(accepted.state().begin(), accepted.state().end(), values(y).begin());
   earlier = counts();
-  CVodeReInit(cvode, accepted_time, y);
+  CVodeReInit(cvode, accepted.time(), y);
   iterations_before_step = failures_before_step = 0;
 }
 
 int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
-  dynamics.expand(t, values(state), trial_position, scratch_velocity);
-  auto fault = dynamics.check_path(accepted_time, accepted_position, t, trial_position);
+  accepted.place_trial(t, values(state));
+  const auto fault = accepted.check_trial_path(t);
   if (!fault) return 0;
   ++vetoes;
-  last_veto = fault;
+  veto_window.add_veto(fault);
   last_fault = fault;
   return 1;
 }
 
+// Takes CVODE's state, which differs in the last bits from the one that veto() has seen.
 void CvodeIntegrator::Implementation::accept(double t) {
-  previous_time = accepted_time;
-  accepted_time = t;
-  previous_state.swap(accepted_state);
-  std::copy(values(y).begin(), values(y).end(), accepted_state.begin());
-  previous_position.swap(accepted_position);
-  dynamics.expand(t, accepted_state, accepted_position, scratch_velocity);
-}
-
-// Returns the particle whose local error weighs most in the step that failed.
-int CvodeIntegrator::Implementation::worst_place() const {
-  N_Vector error = N_VClone(y), weight = N_VClone(y);
-  CVodeGetEstLocalErrors(cvode, error);
-  CVodeGetErrWeights(cvode, weight);
-  const int worst = worst_particle(values(error), values(weight));
-  N_VDestroy(error);
-  N_VDestroy(weight);
-  return worst;
+  const std::span<double> end = accepted.begin_trial();
+  std::copy(values(y).begin(), values(y).end(), end.begin());
+  accepted.place_trial(t, end);
+  accepted.accept(t);
 }
 
 Failure CvodeIntegrator::Implementation::failure(int flag) const {
-  const int particle = last_fault ? last_fault->nodes[0] : worst_place();
-  const std::string at =
-      " at t = " + rounded_text(accepted_time) + " s" +
-      (last_fault ? ": " + last_fault->describe(scene)
-                  : ": the error is largest at " + scene.describe_particle(particle));
-  const std::string shortest =
-      number_text(scene.source.time.minimum_step) + " s (time.minimum_step)";
-  const auto failed = [&](Failure::Kind kind, const std::string& what) {
-    return Failure{kind, accepted_time, particle, what + at};
-  };
+  FailurePlace place{.time = accepted.time(), .fault = last_fault};
+  if (!last_fault)
+    place.particle = worst_particle(cvode, y, CVodeGetEstLocalErrors, CVodeGetErrWeights);
   switch (flag) {
     case CV_ERR_FAILURE:
-      return failed(Failure::Kind::error_tolerance,
-                    "no step down to " + shortest + " meets the error tolerance");
+      return shortest_step_failure(StepTrouble::error_too_large, place, scene);
     case CV_CONV_FAILURE:
-      return failed(Failure::Kind::newton,
-                    "the Newton iteration does not converge with any step down to " + shortest);
+      return shortest_step_failure(StepTrouble::not_converged, place, scene);
     case CV_REPTD_RHSFUNC_ERR:
     case CV_UNREC_RHSFUNC_ERR:
     case CV_FIRST_RHSFUNC_ERR:
     case CV_RHSFUNC_FAIL: {
       const bool touches = last_fault && last_fault->kind != ContactFault::Kind::not_finite;
-      return failed(touches ? Failure::Kind::surfaces : Failure::Kind::not_finite,
-                    "the forces cannot be evaluated");
+      return placed_failure(touches ? Failure::Kind::surfaces : Failure::Kind::not_finite,
+                            "the forces cannot be evaluated", place, scene);
     }
     case CV_REPTD_PROJFUNC_ERR:
     case CV_PROJFUNC_FAIL:
-      return failed(Failure::Kind::surfaces,
-                    "no step down to " + shortest + " keeps the surfaces apart");
+      return shortest_step_failure(StepTrouble::surfaces, place, scene);
     default: {
       char* name = CVodeGetReturnFlagName(flag);
       const std::string text = "CVODE stopped with " + std::string(name);
       free(name);
-      return failed(Failure::Kind::solver, text);
+      return placed_failure(Failure::Kind::solver, text, place, scene);
     }
   }
 }
 
-// A healthy run hardly ever cuts a step because of contact. One that keeps doing so creeps on
-// without end.
 std::optional<Failure> CvodeIntegrator::Implementation::too_many_vetoes() {
-  if (++steps_in_window < veto_window) return std::nullopt;
-  const std::int64_t recent = vetoes - vetoes_before_window;
-  steps_in_window = 0;
-  vetoes_before_window = vetoes;
-  if (recent <= veto_window) return std::nullopt;
-  return Failure{
-      Failure::Kind::too_many_cuts, accepted_time, last_veto ? last_veto->nodes[0] : -1,
-      number_text(static_cast<double>(recent)) + " steps had to be cut in the last " +
-          number_text(veto_window) +
-          " to keep surfaces apart at t = " + rounded_text(accepted_time) + " s" +
-          (last_veto ? ": " + last_veto->describe(scene) : "") +
-          " (contact.stiffness or contact.damping_time is too small for this impact, or a "
-          "prescribed motion leaves no room)"};
+  const auto recent = veto_window.add_step();
+  if (!recent || *recent <= most_vetoes) return std::nullopt;
+  return veto_window.failure(
+      *recent, accepted.time(),
+      "contact.stiffness or contact.damping_time is too small for this impact", scene);
 }
 
 CvodeIntegrator::CvodeIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -374,7 +316,7 @@ std::optional<Failure> CvodeIntegrator::step() {
   return self.too_many_vetoes();
 }
 
-double CvodeIntegrator::time() const { return implementation_->accepted_time; }
+double CvodeIntegrator::time() const { return implementation_->accepted.time(); }
 
 double CvodeIntegrator::last_step() const {
   double step = 0;
@@ -388,33 +330,27 @@ int CvodeIntegrator::last_order() const {
   return order;
 }
 
-std::span<const double> CvodeIntegrator::state() const { return implementation_->accepted_state; }
+std::span<const double> CvodeIntegrator::state() const { return implementation_->accepted.state(); }
 
 std::optional<Failure> CvodeIntegrator::state_at(double time, std::span<double> y) const {
   Implementation& self = *implementation_;
-  assert(time >= self.previous_time && time <= self.accepted_time &&
-         y.size() == self.accepted_state.size());
-  if (self.previous_time == self.accepted_time) {  // after a restart
-    std::copy(self.accepted_state.begin(), self.accepted_state.end(), y.begin());
+  const AcceptedStep& accepted = self.accepted;
+  assert(time >= accepted.start_time() && time <= accepted.time() &&
+         y.size() == accepted.state().size());
+  if (!accepted.has_start()) {
+    std::copy(accepted.state().begin(), accepted.state().end(), y.begin());
     return std::nullopt;
   }
   CVodeGetDky(self.cvode, time, 0, self.work);
   std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
-  const double part = (time - self.previous_time) / (self.accepted_time - self.previous_time);
-  return settle_frame(
-      self.dynamics, time, part,
-      {self.previous_state, self.accepted_state, self.previous_position, self.previous_time}, y,
-      self.trial_position, self.scratch_velocity);
+  return accepted.settle(time, y);
 }
 
 void CvodeIntegrator::restart(double time, std::span<const double> y) {
   Implementation& self = *implementation_;
-  self.time = self.accepted_time = self.previous_time = time;
-  std::copy(y.begin(), y.end(), self.accepted_state.begin());
+  self.time = time;
+  self.accepted.restart(time, y);
   self.begin_anew();
-  self.previous_state = self.accepted_state;
-  self.dynamics.expand(time, self.accepted_state, self.accepted_position, self.scratch_velocity);
-  self.previous_position = self.accepted_position;
   N_VConst(0, self.step_error);
   ++self.restarts;
 }

@@ -1,7 +1,6 @@
 #include "sim/integrator/newton_solver.h"
 
-#include <nvector/nvector_serial.h>
-
+#include "sim/integrator/sundials_access.h"
 #include "sim/solver/velocity_system.h"
 
 namespace weft::sim {
@@ -23,10 +22,6 @@ struct Content {
 };
 
 Content& content_of(SUNLinearSolver solver) { return *static_cast<Content*>(solver->content); }
-
-std::span<double> values(N_Vector v) {
-  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
-}
 
 int set_up(SUNLinearSolver solver, SUNMatrix) {
   Content& content = content_of(solver);

@@ -11,6 +11,10 @@
 
 namespace weft::sim {
 
+// Tolerance of the linear solve as a fraction of the Newton tolerance, for SUNDIALS' integrators
+// (docs/decisions/0005).
+inline constexpr double linear_tolerance_factor = 0.3;
+
 // Callbacks of the linear solver into the Newton iteration that uses it.
 struct NewtonHooks {
   std::function<double()> gamma = {};  // of the system in hand

@@ -6,7 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "sim/integrator/accepted_step.h"
 #include "sim/integrator/integrator.h"
+#include "sim/integrator/step_failures.h"
+#include "sim/integrator/veto_window.h"
 #include "sim/motion/motion_limits.h"
 
 namespace weft::sim {
@@ -23,9 +26,9 @@ class OneStepIntegrator : public Integrator {
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
 
   [[nodiscard]] std::optional<Failure> step() final;
-  double time() const final { return time_; }
-  double last_step() const final { return time_ - previous_time_; }
-  std::span<const double> state() const final { return state_; }
+  double time() const final { return accepted_.time(); }
+  double last_step() const final { return accepted_.time() - accepted_.start_time(); }
+  std::span<const double> state() const final { return accepted_.state(); }
   // Interpolates positions by the cubic through positions and velocities at both ends, and
   // velocities by its derivative.
   [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const override;
@@ -33,7 +36,7 @@ class OneStepIntegrator : public Integrator {
   void restart(double time, std::span<const double> y) final;
 
  protected:
-  enum class Trouble { none, not_converged, surfaces, not_finite, error_too_large, unstable };
+  using Trouble = StepTrouble;
   // Tries a step from time() and state() to `end` and leaves it in `y`. A method that has no fixed
   // step may end elsewhere, and says where. On trouble, may name what stands in the way by
   // set_fault() or set_place().
@@ -71,36 +74,29 @@ class OneStepIntegrator : public Integrator {
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }
   // Positions of all particles at time(); empty without contact, where no path is checked.
-  const std::vector<Vec3>& positions() const { return position_; }
+  const std::vector<Vec3>& positions() const { return accepted_.positions(); }
 
  private:
   double grid_time() const;
   double wanted_time() const;
   std::optional<double> next_time();
-  Trouble check_path(double time);
+  Trouble check_path(double time, std::span<const double> y);
   void accept(double time);
   void count(Trouble trouble);
-  Failure failure(Trouble trouble) const;
   std::optional<Failure> too_many_vetoes();
 
   const Scene& scene_;
   Dynamics& dynamics_;
   MotionLimits motion_limits_;
   std::optional<double> step_;  // s, of the grid
-  double time_ = 0, previous_time_ = 0;
+  AcceptedStep accepted_;
   double size_ = 0;                                                      // s, of the next try
   double longest_after_veto_ = std::numeric_limits<double>::infinity();  // s, of chosen steps
   std::int64_t completed_steps_ = 0;                                     // of the grid
   int successes_ = 0, patience_ = 1;  // of a length, and how many before it is doubled
-  // The other state is that before the last step and, from its first try on, the end of the next.
-  std::vector<double> state_, other_state_;
-  bool has_previous_ = false;
-  // Positions (all particles) that go with them, with contact; `interpolated_` is scratch.
-  std::vector<Vec3> position_, previous_position_, trial_position_;
-  mutable std::vector<Vec3> interpolated_, scratch_velocity_;
   IntegratorCounts counts_;
-  std::optional<ContactFault> fault_, last_veto_;
-  std::int64_t vetoes_before_window_ = 0;
+  std::optional<ContactFault> fault_;
+  VetoWindow veto_window_;
   double window_start_ = 0;    // s
   double window_allowed_ = 0;  // s: what its steps might have advanced within the motions' limits
   double allowed_ = 0;         // s, of the step in hand

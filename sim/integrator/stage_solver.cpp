@@ -2,7 +2,6 @@
 
 #include <kinsol/kinsol.h>
 #include <kinsol/kinsol_ls.h>
-#include <nvector/nvector_serial.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/integrator/newton_solver.h"
+#include "sim/integrator/sundials_access.h"
 #include "sim/integrator/vector_operations.h"
 #include "sim/motion/tolerances.h"
 #include "sim/solver/velocity_system.h"
@@ -17,10 +17,6 @@
 namespace weft::sim {
 
 namespace {
-
-std::span<double> values(N_Vector v) {
-  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
-}
 
 // Relative error allowed in the linear solve of a Newton correction that later corrections will
 // improve. A larger error takes more corrections.

@@ -1,0 +1,53 @@
+#include "sim/integrator/accepted_step.h"
+
+#include <algorithm>
+
+#include "sim/integrator/settled_frame.h"
+
+namespace weft::sim {
+
+AcceptedStep::AcceptedStep(Dynamics& dynamics)
+    : dynamics_(dynamics), state_(dynamics.initial_state()), other_state_(state_) {
+  place_trial(0, state_);
+  positions_ = start_positions_ = trial_positions_;
+}
+
+std::span<double> AcceptedStep::begin_trial() {
+  has_start_ = false;
+  return other_state_;
+}
+
+void AcceptedStep::place_trial(double time, std::span<const double> y) {
+  if (dynamics_.contact() == nullptr) return;
+  dynamics_.expand(time, y, trial_positions_, scratch_velocity_);
+}
+
+std::optional<ContactFault> AcceptedStep::check_trial_path(double time) {
+  return dynamics_.check_path(time_, positions_, time, trial_positions_);
+}
+
+void AcceptedStep::accept(double time) {
+  start_time_ = time_;
+  time_ = time;
+  state_.swap(other_state_);
+  start_positions_.swap(positions_);
+  positions_.swap(trial_positions_);
+  has_start_ = true;
+}
+
+void AcceptedStep::restart(double time, std::span<const double> y) {
+  time_ = start_time_ = time;
+  has_start_ = false;
+  std::copy(y.begin(), y.end(), state_.begin());
+  place_pins();
+  place_trial(time, state_);
+  positions_.swap(trial_positions_);
+}
+
+std::optional<Failure> AcceptedStep::settle(double time, std::span<double> y) const {
+  const double part = (time - start_time_) / (time_ - start_time_);
+  return settle_frame(dynamics_, time, part, {other_state_, state_, start_positions_, start_time_},
+                      y, trial_positions_, scratch_velocity_);
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,29 @@
+// The words of steps that fail, for all methods.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "sim/base/failure.h"
+#include "sim/motion/dynamics.h"
+
+namespace weft::sim {
+
+// Why a try of a step fails.
+enum class StepTrouble { none, not_converged, surfaces, not_finite, error_too_large, unstable };
+
+// Time and place of a failure: a fault or, without one, a particle.
+struct FailurePlace {
+  double time = 0;  // s
+  const std::optional<ContactFault>& fault;
+  int particle = -1;  // where the error is largest or, if unstable, the motion fastest; -1: unknown
+};
+
+// "WHAT at t = TIME s: PLACE".
+Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
+                       const Scene& scene);
+
+// The failure of every step down to time.minimum_step because of this trouble.
+Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene);
+
+}  // namespace weft::sim

@@ -1,0 +1,37 @@
+// Access to SUNDIALS' vectors and counters, for all integrators that it drives.
+#pragma once
+
+#include <nvector/nvector_serial.h>
+
+#include <span>
+
+#include "sim/motion/tolerances.h"
+
+namespace weft::sim {
+
+// Views a serial vector.
+inline std::span<double> values(N_Vector v) {
+  return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
+}
+
+// Returns a counter of a solver, such as CVodeGetNumSteps gives.
+inline long counter_of(void* solver, int (*get)(void*, long*)) {
+  long value = 0;
+  get(solver, &value);
+  return value;
+}
+
+// Returns the particle with the largest weighted local error in the last try of a solver whose
+// state is `y`. The functions are those of the solver that give errors and weights.
+inline int worst_particle(void* solver, N_Vector y, int (*get_errors)(void*, N_Vector),
+                          int (*get_weights)(void*, N_Vector)) {
+  N_Vector error = N_VClone(y), weight = N_VClone(y);
+  get_errors(solver, error);
+  get_weights(solver, weight);
+  const int worst = worst_particle(values(error), values(weight));
+  N_VDestroy(error);
+  N_VDestroy(weight);
+  return worst;
+}
+
+}  // namespace weft::sim

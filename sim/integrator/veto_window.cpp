@@ -1,0 +1,30 @@
+#include "sim/integrator/veto_window.h"
+
+#include <string>
+#include <utility>
+
+#include "sim/case/case_text.h"
+
+namespace weft::sim {
+
+void VetoWindow::add_veto(const std::optional<ContactFault>& fault) {
+  ++vetoes_;
+  last_fault_ = fault;
+}
+
+std::optional<std::int64_t> VetoWindow::add_step() {
+  if (++steps_ < length) return std::nullopt;
+  steps_ = 0;
+  return std::exchange(vetoes_, 0);
+}
+
+Failure VetoWindow::failure(std::int64_t vetoes, double time, const char* remedy,
+                            const Scene& scene) const {
+  return {Failure::Kind::too_many_cuts, time, last_fault_ ? last_fault_->nodes[0] : -1,
+          number_text(static_cast<double>(vetoes)) + " steps had to be cut in the last " +
+              number_text(length) + " to keep surfaces apart at t = " + rounded_text(time) + " s" +
+              (last_fault_ ? ": " + last_fault_->describe(scene) : "") + " (" + remedy +
+              ", or a prescribed motion leaves no room)"};
+}
+
+}  // namespace weft::sim
