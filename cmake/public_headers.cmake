@@ -9,6 +9,7 @@ set(weft_bsi_headers
   narrow_phase.h
   proximity.h
   pyramid.h
+  rigid_pyramid.h
   shapes.h
   sphere.h
   traversal.h

@@ -368,7 +368,7 @@ TEST_F(CommandRun, EndsAtItsLimitWithinALoad) {
 }
 
 // LD_DEBUG makes the dynamic linker log the libraries that a process loads.
-TEST_F(CommandRun, LoadsOpenGLOnlyToDraw) {
+TEST_F(CommandRun, LoadsOpenGLOnlyToSearchOnADevice) {
 #ifdef WEFT_WITHOUT_GPU
   GTEST_SKIP() << "built without gpu/";
 #endif
@@ -388,12 +388,17 @@ TEST_F(CommandRun, LoadsOpenGLOnlyToDraw) {
     return text;
   };
   const std::string of_run = libraries_of({"run", "sheet.toml", "--quiet"});
-  EXPECT_NE(of_run.find("libhdf5"), std::string::npos);
-  EXPECT_EQ(of_run.find("libOSMesa"), std::string::npos);
-  EXPECT_EQ(of_run.find("libGL"), std::string::npos);
   const std::string of_render =
       libraries_of({"render", "out/sheet.h5", "--every", "100", "--width", "32", "--height", "32"});
-  EXPECT_NE(of_render.find("libOSMesa"), std::string::npos);
+  for (const std::string& text : {of_run, of_render}) {
+    EXPECT_NE(text.find("libhdf5"), std::string::npos);
+    EXPECT_EQ(text.find("libOSMesa"), std::string::npos);
+    EXPECT_EQ(text.find("libGL"), std::string::npos);
+  }
+  const std::string of_search =
+      libraries_of({"run", "sheet.toml", "--quiet", "--force", "--set", "contact.enabled=true",
+                    "--set", "compute.backend=osmesa"});
+  EXPECT_NE(of_search.find("libOSMesa"), std::string::npos);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ Ran run(const Overrides& overrides, bool rebuilds) {
   std::vector<double> frame(dynamics.state_size());
   while (integrator->time() < 0.12) {
     if (const auto failure = integrator->step()) {
-      ADD_FAILURE() << *failure;
+      ADD_FAILURE() << failure->text;
       break;
     }
     EXPECT_FALSE(integrator->state_at(integrator->time(), frame));
