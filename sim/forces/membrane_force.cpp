@@ -116,7 +116,7 @@ class MembraneForce final : public Force {
   }
   WEFT_FLATTEN void add_undamped_chunk(int first, int last, std::span<const Vec3> position,
                                        std::span<Vec3> force) const {
-    Quads::RunScatter run(quads_, force);
+    Quads::RunScatter run = quads_.scatter_runs(force);
     for (int batch = first; batch < last; batch += lane_count) {
       if (quads_.is_run(batch)) {
         run.add(batch, undamped_forces(batch, quads_.gather_run(batch, position)));

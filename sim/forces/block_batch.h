@@ -1,0 +1,77 @@
+// Addition of a batch of 3 x 3 blocks, one of each stencil, to a block matrix.
+#pragma once
+
+#include <array>
+
+#include "materials/types.h"
+#include "sim/forces/stencil_layout.h"
+#include "sim/matrix/block_matrix.h"
+
+namespace weft::sim {
+
+using BlockBatch = materials::Mat3Of<materials::Lanes>;
+using LaneRows = std::array<materials::Lanes::Vector, materials::lane_count>;
+
+// Returns `lane_count` numbers of the block of each stencil, from `start` on.
+inline LaneRows rows_of(const BlockBatch& value, int start) {
+  LaneRows rows;
+  for (int i = 0; i < materials::lane_count; ++i) rows[i] = value.data()[start + i].values;
+  materials::transpose(rows);
+  return rows;
+}
+
+// Adds the block of each stencil to the upper block at its place. One piece of code for all pairs:
+// it is long.
+[[gnu::noinline]] inline void add_block(int lanes, const BlockBatch& value,
+                                        const LaneIntegers& places, BlockMatrix& matrix) {
+  using materials::lane_count;
+  std::array<LaneRows, 8 / lane_count> rows;
+  for (int part = 0; part < 8 / lane_count; ++part) rows[part] = rows_of(value, part * lane_count);
+#pragma GCC unroll 8
+  for (int lane = 0; lane < lane_count; ++lane) {
+    if (lane == lanes) break;
+    double* block = matrix.upper_block(places.values[lane]).data();
+    for (int part = 0; part < 8 / lane_count; ++part)
+      reinterpret_cast<materials::UnalignedLanes*>(block)[part] += rows[part][lane];
+    block[8] += value.data()[8].values[lane];
+  }
+}
+
+// Returns the transpose where a is behind b, and the sum of both where they are one particle.
+inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
+                        const LaneIntegers& a, const LaneIntegers& b) {
+  using materials::Lanes;
+  const auto as_mask = [](const auto& mask) {
+    return Lanes::Mask{__builtin_convertvector(mask, Lanes::Mask::Bits)};
+  };
+  const Lanes::Mask is_behind = as_mask(a.values > b.values);
+  const Lanes::Mask is_one = as_mask(a.values == b.values);
+  BlockBatch result;
+  for (int i = 0; i < 9; ++i) {
+    const Lanes here = value.data()[i], there = transposed.data()[i];
+    result.data()[i] =
+        materials::choose(is_behind, there, here) + materials::choose(is_one, there, 0.0);
+  }
+  return result;
+}
+
+// Adds the blocks between nodes a and b, to those above the diagonal: the transpose where a is
+// behind b, and both where they are one particle.
+inline void add_pair_block(int lanes, const BlockBatch& value, const LaneIntegers& a,
+                           const LaneIntegers& b, const LaneIntegers& places, BlockMatrix& matrix) {
+  unsigned behind = 0, one = 0;
+  for (int lane = 0; lane < materials::lane_count; ++lane) {
+    behind |= static_cast<unsigned>(a.values[lane] > b.values[lane]) << lane;
+    one |= static_cast<unsigned>(a.values[lane] == b.values[lane]) << lane;
+  }
+  constexpr unsigned all = (1U << materials::lane_count) - 1;
+  if (one == 0 && behind == 0) return add_block(lanes, value, places, matrix);
+  BlockBatch transposed;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) transposed(i, j) = value(j, i);
+  }
+  if (behind == all) return add_block(lanes, transposed, places, matrix);
+  add_block(lanes, mixed(value, transposed, a, b), places, matrix);
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,72 @@
+// Addition of what stencils along a row of an image compute for their nodes.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "sim/forces/stencil_nodes.h"
+
+namespace weft::sim {
+
+// Adds the results of batches that are runs (stencil_nodes.h). Only the first of nodes that follow
+// each other is added to memory, as vectors: added one after the other, each would wait for the one
+// before. The last stencil's value for a node that follows belongs to a particle of the next batch.
+// It is added with that batch if that comes next, else by finish().
+template <int Nodes, class Layout>
+class RunScatter {
+ public:
+  using Lanes = materials::Lanes;
+  using NodeValues = materials::NodesOf<Lanes, Nodes>;  // of a batch
+
+  RunScatter(const StencilNodes<Nodes, Layout>& stencils, std::span<Vec3> sums)
+      : stencils_(stencils), sums_(sums) {
+    forget();
+  }
+
+  void add(int first, const NodeValues& values) {
+    const auto& nodes = stencils_.batch(first);
+    bool is_next = true;
+    for (int node = 0; node < Nodes; ++node)
+      is_next &= !Layout::follows(node) || nodes[node - 1].values[0] == next_[node];
+    if (!is_next) finish();
+    std::array<Lanes, 3> later{};  // what the nodes behind this one add to its particles
+#pragma GCC unroll 8
+    for (int node = Nodes - 1; node >= 0; --node) {
+      std::array<Lanes, 3> here;
+      for (int axis = 0; axis < 3; ++axis) here[axis] = values(axis, node);
+      if (node + 1 < Nodes && Layout::follows(node + 1)) {
+        for (int axis = 0; axis < 3; ++axis) here[axis] += later[axis];
+      }
+      if (!Layout::follows(node)) {
+        materials::add_vectors(here, sums_[nodes[node].values[0]].data());
+        continue;
+      }
+      for (int axis = 0; axis < 3; ++axis)
+        later[axis] = materials::moved_up(last_[node][axis], here[axis]);
+      last_[node] = here;
+      next_[node] = nodes[node].values[materials::lane_count - 1];
+    }
+  }
+  // Adds what waits for a batch that does not come.
+  void finish() {
+    for (int node = 0; node < Nodes; ++node) {
+      if (!Layout::follows(node) || next_[node] == no_node) continue;
+      for (int axis = 0; axis < 3; ++axis)
+        sums_[next_[node]][axis] += last_[node][axis].values[materials::lane_count - 1];
+    }
+    forget();
+  }
+
+ private:
+  void forget() {
+    last_.fill({Lanes(0), Lanes(0), Lanes(0)});
+    next_.fill(no_node);
+  }
+
+  const StencilNodes<Nodes, Layout>& stencils_;
+  std::span<Vec3> sums_;
+  std::array<std::array<Lanes, 3>, Nodes> last_;  // of the last batch, for nodes that follow
+  std::array<int, Nodes> next_;                   // the particles of its last stencil
+};
+
+}  // namespace weft::sim

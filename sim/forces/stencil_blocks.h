@@ -1,0 +1,77 @@
+// The places of the blocks of stencils in matrices of one pattern.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "sim/forces/block_batch.h"
+#include "sim/forces/stencil_nodes.h"
+#include "sim/matrix/block_matrix.h"
+
+namespace weft::sim {
+
+template <int Nodes, class Layout>
+class StencilBlocks {
+ public:
+  using Stencils = StencilNodes<Nodes, Layout>;
+
+  // Finds the places of all coupled pairs.
+  void attach(const Stencils& stencils, const BlockPattern& pattern) {
+    places_.resize(stencils.batch_count());
+    for (int i = 0; i < stencils.count(); ++i) {
+      const typename Stencils::Stencil stencil = stencils[i];
+      int pair = 0;
+      for (int a = 0; a < Nodes; ++a) {
+        for (int b = a + 1; b < Nodes; ++b) {
+          if (!Layout::couples(a, b)) continue;
+          places_[i / lane_count][pair++].values[i % lane_count] =
+              place_of(stencil, stencil[a], stencil[b], pattern);
+        }
+      }
+    }
+  }
+
+  // The upper block of a pair of nodes of stencil i, by the number of the pair in the order (0, 1),
+  // (0, 2) ..
+  int place(int i, int pair) const { return places_[i / lane_count][pair].values[i % lane_count]; }
+
+  // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
+  // given as integral constants.
+  template <class BlockOf>
+  void scatter(const Stencils& stencils, int first, const BlockOf& block_of,
+               BlockMatrix& matrix) const {
+    const int lanes = stencils.lanes_of(first);
+    const auto& nodes = stencils.batch(first);
+    int pair = 0;
+    for_each_coupled_pair<Nodes, Layout>([&](auto a, auto b) {
+      if constexpr (a == b) {
+        add_block(lanes, block_of(a, b), diagonal_places(nodes[a], matrix.pattern()), matrix);
+      } else {
+        add_pair_block(lanes, block_of(a, b), nodes[a], nodes[b],
+                       places_[first / lane_count][pair++], matrix);
+      }
+    });
+  }
+
+ private:
+  static constexpr int lane_count = materials::lane_count;
+
+  // Absent nodes are in no pair: nothing is added to a block that is there.
+  static int place_of(const typename Stencils::Stencil& stencil, int a, int b,
+                      const BlockPattern& pattern) {
+    if (a == no_node || b == no_node) return pattern.upper_diagonal(stencil[0]);
+    const int row = std::min(a, b);
+    return pattern.upper(row, pattern.slot(row, std::max(a, b)));
+  }
+  static LaneIntegers diagonal_places(const LaneIntegers& nodes, const BlockPattern& pattern) {
+    LaneIntegers places;
+    for (int lane = 0; lane < lane_count; ++lane)
+      places.values[lane] = pattern.upper_diagonal(nodes.values[lane]);
+    return places;
+  }
+
+  std::vector<std::array<LaneIntegers, coupled_pair_count<Nodes, Layout>()>> places_;  // by batch
+};
+
+}  // namespace weft::sim

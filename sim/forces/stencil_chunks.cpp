@@ -1,0 +1,78 @@
+#include "sim/forces/stencil_chunks.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Gives each chunk the first colour that no earlier chunk with a common particle has.
+class ChunkColouring {
+ public:
+  ChunkColouring(std::span<const int> particles, int particles_per_chunk, int particle_count)
+      : particles_(particles),
+        particles_per_chunk_(particles_per_chunk),
+        chunk_count_((static_cast<int>(particles.size()) + particles_per_chunk - 1) /
+                     particles_per_chunk),
+        chunk_by_colour_(particle_count) {
+    for (int chunk = 0; chunk < chunk_count_; ++chunk) colour(chunk);
+  }
+
+  std::vector<std::vector<int>> take_colours() { return std::move(colours_); }
+  // Returns chunk after chunk, but before each those of lower colours that share particles with it.
+  std::vector<int> order() const {
+    std::vector<int> order;
+    std::vector<char> is_ordered(chunk_count_, 0);
+    const auto put = [&](const auto& self, int chunk) -> void {
+      if (is_ordered[chunk] != 0) return;
+      is_ordered[chunk] = 1;
+      for (const int particle : particles_of(chunk)) {
+        for (std::size_t k = 0; k < colour_of_[chunk]; ++k) {
+          if (chunk_by_colour_[particle][k] >= 0) self(self, chunk_by_colour_[particle][k]);
+        }
+      }
+      order.push_back(chunk);
+    };
+    for (int chunk = 0; chunk < chunk_count_; ++chunk) put(put, chunk);
+    return order;
+  }
+
+ private:
+  std::span<const int> particles_of(int chunk) const {
+    const std::size_t first = static_cast<std::size_t>(chunk) * particles_per_chunk_;
+    return particles_.subspan(
+        first, std::min<std::size_t>(particles_per_chunk_, particles_.size() - first));
+  }
+
+  void colour(int chunk) {
+    std::vector<char> is_used(colours_.size() + 1, 0);
+    for (const int particle : particles_of(chunk)) {
+      const std::vector<int>& chunks = chunk_by_colour_[particle];
+      for (std::size_t k = 0; k < chunks.size(); ++k) is_used[k] |= chunks[k] >= 0;
+    }
+    const std::size_t colour = std::find(is_used.begin(), is_used.end(), 0) - is_used.begin();
+    if (colour == colours_.size()) colours_.emplace_back();
+    colours_[colour].push_back(chunk);
+    colour_of_.push_back(colour);
+    for (const int particle : particles_of(chunk)) {
+      std::vector<int>& chunks = chunk_by_colour_[particle];
+      if (chunks.size() <= colour) chunks.resize(colour + 1, -1);
+      chunks[colour] = chunk;
+    }
+  }
+
+  std::span<const int> particles_;
+  int particles_per_chunk_, chunk_count_;
+  std::vector<std::vector<int>> chunk_by_colour_;  // by particle; -1: none of that colour has it
+  std::vector<std::vector<int>> colours_;          // chunks of each colour
+  std::vector<std::size_t> colour_of_;             // by chunk
+};
+
+}  // namespace
+
+StencilChunks::StencilChunks(std::span<const int> particles, int nodes, int particle_count)
+    : stencil_count_(static_cast<int>(particles.size()) / nodes) {
+  ChunkColouring colouring(particles, nodes * stencils_per_chunk, particle_count);
+  order_ = colouring.order();
+  colours_ = colouring.take_colours();
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,46 @@
+// Chunks of stencils that run side by side, with the same bits for any number of threads.
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace weft::sim {
+
+// Stencils are cut into chunks of consecutive ones. Chunks of one colour share no particle: they
+// run side by side, colour after colour. Chunks and colours depend on the stencils alone, so that a
+// particle collects its contributions in the same order whatever the number of threads.
+class StencilChunks {
+ public:
+  StencilChunks() = default;
+  // `particles`: those of all stencils, `nodes` of each.
+  StencilChunks(std::span<const int> particles, int nodes, int particle_count);
+
+  // Calls body(first, last) for each chunk of stencils.
+  template <class Body>
+  void for_each(int threads, const Body& body) const {
+    // One loop serves any number of threads, as in sim/base/parallel.h.
+    const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
+    for (const std::vector<int>& chunks : passes) {
+      const int chunk_count = static_cast<int>(chunks.size());
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
+      for (int c = 0; c < chunk_count; ++c) {
+        const int first = chunks[c] * stencils_per_chunk;
+        const int last = std::min(stencil_count_, first + stencils_per_chunk);
+        body(first, last);
+      }
+    }
+  }
+
+ private:
+  static constexpr int stencils_per_chunk = 512;  // whole batches
+
+  int stencil_count_ = 0;
+  std::vector<std::vector<int>> colours_;  // chunks of each colour
+  // The order of all chunks for one thread. Each particle meets its chunks in the order of their
+  // colours, but chunks stay near each other. Colour after colour, a matrix that does not fit into
+  // the cache would be read once per colour.
+  std::vector<int> order_;
+};
+
+}  // namespace weft::sim
