@@ -18,12 +18,13 @@ namespace {
 // `no_longer_safe`, or leaves `too_short` to `too_long` times the chosen share. Every change costs
 // some of the symmetry that keeps the energy.
 constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
-// Relative changes of the tracked frequency above which the next look comes sooner, and below which
-// it comes later.
-constexpr double much = 0.02, little = 0.005;
-// Steps between two glances at a motion whose frequency is below `hardly_any` of the stable one.
-constexpr int steps_a_glance = 4;
-constexpr double hardly_any = 0.1;
+// Relative changes of the tracked frequency above which it is checked more often, and below which
+// it is checked less often.
+constexpr double large_change = 0.02, small_change = 0.005;
+// Steps between two checks of the frequency that the motion shows, if that is below `slow_share` of
+// the stable one.
+constexpr int steps_per_slow_check = 4;
+constexpr double slow_share = 0.1;
 
 class VerletIntegrator final : public OneStepIntegrator {
  public:
@@ -41,8 +42,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     archive(is_tracked);
     if (is_tracked && !tracker_) tracker_.emplace(dynamics(), time(), state());
     if (is_tracked) tracker_->transfer(archive);
-    archive(share_, chosen_step_, decay_, stiff_place_, steps_, next_look_, next_glance_,
-            steps_a_look_, start_, end_, before_acceleration_, start_acceleration_,
+    archive(share_, chosen_step_, decay_, stiff_place_, steps_, next_check_, next_shown_check_,
+            steps_per_check_, start_, end_, before_acceleration_, start_acceleration_,
             end_acceleration_);
     return true;
   }
@@ -127,31 +128,32 @@ class VerletIntegrator final : public OneStepIntegrator {
     if (!tracker_) return;
     ++steps_;
     const bool is_even = std::abs(h - last_step()) < 1e-6 * h;
-    if (is_even && steps_ >= next_glance_ && glance(h) > no_longer_safe) {
+    if (is_even && steps_ >= next_shown_check_ && check_shown_frequency(h) > no_longer_safe) {
       tracker_->turn_to(end_acceleration_);
-      look(y);
-    } else if (steps_ >= next_look_) {
-      look(y);
+      check_tracked_frequency(y);
+    } else if (steps_ >= next_check_) {
+      check_tracked_frequency(y);
     }
   }
 
   // Returns the frequency that the motion itself shows, as a share of the highest stable one. A
   // vibration that is too fast grows by a few times in each step: from far below the limit, that
   // takes several steps.
-  double glance(double h) {
+  double check_shown_frequency(double h) {
     const double share = shown_frequency(h) * chosen_step_ / 2;
-    next_glance_ = steps_ + (share < hardly_any ? steps_a_glance : 1);
+    next_shown_check_ = steps_ + (share < slow_share ? steps_per_slow_check : 1);
     return share;
   }
 
-  // Updates the tracked frequency. The less it changes, the less often it is looked at.
-  void look(std::span<const double> y) {
+  // Updates the tracked frequency. The less it changes, the less often it is checked.
+  void check_tracked_frequency(std::span<const double> y) {
     const double before = tracker_->frequency();
     tracker_->follow(end_, y, end_acceleration_);
     const double now = tracker_->frequency(), change = std::abs(now / before - 1);
-    if (change > much) steps_a_look_ = std::max(1, steps_a_look_ / 2);
-    if (change < little) steps_a_look_ = std::min(2 * steps_a_look_, verlet_steps_a_look);
-    next_look_ = steps_ + steps_a_look_;
+    if (change > large_change) steps_per_check_ = std::max(1, steps_per_check_ / 2);
+    if (change < small_change)
+      steps_per_check_ = std::min(2 * steps_per_check_, most_verlet_steps_per_check);
+    next_check_ = steps_ + steps_per_check_;
     keep_share(std::max(now, decay_));
   }
 
@@ -186,8 +188,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   double decay_ = 0;        // 1/s, at the start
   int stiff_place_ = -1;    // the fastest particle then
   std::optional<FrequencyTracker> tracker_;
-  std::int64_t steps_ = 0, next_look_ = 1, next_glance_ = 0;
-  int steps_a_look_ = 1;
+  std::int64_t steps_ = 0, next_check_ = 1, next_shown_check_ = 0;
+  int steps_per_check_ = 1;
 
   double start_ = -1, end_ = -1;  // s: when the accelerations are of
   std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;  // of three steps

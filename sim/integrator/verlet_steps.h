@@ -23,14 +23,14 @@ inline double verlet_tolerance(double share) {
   return default_verlet_tolerance * ratio * ratio;
 }
 
-// The most steps between two looks at how long they may be, each of which takes an evaluation of
+// The most steps between two checks of how long they may be, each of which takes an evaluation of
 // the forces.
-inline constexpr int verlet_steps_a_look = 32;
+inline constexpr int most_verlet_steps_per_check = 32;
 
 // Evaluations that its longest steps take for `duration` (s), where the fastest vibration or decay
 // has this rate (1/s): it is stable where h rate < 2.
 inline double verlet_evaluations(double rate, double duration) {
-  return (1 + 1.0 / verlet_steps_a_look) * duration * rate / (2 * longest_verlet_share);
+  return (1 + 1.0 / most_verlet_steps_per_check) * duration * rate / (2 * longest_verlet_share);
 }
 
 }  // namespace weft::sim
