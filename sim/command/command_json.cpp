@@ -39,6 +39,7 @@ void add_bill(Json& json, const Bill& bill) {
 Json ending_json(int code, const std::string& status, const std::string& reason) {
   Json json{{"weft_version", WEFT_VERSION}, {"status", status}, {"exit_code", code}};
   json["reason"] = reason.empty() ? Json() : Json(reason);
+  json["reason_kind"] = Json();
   return json;
 }
 
@@ -89,7 +90,7 @@ void add_counts(Json& json, const IntegratorCounts& counts) {
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code) {
   Json json = ending_json(code, status_name(report.status), report.reason);
-  json["reason_kind"] = report.failure ? Json(kind_name(report.failure->kind)) : Json();
+  if (report.failure) json["reason_kind"] = kind_name(report.failure->kind);
   add_command(json, command);
   json["title"] = source.title;
   json["simulated_s"] = report.simulated_time;

@@ -45,6 +45,7 @@ TEST_F(CommandEnd, DoneIsInTheFile) {
                       .out);
   EXPECT_EQ(report.at("exit_code"), 0);
   EXPECT_TRUE(report.at("reason").is_null());
+  EXPECT_TRUE(report.at("reason_kind").is_null());
   EXPECT_EQ(report.at("case"), "sheet.toml");
   EXPECT_EQ(report.at("title"), "A sheet hangs");
   EXPECT_EQ(report.at("overrides"),
@@ -95,6 +96,7 @@ TEST_F(CommandEnd, AFailureIsInTheFileWithItsReason) {
   const Json report = Json::parse(result.out);
   EXPECT_EQ(report.at("exit_code"), result.code);
   EXPECT_TRUE(contains(report.at("reason"), "compute.cpu_limit"));
+  EXPECT_EQ(report.at("reason_kind"), "cpu_limit");
   const Json file = info();
   EXPECT_EQ(file.at("status"), "failed");
   EXPECT_EQ(file.at("reason"), report.at("reason"));
@@ -177,6 +179,7 @@ TEST_F(CommandEnd, JsonIsAnObjectWhateverIsWrong) {
     EXPECT_EQ(object.at("exit_code"), mistake.code);
     EXPECT_EQ(object.at("status"), mistake.status);
     EXPECT_TRUE(contains(object.at("reason"), mistake.reason)) << object.at("reason");
+    EXPECT_TRUE(object.at("reason_kind").is_null());
     EXPECT_TRUE(contains(result.err, mistake.reason)) << result.err;
   }
 }

@@ -242,6 +242,7 @@ TEST_F(CommandRun, StopsWhereTheMotionGainsEnergy) {
             "time.step=0.02", "--set", "time.newton=1", "--set", "time.duration=0.5"});
   EXPECT_EQ(result.code, exit_code::numerical_failure);
   const nlohmann::json report = nlohmann::json::parse(result.out);
+  EXPECT_EQ(report.at("reason_kind"), "energy");
   const std::string reason = report.at("reason");
   EXPECT_NE(reason.find("gained energy"), std::string::npos) << reason;
   EXPECT_NE(reason.find("body \"sheet\""), std::string::npos) << reason;
