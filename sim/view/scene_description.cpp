@@ -215,7 +215,7 @@ std::string describe_scene(const Scene& scene) {
     out << "accuracy  " << scene.source.accuracy_choice << "; a run corrects it by a pilot\n";
   }
   if (backend == ComputeBackend::cpu) {
-    out << "  skipped GL context: pictures are made by `weft render`\n";
+    out << "  skipped GL context: nothing is searched on a device, and pictures need none\n";
   }
   out << "threads   " << scene.threads
       << (scene.source.compute.threads ? ": compute.threads asks for as many\n"
