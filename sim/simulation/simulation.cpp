@@ -70,7 +70,9 @@ bool Simulation::Implementation::is_look_due() const {
   if (!traits_of(scene.source.time.method).is_explicit || watch->external().is_possible())
     return true;
   const double rate = scene.source.time.frames_per_second;
-  return steps_since_look >= explicit_steps_between_looks ||
+  // The last frame is that of the duration, which need not be a multiple of the interval.
+  return integrator->time() >= scene.source.time.duration ||
+         steps_since_look >= explicit_steps_between_looks ||
          std::floor(last_look * rate) != std::floor(integrator->time() * rate);
 }
 
@@ -186,6 +188,8 @@ std::optional<Failure> Simulation::step() {
 
 std::optional<Failure> Simulation::advance(double seconds) {
   Implementation& self = *implementation_;
+  if (!(seconds > 0) || !std::isfinite(seconds))
+    throw std::invalid_argument("a simulation advances by a positive number of seconds");
   double target = time() + seconds;
   if (traits_of(self.scene.source.time.method).finds_equilibria())
     target = std::min(target, self.scene.source.time.duration);

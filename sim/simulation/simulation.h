@@ -35,8 +35,9 @@ class StepObserver {
 
 // A simulation of a scene from t = 0. Methods choose their own steps. step() goes to the end of the
 // next step, advance() to a time within the last one, where the state is interpolated. Neither
-// changes what the other computes: the same case gives the same bits however it is driven. Every
-// step is checked for energy that nothing put in (sim/motion/energy_watch.h).
+// changes what the other computes: the same case gives the same bits however it is driven. Steps
+// are checked for energy that nothing put in (sim/motion/energy_watch.h): explicit ones at every
+// eighth step, before every frame and from time.duration on, all others at every step.
 //
 // Throws CaseError if the scene cannot be simulated. One thread at a time; any number of
 // simulations side by side.
@@ -54,9 +55,9 @@ class Simulation {
   // Takes one step of the method. After a failure of Kind::energy, the state is that of the step
   // found wrong; after any other failure, that of the last good step. No step can follow a failure.
   [[nodiscard]] std::optional<Failure> step();
-  // Advances by `seconds` (> 0). Fails as step() does, and if no interpolated state keeps surfaces
-  // apart; time() is then that of the last good step. `static` ends at time.duration and cannot
-  // advance beyond it.
+  // Advances by `seconds`. Throws std::invalid_argument unless these are positive and finite. Fails
+  // as step() does, and if no interpolated state keeps surfaces apart; time() is then that of the
+  // last good step. `static` ends at time.duration and cannot advance beyond it.
   [[nodiscard]] std::optional<Failure> advance(double seconds);
 
   // Positions (m) and velocities (m/s) of the vertices of a body or obstacle, by particle: one per

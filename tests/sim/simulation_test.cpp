@@ -248,6 +248,10 @@ TEST(Simulation, RefusesWrongNamesAndVelocities) {
   Simulation simulation = simulation_of(sheet_on_ball);
   EXPECT_EQ(message_of([&] { static_cast<void>(simulation.position("sheat")); }),
             "no body or obstacle is named \"sheat\"; did you mean \"sheet\"?");
+  for (const double seconds : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_EQ(message_of([&] { static_cast<void>(simulation.advance(seconds)); }),
+              "a simulation advances by a positive number of seconds");
+  }
   const std::vector<Vec3> few(3, Vec3::Zero());
   EXPECT_EQ(message_of([&] { simulation.set_velocity("sheet", few); }),
             "\"sheet\" has 169 vertices, not 3");
