@@ -113,8 +113,11 @@ std::vector<SkippingPair> skipping_pairs() {
            case_text(0.5, true, hanging_sheet(33)),
            case_text(0.5, true, hanging_sheet(33) + held_sheets(4)), 1.1},
           {"resting-9", "9 sheets at rest beside one that swings, all of 17 x 17 vertices",
-           case_text(0.5, true, hanging_sheet(17)),
-           case_text(0.5, true, hanging_sheet(17) + resting_sheets(9)), 0, false}};
+           case_text(4, true, hanging_sheet(17)),
+           case_text(4, true, hanging_sheet(17) + resting_sheets(9)), 0, false},
+          {"asleep-9", "the same ten sheets, with sleep over without",
+           "time.sleep = false\n" + case_text(4, true, hanging_sheet(17) + resting_sheets(9)),
+           case_text(4, true, hanging_sheet(17) + resting_sheets(9)), 1.0 / 3, false}};
 }
 
 }  // namespace weft::bench

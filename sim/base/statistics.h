@@ -30,6 +30,18 @@ struct IntegratorCounts {
   std::int64_t linear_iterations = 0;
   std::int64_t linear_setups = 0;
   std::int64_t restarts = 0;  // on request: the method dropped its history
+
+  IntegratorCounts& operator+=(const IntegratorCounts& more) {
+    steps += more.steps;
+    vetoed_steps += more.vetoed_steps;
+    error_test_failures += more.error_test_failures;
+    convergence_failures += more.convergence_failures;
+    newton_iterations += more.newton_iterations;
+    linear_iterations += more.linear_iterations;
+    linear_setups += more.linear_setups;
+    restarts += more.restarts;
+    return *this;
+  }
 };
 
 struct PhaseTimes {  // s of wall time; the phases do not overlap

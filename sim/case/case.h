@@ -38,6 +38,7 @@ struct TimeCase {
   double minimum_step = 1e-7;                // s
   std::optional<double> maximum_step;        // s
   PreconditionerChoice preconditioner = PreconditionerChoice::automatic;  // of the linear solver
+  bool sleep = true;  // bodies at rest are not simulated until something touches them
 };
 
 struct WorldCase {

@@ -89,8 +89,8 @@ TableList tables(std::vector<Struct>* target, bool named = false) {
 
 Table describe(TimeCase& target) {
   auto& [method, duration, frames, accuracy, position_tolerance, velocity_tolerance,
-         relative_tolerance, step, newton, order, minimum_step, maximum_step, preconditioner] =
-      target;
+         relative_tolerance, step, newton, order, minimum_step, maximum_step, preconditioner,
+         sleep] = target;
   return {{
       field("method", choice(&method, named_methods()),
             "Integrator; docs/guide.md says when to use which. cvode: BDF of variable order and "
@@ -149,6 +149,9 @@ Table describe(TimeCase& target) {
                                      {PreconditionerChoice::block_jacobi, "block_jacobi"},
                                      {PreconditionerChoice::multigrid, "multigrid"}}),
             "Advanced: preconditioner of the linear systems. The choice changes the run time."),
+      field("sleep", &sleep,
+            "Lets bodies that have come to rest beside others sleep: they cost next to nothing "
+            "until something touches them."),
   }};
 }
 

@@ -70,7 +70,8 @@ Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search
       damping_time_(scene.source.contact.damping_time),
       friction_(scene.source.contact.friction),
       friction_speed_(scene.source.contact.friction_speed),
-      spins_(scene.bodies.size(), Vec3::Zero()) {
+      spins_(scene.bodies.size(), Vec3::Zero()),
+      touched_(scene.bodies.size(), 0) {
   surfaces_.reserve(scene.bodies.size());
   for (const SceneBody& body : scene.bodies) {
     rest_.insert(rest_.end(), body.rest.begin(), body.rest.end());
@@ -129,8 +130,9 @@ std::vector<Contact::PairGroup> Contact::groups_within(double sample_reach, doub
       group.body_a = list.body_a;
       group.body_b = list.body_b;
       group.surface = kind == 0 ? list.body_b : list.body_a;
+      const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
       const auto limit =
-          static_cast<float>(list.thickness + (group.samples ? sample_reach : reach) + list.drift) *
+          static_cast<float>(list.thickness + (whole_range ? sample_reach : reach) + list.drift) *
           (1 + 1e-6F);
       for (const FeaturePair& features : *kinds[kind]) {
         if (features.distance > limit) continue;
@@ -187,6 +189,7 @@ std::optional<ContactFault> Contact::evaluate(const PlacedParticles& now,
   begin_placing();
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
     place_nodes(group, now, now);
+    note_touch(group, position);
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
     // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
@@ -206,6 +209,16 @@ std::optional<ContactFault> Contact::evaluate(const PlacedParticles& now,
   }
   statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
   return std::nullopt;
+}
+
+// A body that sleeps is the second one of a group: it has a higher number than dynamic bodies.
+void Contact::note_touch(const PairGroup& group, std::span<const Vec3> position) {
+  if (!scene_.bodies[group.body_b].sleeps || touched_[group.body_b] != 0) return;
+  const double reach = group.thickness + range_;
+  const bool touches = std::ranges::any_of(group.nodes, [&](const bsi::FourParticles& nodes) {
+    return closest_of(group.edges, nodes, position).squared_distance < reach * reach;
+  });
+  if (touches) touched_[group.body_b] = 1;
 }
 
 // Obstacles are rigid: any of their triangles tells how they turn.

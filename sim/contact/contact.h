@@ -2,6 +2,7 @@
 // functions of the state, so that the integrator's error control covers them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
@@ -80,6 +81,7 @@ class Contact {
   // and of terms that are subtracted: for long fixed steps.
   void keep_matrix_definite() { definite_ = true; }
   const std::array<int, 4>& pair_nodes(std::size_t pair) const { return pairs_[pair].nodes; }
+  double pair_gap(std::size_t pair) const { return pairs_[pair].gap; }  // m
   // The part of one pair in reach: weight_i weight_j block between its nodes i and j, where these
   // are dynamic. Made positive semi-definite, for preconditioners; there friction has no levers.
   struct Coupling {
@@ -92,6 +94,10 @@ class Contact {
   // The search runs on this.
   const ComputeChoice& compute() const { return search_.compute(); }
   std::size_t pairs_in_reach() const { return pairs_.size(); }
+  // Marks, by body: the sleeping bodies that a feature of a dynamic body was in range of in an
+  // evaluation since the last forget_touched().
+  std::span<const char> touched() const { return touched_; }
+  void forget_touched() { std::ranges::fill(touched_, 0); }
   // Smallest gap of the pairs in reach; nothing where there are none.
   std::optional<double> smallest_gap() const;
 
@@ -169,6 +175,7 @@ class Contact {
     return gamma * (gamma * pair.stiffness + pair.damping);
   }
   std::vector<PairGroup> groups_within(double sample_reach, double reach) const;
+  void note_touch(const PairGroup& group, std::span<const Vec3> position);
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
@@ -211,6 +218,7 @@ class Contact {
   std::vector<int> moving_obstacles_;        // bodies
   PlacedMarks marks_;
   std::vector<Vec3> spins_;  // rad/s, by body; zero but of moving obstacles
+  std::vector<char> touched_;
   std::vector<ContactPair> pairs_;
   std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;

@@ -43,7 +43,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
     y_ =
         make_vector(static_cast<sunindextype>(dynamics.state_size()), dynamics.threads(), context_);
     create(true);
-    ARKStepSetInitStep(arkode_, first_step(dynamics, state()));
+    ARKStepSetInitStep(arkode_, first_step(dynamics, 0, state()));
     decision_ = "implicit Runge-Kutta steps";
   }
   ~ArkodeIntegrator() override {

@@ -131,7 +131,7 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetMaxNumSteps(cvode, std::numeric_limits<int>::max());
   CVodeSetMaxConvFails(cvode, 40);
   CVodeSetMaxErrTestFails(cvode, 40);
-  CVodeSetInitStep(cvode, first_step(dynamics, accepted.state()));
+  CVodeSetInitStep(cvode, first_step(dynamics, 0, accepted.state()));
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);
   newton_solver = make_newton_solver(dynamics,
                                      {.gamma =
@@ -351,6 +351,7 @@ void CvodeIntegrator::restart(double time, std::span<const double> y) {
   self.time = time;
   self.accepted.restart(time, y);
   self.begin_anew();
+  CVodeSetInitStep(self.cvode, first_step(self.dynamics, time, self.accepted.state()));
   N_VConst(0, self.step_error);
   ++self.restarts;
 }

@@ -22,15 +22,15 @@ double weighted_norm(std::span<const double> values, std::span<const double> wei
 
 }  // namespace
 
-double first_step(Dynamics& dynamics, std::span<const double> y) {
+double first_step(Dynamics& dynamics, double time, std::span<const double> y) {
   const TimeCase& options = dynamics.scene().source.time;
   std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
-  if (!error_weights(options, y, weight) || dynamics.rate(0, y, rate)) return options.minimum_step;
+  if (!error_weights(options, y, weight) || dynamics.rate(time, y, rate)) return options.minimum_step;
   const double slope = weighted_norm(rate, weight);
   double trial = std::min(longest_first_step, 1 / slope);
   while (trial > options.minimum_step) {
     for (std::size_t i = 0; i < y.size(); ++i) ahead[i] = y[i] + trial * rate[i];
-    if (dynamics.rate(trial, ahead, change)) {
+    if (dynamics.rate(time + trial, ahead, change)) {
       trial /= 10;
       continue;
     }

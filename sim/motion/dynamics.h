@@ -36,6 +36,13 @@ struct Energies {
   double total() const;
 };
 
+// The numbers that a frame records of a state.
+struct StateSummary {
+  Energies energies;
+  std::optional<double> smallest_gap;  // m, of the pairs in reach
+  int sleeping_bodies = 0;
+};
+
 // The arguments of an assembly of K and D, from which they can be assembled again with the same
 // bits.
 struct Linearisation {

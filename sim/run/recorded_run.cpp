@@ -45,8 +45,8 @@ class Run final : private StepObserver {
       : scene_(scene),
         options_(options),
         simulation_(scene),
-        recorder_(std::in_place, scene, simulation_.dynamics(), in_folder(options.trajectory),
-                  options.force, report_.bill.record, error_series()) {
+        recorder_(std::in_place, simulation_, in_folder(options.trajectory), options.force,
+                  report_.bill.record, error_series()) {
     simulation_.add_observer(*this);
     if (!options.estimate_error) return;
     const CostTimer timer(report_.bill.error_estimate);

@@ -27,13 +27,13 @@ std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMoti
   return is_held;
 }
 
-// Returns values by particle in a new order of bodies.
+// Returns values by particle in a new order of bodies. Bodies behind the last value have none.
 template <class Value>
 std::vector<Value> reordered(const std::vector<Value>& all, const std::vector<SceneBody>& bodies,
                              const std::vector<int>& order) {
   std::vector<Value> result;
-  if (all.empty()) return result;
   for (const int b : order) {
+    if (bodies[b].first_particle >= static_cast<int>(all.size())) continue;
     const auto first = all.begin() + bodies[b].first_particle;
     result.insert(result.end(), first, first + bodies[b].particle_count());
   }
@@ -76,27 +76,32 @@ void make_obstacle(SceneBody& body, Scene& scene, std::vector<PrescribedMotion>&
 
 }  // namespace
 
-void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins) {
-  const int count = static_cast<int>(scene.bodies.size());
-  scene.dynamic_bodies = count;
-  scene.dynamic_particles = scene.particle_count;
-  scene.case_order.resize(count);
-  std::iota(scene.case_order.begin(), scene.case_order.end(), 0);
-  const std::vector<char> is_held = find_held(scene, pins);
-  std::vector<int> order = scene.case_order;
-  const auto held =
-      std::stable_partition(order.begin(), order.end(), [&](int b) { return is_held[b] == 0; });
-  if (held == order.begin() || held == order.end()) return;
+void hold_bodies(Scene& scene, std::span<const char> is_held, std::vector<PrescribedMotion>& pins) {
+  const int all = static_cast<int>(scene.bodies.size()), dynamic = scene.dynamic_bodies;
+  std::vector<int> order(all), place(all);
+  std::iota(order.begin(), order.end(), 0);
+  const auto held = std::stable_partition(order.begin(), order.begin() + dynamic,
+                                          [&](int b) { return is_held[b] == 0; });
+  if (held == order.begin() || held == order.begin() + dynamic) return;
   scene.dynamic_bodies = static_cast<int>(held - order.begin());
   reorder(scene, order, pins);
-  for (int b = 0; b < count; ++b) scene.case_order[order[b]] = b;
-  for (int b = scene.dynamic_bodies; b < count; ++b) make_obstacle(scene.bodies[b], scene, pins);
+  for (int b = 0; b < all; ++b) place[order[b]] = b;
+  for (int& body : scene.case_order) body = place[body];
+  for (int b = scene.dynamic_bodies; b < dynamic; ++b) make_obstacle(scene.bodies[b], scene, pins);
   scene.dynamic_particles = scene.bodies[scene.dynamic_bodies].first_particle;
   scene.mass.resize(scene.dynamic_particles);
   scene.pinned.resize(scene.dynamic_particles);
   std::erase_if(pins, [&](const PrescribedMotion& pin) {
     return !pin.moves && !pin.particles.empty() && pin.particles[0] >= scene.dynamic_particles;
   });
+}
+
+void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins) {
+  scene.dynamic_bodies = static_cast<int>(scene.bodies.size());
+  scene.dynamic_particles = scene.particle_count;
+  scene.case_order.resize(scene.bodies.size());
+  std::iota(scene.case_order.begin(), scene.case_order.end(), 0);
+  hold_bodies(scene, find_held(scene, pins), pins);
 }
 
 }  // namespace weft::sim

@@ -25,6 +25,7 @@ struct SceneBody {
   bool is_obstacle = false;  // the case lists it as an obstacle
   bool dynamic = true;       // false: an obstacle, or a body that is held as a whole
   bool moves = true;         // false: not dynamic, and at rest
+  bool sleeps = false;       // not dynamic until something comes in reach (awake_scene.h)
   bool self_contact = false;
   double thickness = 0;  // m
   const MaterialCase* material =

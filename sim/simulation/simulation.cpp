@@ -9,6 +9,7 @@
 #include "sim/case/time_methods.h"
 #include "sim/integrator/integrator.h"
 #include "sim/motion/energy_watch.h"
+#include "sim/simulation/sleeping_integrator.h"
 
 namespace weft::sim {
 
@@ -25,12 +26,21 @@ constexpr std::string_view save_mark = "weft state 1";
 
 struct Simulation::Implementation {
   Implementation(const Scene& scene_, std::unique_ptr<const Scene> owned_)
-      : owned(std::move(owned_)),
-        scene(scene_),
-        dynamics(scene, statistics),
-        integrator(make_integrator(scene, dynamics)),
-        watch(std::in_place, dynamics, integrator->state()),
-        decision(integrator->decision()) {}
+      : owned(std::move(owned_)), scene(scene_), dynamics(scene, statistics) {
+    make_own_integrator();
+    watch.emplace(dynamics, integrator->state());
+    decision = integrator->decision();
+  }
+
+  void make_own_integrator();
+  // The dynamics of what is simulated at the moment, and its state: without bodies that sleep.
+  Dynamics& awake() { return sleeping != nullptr ? sleeping->dynamics() : dynamics; }
+  std::span<const double> awake_state() const {
+    return sleeping != nullptr ? sleeping->awake_state() : integrator->state();
+  }
+  Energies with_asleep(const Energies& of_awake) const {
+    return sleeping != nullptr ? sleeping->with_asleep(of_awake) : of_awake;
+  }
 
   std::optional<Failure> step();
   std::optional<Failure> judge_step();
@@ -49,6 +59,7 @@ struct Simulation::Implementation {
   Statistics statistics;
   Dynamics dynamics;
   std::unique_ptr<Integrator> integrator;
+  SleepingIntegrator* sleeping = nullptr;  // the integrator, if bodies may sleep
   std::optional<EnergyWatch> watch;
   int steps_since_look = 0;
   double last_look = 0;  // s
@@ -64,6 +75,22 @@ struct Simulation::Implementation {
   mutable std::vector<Vec3> position, velocity;
   mutable bool is_expanded = false;
 };
+
+// Bodies may sleep beside others that move in time.
+void Simulation::Implementation::make_own_integrator() {
+  const TimeCase& time = scene.source.time;
+  if (!time.sleep || scene.dynamic_bodies < 2 || traits_of(time.method).finds_equilibria()) {
+    integrator = make_integrator(scene, dynamics);
+    return;
+  }
+  auto made = std::make_unique<SleepingIntegrator>(scene, dynamics);
+  sleeping = made.get();
+  integrator = std::move(made);
+  sleeping->set_after_change([this](const std::string& text) {
+    watch.emplace(awake(), awake_state(), integrator->time());
+    if (!text.empty()) decide(text);
+  });
+}
 
 bool Simulation::Implementation::is_look_due() const {
   if (!watch->applies()) return false;
@@ -83,15 +110,18 @@ std::optional<Failure> Simulation::Implementation::judge_step() {
   const PhaseTimer timer(statistics.phases.energies);
   steps_since_look = 0;
   last_look = integrator->time();
-  energies = dynamics.energies_at_last_rate(last_look, integrator->state());
-  return watch->check(last_look, integrator->state(), *energies);
+  const Energies of_awake = awake().energies_at_last_rate(last_look, awake_state());
+  energies = with_asleep(of_awake);
+  auto failure = watch->check(last_look, awake_state(), of_awake);
+  if (failure && sleeping != nullptr) return sleeping->in_whole(std::move(*failure));
+  return failure;
 }
 
 std::optional<Failure> Simulation::Implementation::step() {
   energies.reset();
   if (auto failure = integrator->step()) return failure;
   note_decisions();
-  if (const Contact* contact = dynamics.contact()) {
+  if (const Contact* contact = awake().contact()) {
     contact_pairs = contact->pairs_in_reach();
     smallest_gap = contact->smallest_gap();
   }
@@ -104,7 +134,7 @@ void Simulation::Implementation::note_decisions() {
     decide(decision);
   }
   if (dynamics.contact() == nullptr) return;
-  if (std::string now = dynamics.contact()->compute().text(); now != compute) {
+  if (std::string now = awake().contact()->compute().text(); now != compute) {
     compute = std::move(now);
     decide("contact search on " + compute);
   }
@@ -238,7 +268,7 @@ void Simulation::set_velocity(std::string_view body, std::span<const Vec3> veloc
   self.is_expanded = false;
   self.energies.reset();
   self.integrator->restart(now, y);
-  self.watch.emplace(self.dynamics, self.integrator->state(), now);
+  self.watch.emplace(self.awake(), self.awake_state(), now);
   self.decide("new velocities of " + name + " at t = " + rounded_text(now) +
               " s: the method starts anew");
 }
@@ -265,10 +295,25 @@ const Energies& Simulation::energies() const {
   if (!self.energies) {
     self.energies = self.integrator->counts().steps == 0
                         ? self.dynamics.energies(self.integrator->time(), self.integrator->state())
-                        : self.dynamics.energies_at_last_rate(self.integrator->time(),
-                                                              self.integrator->state());
+                        : self.with_asleep(self.awake().energies_at_last_rate(
+                              self.integrator->time(), self.awake_state()));
   }
   return *self.energies;
+}
+
+StateSummary Simulation::summary_of(double time, std::span<const double> y) const {
+  Implementation& self = *implementation_;
+  Dynamics& awake = self.awake();
+  const auto gap = [&] {
+    return awake.contact() != nullptr ? awake.contact()->smallest_gap() : std::nullopt;
+  };
+  if (self.sleeping == nullptr) {
+    Energies all = awake.energies(time, y);
+    return {std::move(all), gap(), 0};
+  }
+  const Energies of_awake = awake.energies(time, self.sleeping->awake_part(y));
+  return {self.sleeping->with_asleep(of_awake), self.sleeping->with_asleep(gap()),
+          self.sleeping->sleeping_bodies()};
 }
 
 std::size_t Simulation::contact_pairs() const { return implementation_->contact_pairs; }
@@ -277,7 +322,7 @@ std::optional<double> Simulation::smallest_gap() const { return implementation_-
 std::string Simulation::decision() const { return implementation_->integrator->decision(); }
 
 std::string Simulation::compute() const {
-  const Contact* contact = implementation_->dynamics.contact();
+  const Contact* contact = implementation_->awake().contact();
   return contact == nullptr ? "" : contact->compute().text();
 }
 

@@ -18,6 +18,7 @@ namespace weft::sim {
 
 struct Scene;
 struct Energies;
+struct StateSummary;
 class Dynamics;
 class Integrator;
 class Simulation;
@@ -103,6 +104,8 @@ class Simulation {
   std::span<const double> state() const;
   // Writes the state at a time within the last step into `y`.
   [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const;
+  // Summarises a state at a time within the last step. Evaluates contact.
+  StateSummary summary_of(double time, std::span<const double> y) const;
 
  private:
   struct Implementation;

@@ -131,45 +131,46 @@ void append_energies(const Energies& energies, std::vector<double>& values) {
   values.push_back(energies.total());
 }
 
-double gap_or_nan(const Dynamics& dynamics) {
-  const auto gap =
-      dynamics.contact() != nullptr ? dynamics.contact()->smallest_gap() : std::nullopt;
+double or_nan(std::optional<double> gap) {
   return gap.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace
 
-FrameRecorder::FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path,
-                             bool force, Cost& cost, const std::vector<Series>& more)
-    : scene_(scene),
-      dynamics_(dynamics),
+FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& path, bool force,
+                             Cost& cost, const std::vector<Series>& more)
+    : scene_(simulation.scene()),
+      simulation_(simulation),
+      dynamics_(simulation.dynamics()),
       cost_(cost),
-      writer_(path, trajectory_bodies(scene), frame_series(more),
-              {.title = scene.source.title,
-               .case_text = scene.source.resolved_text,
-               .compute = dynamics.contact() != nullptr ? dynamics.contact()->compute().text() : "",
-               .velocity = scene.source.output.velocity,
+      writer_(path, trajectory_bodies(scene_), frame_series(more),
+              {.title = scene_.source.title,
+               .case_text = scene_.source.resolved_text,
+               .compute = simulation.compute(),
+               .velocity = scene_.source.output.velocity,
                .force = force,
-               .step_series = step_series(dynamics),
+               .step_series = step_series(dynamics_),
                .commit_interval = commit_interval},
-              split_by_body(scene, scene.initial_position)) {}
+              split_by_body(scene_, scene_.initial_position)) {}
 
 std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more) const {
   std::vector<Series> series = energy_series(dynamics_);
   series.push_back({"smallest_gap", "m"});
   series.push_back({"largest_stretch", "1"});
+  series.push_back({"sleeping_bodies", "1"});
   for (const StatisticColumn& column : statistic_columns)
     series.push_back({column.name, column.units});
   series.insert(series.end(), more.begin(), more.end());
   return series;
 }
 
-std::vector<double> FrameRecorder::frame_values(const Energies& energies, double largest_stretch,
+std::vector<double> FrameRecorder::frame_values(const StateSummary& summary, double largest_stretch,
                                                 const IntegratorCounts& counts) const {
   std::vector<double> values;
-  append_energies(energies, values);
-  values.push_back(gap_or_nan(dynamics_));
+  append_energies(summary.energies, values);
+  values.push_back(or_nan(summary.smallest_gap));
   values.push_back(largest_stretch);
+  values.push_back(summary.sleeping_bodies);
   for (const StatisticColumn& column : statistic_columns) {
     values.push_back(column.value(dynamics_.statistics(), counts));
   }
@@ -179,13 +180,12 @@ std::vector<double> FrameRecorder::frame_values(const Energies& energies, double
 void FrameRecorder::add_step(const Simulation& simulation) {
   const Integrator& integrator = simulation.integrator();
   const IntegratorCounts counts = integrator.counts();
-  step_rows_.insert(
-      step_rows_.end(),
-      {integrator.time(), integrator.last_step(), number(integrator.last_order()),
-       number(counts.newton_iterations - last_counts_.newton_iterations),
-       number(counts.linear_iterations - last_counts_.linear_iterations),
-       number(counts.vetoed_steps - last_counts_.vetoed_steps), number(simulation.contact_pairs()),
-       simulation.smallest_gap().value_or(std::numeric_limits<double>::quiet_NaN())});
+  step_rows_.insert(step_rows_.end(),
+                    {integrator.time(), integrator.last_step(), number(integrator.last_order()),
+                     number(counts.newton_iterations - last_counts_.newton_iterations),
+                     number(counts.linear_iterations - last_counts_.linear_iterations),
+                     number(counts.vetoed_steps - last_counts_.vetoed_steps),
+                     number(simulation.contact_pairs()), or_nan(simulation.smallest_gap())});
   if (scene_.source.output.step_energies) append_energies(simulation.energies(), step_rows_);
   last_counts_ = counts;
 }
@@ -209,7 +209,7 @@ void FrameRecorder::finish(const RunEnd& end) {
 
 double FrameRecorder::add_frame(double time, std::span<const double> y,
                                 const IntegratorCounts& counts, std::span<const double> more) {
-  const Energies energies = dynamics_.energies(time, y);
+  const StateSummary summary = simulation_.summary_of(time, y);
   const CostTimer cost(cost_);
   const PhaseTimer timer(dynamics_.statistics().phases.record);
   dynamics_.expand_all(time, y, position_, velocity_);
@@ -217,8 +217,8 @@ double FrameRecorder::add_frame(double time, std::span<const double> y,
   const std::vector<std::span<const Vec3>> velocities = scene_.source.output.velocity
                                                             ? split_by_body(scene_, velocity_)
                                                             : std::vector<std::span<const Vec3>>{};
-  energies_ = named(energies);
-  std::vector<double> values = frame_values(energies, largest_stretch, counts);
+  energies_ = named(summary.energies);
+  std::vector<double> values = frame_values(summary, largest_stretch, counts);
   values.insert(values.end(), more.begin(), more.end());
   writer_.write_frame(time, split_by_body(scene_, position_), velocities, values, step_rows_);
   step_rows_.clear();

@@ -17,8 +17,8 @@ class FrameRecorder {
   // The series `more` follow those that every run has. The cost of frames, without that of their
   // energies, is added to `cost`, which must outlive the recorder. The constructor and add_step()
   // are not counted.
-  FrameRecorder(const Scene& scene, Dynamics& dynamics, const std::string& path, bool force,
-                Cost& cost, const std::vector<TrajectoryWriter::Series>& more = {});
+  FrameRecorder(const Simulation& simulation, const std::string& path, bool force, Cost& cost,
+                const std::vector<TrajectoryWriter::Series>& more = {});
 
   // Adds a row about the last step to /steps. It is written with the next frame.
   void add_step(const Simulation& simulation);
@@ -41,10 +41,11 @@ class FrameRecorder {
  private:
   std::vector<TrajectoryWriter::Series> frame_series(
       const std::vector<TrajectoryWriter::Series>& more) const;
-  std::vector<double> frame_values(const Energies& energies, double largest_stretch,
+  std::vector<double> frame_values(const StateSummary& summary, double largest_stretch,
                                    const IntegratorCounts& counts) const;
 
   const Scene& scene_;
+  const Simulation& simulation_;
   Dynamics& dynamics_;
   Cost& cost_;
   IntegratorCounts last_counts_;

@@ -183,6 +183,18 @@ void describe_time(const TimeCase& time, std::ostream& out) {
   if (!long_step.empty()) out << "  " << long_step << '\n';
 }
 
+void describe_sleep(const Scene& scene, std::ostream& out) {
+  if (scene.dynamic_bodies < 2) return;
+  out << "sleep     ";
+  if (!scene.source.time.sleep) {
+    out << "off: time.sleep is false\n";
+  } else if (traits_of(scene.source.time.method).finds_equilibria()) {
+    out << "none: equilibria are found for all bodies together\n";
+  } else {
+    out << "bodies that come to rest are skipped until something touches them\n";
+  }
+}
+
 ComputeBackend describe_compute(const Scene& scene, std::ostream& out) {
   const ComputeChoice choice = choose_search(scene).choice;
   out << "search    " << choice.text() << '\n';
@@ -211,6 +223,7 @@ std::string describe_scene(const Scene& scene) {
   const auto backend =
       scene.source.contact.enabled ? describe_compute(scene, out) : ComputeBackend::cpu;
   describe_time(time, out);
+  describe_sleep(scene, out);
   if (!scene.source.accuracy_choice.empty()) {
     out << "accuracy  " << scene.source.accuracy_choice << "; a run corrects it by a pilot\n";
   }

@@ -1,0 +1,49 @@
+// Detects bodies that have come to rest.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/base/state_archive.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// A body is at rest if, throughout a window of half a second, no vertex has left its place at the
+// window's start by more than
+//
+//   position_tolerance * window / (time left until time.duration),
+//
+// and its speed is within the velocity tolerance. A body that went on at that pace until the end
+// would move by less than position_tolerance.
+//
+// States are looked at sixteen times per window at most. Cost of a look: O(vertices of the bodies
+// looked at).
+class RestWatch {
+ public:
+  static constexpr double window = 0.5;  // s
+
+  // The window of each body begins at `time`, in the state `y` (StateView, sim/motion/dynamics.h).
+  RestWatch(const Scene& scene, double time, std::span<const double> y);
+
+  bool is_due(double time) const { return time >= last_look_ + window / 16; }
+  // Looks at the state of the bodies that are not `asleep` (a mark per dynamic body).
+  void look(double time, std::span<const double> y, std::span<const char> asleep);
+  // True if the body was at rest at the last look.
+  bool is_at_rest(int body) const { return last_look_ - since_[body] >= window; }
+  // Begins the windows of all bodies at `time`, in the state `y`.
+  void begin(double time, std::span<const double> y);
+  // Begins the body's window anew at `time`, in the state `y`.
+  void begin_window(int body, double time, std::span<const double> y);
+  void transfer(StateArchive& archive) { archive(place_, since_, last_look_); }
+
+ private:
+  bool stays(const SceneBody& body, std::span<const double> y, double distance) const;
+
+  const Scene& scene_;
+  std::vector<Vec3> place_;    // m, by dynamic particle: at the start of its body's window
+  std::vector<double> since_;  // s, by dynamic body: start of its window
+  double last_look_ = 0;       // s
+};
+
+}  // namespace weft::sim

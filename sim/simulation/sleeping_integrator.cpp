@@ -1,0 +1,305 @@
+#include "sim/simulation/sleeping_integrator.h"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+#include "sim/case/case_text.h"
+
+namespace weft::sim {
+
+namespace {
+
+// The method begins anew when bodies fall asleep, which costs some short steps. Fewer vertices than
+// this share of the awake ones are not worth it.
+constexpr double least_share = 0.1;
+
+std::vector<char> find_moving_pins(const Scene& scene) {
+  std::vector<char> has_moving_pin(scene.dynamic_bodies, 0);
+  for (const PrescribedMotion& held : scene.prescribed) {
+    if (!held.moves || held.particles.empty() || held.particles.front() >= scene.dynamic_particles)
+      continue;
+    has_moving_pin[scene.body_index_of_particle(held.particles.front())] = 1;
+  }
+  return has_moving_pin;
+}
+
+// Returns the root of a body in a forest of sets, where each body names one of its set with a
+// number that is not higher.
+int root_of(std::vector<int>& set, int body) {
+  while (set[body] != body) body = set[body] = set[set[body]];
+  return body;
+}
+
+Energies no_energies(const Dynamics& dynamics) {
+  Energies none;
+  for (const std::string& name : dynamics.force_names()) none.elastic.emplace_back(name, 0.0);
+  return none;
+}
+
+// Returns a + factor * b; `b` may lack forces that `a` has.
+Energies sum_of(Energies a, double factor, const Energies& b) {
+  a.kinetic += factor * b.kinetic;
+  a.gravitational += factor * b.gravitational;
+  a.contact += factor * b.contact;
+  for (auto& [name, value] : a.elastic) {
+    for (const auto& [other, more] : b.elastic) {
+      if (other == name) value += factor * more;
+    }
+  }
+  return a;
+}
+
+}  // namespace
+
+SleepingIntegrator::SleepingIntegrator(const Scene& scene, Dynamics& whole)
+    : scene_(scene),
+      whole_(whole),
+      moving_boxes_(scene),
+      has_moving_pin_(find_moving_pins(scene)),
+      rest_(scene, 0, whole.initial_state()),
+      asleep_(scene.dynamic_bodies, 0),
+      island_(scene.dynamic_bodies, 0),
+      frozen_(no_energies(whole)) {
+  build();
+}
+
+std::optional<Failure> SleepingIntegrator::step() {
+  if (rest_.is_due(time())) fall_asleep();
+  const double start = time();
+  whole_.begin_step(start);
+  for (;;) {
+    if (Contact* contact = dynamics().contact()) contact->forget_touched();
+    auto failure = integrator_->step();
+    const bool is_stopped = failure && (failure->kind == Failure::Kind::interrupted ||
+                                        failure->kind == Failure::Kind::cpu_limit);
+    const std::vector<int> touched = is_stopped ? std::vector<int>{} : touched_islands(start);
+    if (!touched.empty()) {
+      wake(start, touched);
+      continue;
+    }
+    if (failure) return in_whole(std::move(*failure));
+    if (awake_) awake_->part.scatter(integrator_->state(), state_);
+    return std::nullopt;
+  }
+}
+
+std::optional<Failure> SleepingIntegrator::state_at(double time, std::span<double> y) const {
+  if (!awake_) return integrator_->state_at(time, y);
+  std::vector<double> part(awake_->dynamics.state_size());
+  if (auto failure = integrator_->state_at(time, part)) return in_whole(std::move(*failure));
+  std::copy(state_.begin(), state_.end(), y.begin());
+  awake_->part.scatter(part, y);
+  return std::nullopt;
+}
+
+void SleepingIntegrator::restart(double time, std::span<const double> y) {
+  if (awake_) {
+    std::ranges::fill(asleep_, 0);
+    earlier_ += integrator_->counts();
+    build();
+  }
+  integrator_->restart(time, y);
+  rest_.begin(time, y);
+}
+
+bool SleepingIntegrator::transfer(StateArchive& archive) {
+  archive(asleep_, island_, built_at_, state_, frozen_.kinetic, frozen_.gravitational,
+          frozen_.contact, frozen_gap_, earlier_);
+  for (auto& [name, energy] : frozen_.elastic) archive(energy);
+  rest_.transfer(archive);
+  if (archive.reads()) {
+    build();
+    after_change_({});
+  }
+  return integrator_->transfer(archive);
+}
+
+std::vector<double> SleepingIntegrator::awake_part(std::span<const double> y) const {
+  if (!awake_) return {y.begin(), y.end()};
+  std::vector<double> part(awake_->dynamics.state_size());
+  awake_->part.gather(y, part);
+  return part;
+}
+
+Energies SleepingIntegrator::with_asleep(const Energies& awake) const {
+  return awake_ ? sum_of(frozen_, 1, awake) : awake;
+}
+
+std::optional<double> SleepingIntegrator::with_asleep(std::optional<double> smallest_gap) const {
+  if (!awake_ || !frozen_gap_) return smallest_gap;
+  return std::min(*frozen_gap_, smallest_gap.value_or(*frozen_gap_));
+}
+
+int SleepingIntegrator::sleeping_bodies() const {
+  return static_cast<int>(std::ranges::count(asleep_, 1));
+}
+
+// Returns, by dynamic body, the first one of those that it is in contact with, directly or through
+// others, at the last evaluation of the forces.
+std::vector<int> SleepingIntegrator::find_islands() const {
+  std::vector<int> set(scene_.dynamic_bodies);
+  std::iota(set.begin(), set.end(), 0);
+  const Contact* contact = dynamics().contact();
+  const Scene& awake = dynamics().scene();
+  for (std::size_t i = 0; contact != nullptr && i < contact->pairs_in_reach(); ++i) {
+    const std::array<int, 4>& nodes = contact->pair_nodes(i);
+    if (std::max(nodes[0], nodes[3]) >= awake.dynamic_particles) continue;
+    const auto whole = [&](int node) {
+      const int body = awake.body_index_of_particle(node);
+      return root_of(set, awake_ ? awake_->part.whole_body(body) : body);
+    };
+    const int a = whole(nodes[0]), b = whole(nodes[3]);
+    set[std::max(a, b)] = std::min(a, b);
+  }
+  for (int body = 0; body < scene_.dynamic_bodies; ++body) set[body] = root_of(set, body);
+  return set;
+}
+
+// Marks the bodies that sleep or may fall asleep: those whose whole island may.
+std::vector<char> SleepingIntegrator::bodies_that_may_sleep(const std::vector<int>& islands) const {
+  std::vector<char> may_sleep(scene_.dynamic_bodies, 1);
+  for (int body = 0; body < scene_.dynamic_bodies; ++body) {
+    if (asleep_[body] != 0) continue;
+    const bool may = rest_.is_at_rest(body) && has_moving_pin_[body] == 0 &&
+                     !moving_boxes_.may_reach(box_of(body), scene_.bodies[body].thickness, time(),
+                                              time() + RestWatch::window);
+    if (!may) may_sleep[islands[body]] = 0;
+  }
+  for (int body = 0; body < scene_.dynamic_bodies; ++body) {
+    if (asleep_[body] == 0) may_sleep[body] = may_sleep[islands[body]];
+  }
+  return may_sleep;
+}
+
+void SleepingIntegrator::fall_asleep() {
+  rest_.look(time(), state(), asleep_);
+  const auto is_resting = [&](int body) {
+    return asleep_[body] == 0 && rest_.is_at_rest(body) && has_moving_pin_[body] == 0;
+  };
+  bool rests = false;
+  for (int body = 0; body < scene_.dynamic_bodies; ++body) rests |= is_resting(body);
+  if (!rests) return;
+  const std::vector<int> islands = find_islands();
+  std::vector<char> next = bodies_that_may_sleep(islands);
+  // One island stays awake, even if all are at rest.
+  if (std::ranges::all_of(next, [](char asleep) { return asleep != 0; })) {
+    const auto first = std::ranges::find(asleep_, 0) - asleep_.begin();
+    for (int body = 0; body < scene_.dynamic_bodies; ++body) {
+      if (asleep_[body] == 0 && islands[body] == islands[first]) next[body] = 0;
+    }
+  }
+  std::vector<int> falling;
+  int vertices = 0;
+  for (int body = 0; body < scene_.dynamic_bodies; ++body) {
+    if (next[body] == asleep_[body]) continue;
+    falling.push_back(body);
+    vertices += scene_.bodies[body].particle_count();
+  }
+  if (vertices < least_share * dynamics().scene().dynamic_particles || falling.empty()) return;
+  for (const int body : falling) island_[body] = islands[body];
+  asleep_ = next;
+  change(time(), falling, "sleep");
+}
+
+// Returns the islands that must wake, since the step from `from` to time(), or a try at it, touched
+// them or an obstacle moved near them.
+std::vector<int> SleepingIntegrator::touched_islands(double from) const {
+  std::vector<int> touched;
+  if (!awake_) return touched;
+  const Contact* contact = awake_->dynamics.contact();
+  const Scene& awake = awake_->part.scene();
+  for (int b = awake.dynamic_bodies; b < scene_.dynamic_bodies; ++b) {
+    const int body = awake_->part.whole_body(b);
+    if ((contact != nullptr && contact->touched()[b] != 0) ||
+        moving_boxes_.may_reach(box_of(body), awake.bodies[b].thickness, from, time()))
+      touched.push_back(island_[body]);
+  }
+  return touched;
+}
+
+void SleepingIntegrator::wake(double now, const std::vector<int>& islands) {
+  std::vector<int> waking;
+  for (int body = 0; body < scene_.dynamic_bodies; ++body) {
+    if (asleep_[body] == 0 || std::ranges::find(islands, island_[body]) == islands.end()) continue;
+    asleep_[body] = 0;
+    waking.push_back(body);
+  }
+  change(now, waking, "wake");
+}
+
+// Simulates the bodies that are awake from `now` on: the time of the last accepted state.
+void SleepingIntegrator::change(double now, const std::vector<int>& bodies, const char* event) {
+  if (!awake_) state_.assign(integrator_->state().begin(), integrator_->state().end());
+  auto* const velocity = reinterpret_cast<Vec3*>(state_.data()) + scene_.dynamic_particles;
+  for (const int body : bodies) {
+    if (asleep_[body] == 0) {
+      rest_.begin_window(body, now, state_);
+    } else {
+      std::fill_n(velocity + scene_.bodies[body].first_particle,
+                  scene_.bodies[body].particle_count(), Vec3::Zero());
+    }
+  }
+  const std::span<const Vec3> position = StateView::of(state_).position;
+  built_at_.assign(position.begin(), position.end());
+  earlier_ += integrator_->counts();
+  build();
+  integrator_->restart(now, awake_part(state_));
+  find_frozen(now);
+  after_change_(described(bodies, event) + " at t = " + rounded_text(now) + " s");
+}
+
+// Makes what simulates the awake bodies.
+void SleepingIntegrator::build() {
+  integrator_.reset();
+  awake_.reset();
+  if (sleeping_bodies() > 0)
+    awake_ = std::make_unique<Awake>(scene_, asleep_, built_at_, whole_.statistics());
+  integrator_ = make_integrator(dynamics().scene(), dynamics());
+  integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
+}
+
+// Finds the energies of sleeping bodies and their smallest gap.
+void SleepingIntegrator::find_frozen(double now) {
+  frozen_gap_.reset();
+  if (!awake_) return;
+  frozen_ = whole_.energies(now, state_);
+  const Contact* contact = whole_.contact();
+  for (std::size_t i = 0; contact != nullptr && i < contact->pairs_in_reach(); ++i) {
+    const int body = scene_.body_index_of_particle(contact->pair_nodes(i)[0]);
+    const int other = scene_.body_index_of_particle(contact->pair_nodes(i)[3]);
+    if (asleep_[std::min(body, other)] == 0) continue;
+    frozen_gap_ = std::min(contact->pair_gap(i), frozen_gap_.value_or(contact->pair_gap(i)));
+  }
+  frozen_ = sum_of(frozen_, -1, awake_->dynamics.energies(now, integrator_->state()));
+}
+
+// The box (m) around a body where it is now.
+Eigen::AlignedBox3d SleepingIntegrator::box_of(int body) const {
+  Eigen::AlignedBox3d box;
+  const SceneBody& of = scene_.bodies[body];
+  for (const Vec3& point :
+       StateView::of(state()).position.subspan(of.first_particle, of.particle_count()))
+    box.extend(point);
+  return box;
+}
+
+Failure SleepingIntegrator::in_whole(Failure failure) const {
+  if (awake_ && failure.particle >= 0)
+    failure.particle = awake_->part.whole_particle(failure.particle);
+  return failure;
+}
+
+std::string SleepingIntegrator::described(const std::vector<int>& bodies,
+                                          const std::string& event) const {
+  constexpr std::size_t most_names = 3;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(bodies.size(), most_names); ++i)
+    names += (i == 0 ? "" : ", ") + in_quotes(scene_.bodies[bodies[i]].name);
+  if (bodies.size() == 1) return "body " + names + " " + event + "s";
+  if (bodies.size() > most_names)
+    names += " and " + std::to_string(bodies.size() - most_names) + " more";
+  return std::to_string(bodies.size()) + " bodies " + event + " (" + names + ")";
+}
+
+}  // namespace weft::sim
