@@ -1,4 +1,4 @@
-// The inverses of the diagonal 3x3 blocks of A, contact included.
+// Block-Jacobi preconditioner: the inverses of the diagonal 3x3 blocks of A, contact included.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@ namespace weft::sim {
 
 class BlockJacobi : public Preconditioner {
  public:
-  // Always possible: a block that is not positive definite, as under compression, is replaced by
-  // the mass. O(particles).
+  // Always succeeds: under compression a block may not be positive definite, and the mass then
+  // replaces it. O(particles).
   bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
 

@@ -10,19 +10,19 @@ namespace weft::sim {
 
 namespace {
 
-// Limit of iterations. If the residual is still too large, conjugate gradients cannot handle the
-// matrix: the caller is told, and cuts the step.
+// Iteration limit. Conjugate gradients cannot handle a matrix that takes more; the caller is told
+// and cuts the step.
 constexpr int most_iterations = 2000;
 
 // Largest ratio of a particle's residual to the mean. A bound on the mean alone would leave a few
-// particles hardly solved, and steps of microseconds would follow (docs/decisions/0005).
+// particles badly solved, and steps of microseconds would follow (docs/decisions/0005).
 constexpr double peak_to_mean = 10;
 
-// Fraction of the initial residual below which rounding leaves nothing to gain.
+// Fraction of the initial residual below which rounding prevents further progress.
 constexpr double rounding = 1e-13;
 
-// Ratio of the true error to the estimated one that block-Jacobi may reach: its gains swing and
-// stand still.
+// Largest ratio of the true error to the estimate with block-Jacobi, whose gains are uneven and
+// sometimes stagnate.
 constexpr double block_jacobi_doubt = 4;
 
 }  // namespace
@@ -91,19 +91,19 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
   }
 }
 
-// Computes z = P r. Returns r . z.
+// Computes z = P r and returns r . z.
 double ConjugateGradients::precondition() {
   preconditioner_.chosen().apply(matrix_, residual_, preconditioned_);
   return dot(residual_, preconditioned_, matrix_.threads());
 }
 
-// Finds the next direction and its product with A, in single precision if the preconditioner offers
-// that. Returns false for a direction of negative curvature.
+// Finds the next direction p and A p, in single precision if the preconditioner provides it.
+// Returns false if p . A p is not positive.
 bool ConjugateGradients::find_direction(bool starts_anew) {
   const int count = static_cast<int>(residual_.size()), threads = matrix_.threads();
   double next = precondition();
   if (!(next > 0) && preconditioner_.is_multigrid()) {
-    // Rounding causes this in a matrix that is all but singular.
+    // Rounding causes this in a nearly singular matrix.
     preconditioner_.give_up_multigrid();
     starts_anew = true;
     next = precondition();
@@ -130,8 +130,8 @@ bool ConjugateGradients::find_direction(bool starts_anew) {
   return curvature_ > 0;
 }
 
-// Does dv += alpha p and r -= alpha A p. Returns the 2-norm of the weighted residual, or the norm
-// whose mean is 1 / `peak_to_mean` of the largest particle's, if that is larger.
+// Does dv += alpha p and r -= alpha A p. Returns the 2-norm of the weighted residual or, if larger,
+// the 2-norm at which the largest particle's residual would be `peak_to_mean` times the mean.
 double ConjugateGradients::advance(double alpha, const Solve& solve) {
   struct Part {
     double sum = 0, largest = 0, dv = 0;
@@ -164,10 +164,10 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
-// The square of the error falls by each iteration's gain (Hestenes and Stiefel 1952, theorem 6:1).
-// From dv = 0, the sum of all gains is the square of dv. The remaining error is extrapolated from
-// two sums of gains: over the last third of the iterations and over the third before. The first
-// four iterations are left out. Single gains swing where iterations are many.
+// Each iteration lowers the squared error in the norm of A by its gain (Hestenes and Stiefel 1952,
+// theorem 6:1). From dv = 0 the gains sum to dv . A dv. The remaining error is extrapolated from
+// two sums of gains, over the last third of the iterations and the third before. Sums are used
+// because single gains fluctuate; the first four iterations are left out.
 bool ConjugateGradients::is_reached(const Goal& goal, double residual) const {
   if (!(residual <= goal.residual)) return false;
   if (goal.error >= 1 || residual <= rounding * start_residual_) return true;

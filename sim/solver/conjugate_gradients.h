@@ -11,10 +11,10 @@
 
 namespace weft::sim {
 
-// Without contact, which single precision leaves out, products with A are in single precision
-// first. These iterations end when they have converged or meet negative curvature, which a stiff
-// body may seem to have in single precision. The residual of A itself is then formed. If it is
-// larger than allowed, or than it seemed, iterations go on from it with products in double.
+// Without contact, which single precision omits, products with A are first in single precision.
+// That phase ends at convergence or at negative curvature, which rounding can feign for a stiff
+// body. The residual of A itself is then formed in double. If it exceeds the goal, or is more than
+// twice the single-precision one, iterations go on with products in double.
 class ConjugateGradients {
  public:
   struct Outcome {
@@ -22,7 +22,7 @@ class ConjugateGradients {
     bool indefinite = false;  // A has a direction of negative curvature: the step is too large
     int iterations = 0;
     double residual = 0;     // in the norm of the tolerance
-    bool multigrid = false;  // what the last iteration was preconditioned with
+    bool multigrid = false;  // preconditions the last iteration
     int multigrid_set_ups = 0;
   };
   // When a solution is good enough.
@@ -30,23 +30,24 @@ class ConjugateGradients {
     // Upper bound of the weighted residual's 2-norm (velocity rows, divided by mass). No particle
     // may exceed ten times the mean that this bound implies.
     double residual = std::numeric_limits<double>::infinity();
-    // Upper bound of the error e of dv, as conjugate gradients estimate it: sqrt(e . A e) as a
-    // fraction of sqrt(dv . M dv) or, with Scale::matrix, of sqrt(dv . A dv). The true error may be
-    // three times as large (tests/sim/multigrid_test.cpp). 1: the residual alone counts.
+    // Upper bound of the error e of dv as a fraction of dv: sqrt(e . A e) / sqrt(dv . M dv) or,
+    // with Scale::matrix, sqrt(e . A e) / sqrt(dv . A dv). e is estimated from the iterations; the
+    // true error may be three times as large (tests/sim/multigrid_test.cpp). 1: only the residual
+    // counts.
     double error = 1;
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
   };
 
-  // Both must outlive it.
+  // Both arguments must outlive the object.
   ConjugateGradients(const VelocityMatrix& matrix, PreconditionerSelection& preconditioner);
 
-  // Solves A dv = `right_side`, both zero for pinned particles, from dv = 0. All spans have one
+  // Solves A dv = `right_side` from dv = 0; both are zero for pinned particles. All spans have one
   // entry per particle. Precondition: the preconditioner is prepared for this A.
   Outcome solve(std::span<const Vec3> right_side, std::span<const Vec3> weight, const Goal& goal,
                 std::span<Vec3> dv);
 
  private:
-  // The solve in hand.
+  // The arguments of solve().
   struct Solve {
     std::span<const Vec3> right_side, weight;
     const Goal& goal;
@@ -66,10 +67,10 @@ class ConjugateGradients {
   std::vector<Vec3> direction_, product_;  // p and A p
   double rho_ = 1, curvature_ = 0;         // r . P r and p . A p
   bool is_exact_ = false;                  // products with A are in double
-  bool has_single_products_ = false;  // behind the residual, since it was last formed from A itself
-  double start_residual_ = 0;         // of the solve or, if later, of new coarse matrices
-  std::vector<double> gains_;         // of the iterations of this solve
-  double dv_square_ = 0;              // dv . M dv
+  bool has_single_products_ = false;       // since the residual was last formed from A
+  double start_residual_ = 0;  // of the solve, or when coarse matrices were last formed in it
+  std::vector<double> gains_;  // by iteration of this solve
+  double dv_square_ = 0;       // dv . M dv
 };
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// The Newton matrix of velocity_system.h, factorised.
+// Direct solution of the Newton system of velocity_system.h.
 #pragma once
 
 #include <memory>
@@ -8,9 +8,9 @@
 
 namespace weft::sim {
 
-// A = M + gamma D + gamma^2 K with contact and with prescribed particles held, by a sparse LDL^T.
-// For what conjugate gradients cannot do: long pseudo-steps, where A is hardly more than a
-// stiffness of many orders of magnitude.
+// Factorises A = M + gamma D + gamma^2 K, contact included, as a sparse LDL^T; pinned particles
+// keep only their mass. Serves systems that conjugate gradients cannot solve. One kind is long
+// pseudo-steps, where A is nearly a pure stiffness whose entries span many orders of magnitude.
 class DirectSolver {
  public:
   explicit DirectSolver(Dynamics& dynamics);
@@ -19,8 +19,8 @@ class DirectSolver {
   DirectSolver& operator=(const DirectSolver&) = delete;
 
   // Solves (I - gamma J) correction = b, both 6 * particles doubles, with the K and D last
-  // assembled and the contacts last evaluated. False where A is not positive definite. Cost: a
-  // factorisation.
+  // assembled and the contacts last evaluated. Returns false if A is not positive definite. Costs
+  // one factorisation.
   bool solve(double gamma, std::span<const double> b, std::span<double> correction);
 
  private:

@@ -7,7 +7,7 @@ namespace weft::sim {
 
 namespace {
 
-// Number of factorised systems before iterations are tried again, at first and at most.
+// Least and largest number of factorised systems before iterations are tried again.
 constexpr int least_patience = 8, most_patience = 4096;
 
 // Returns the number of iterations that take as long as a factorisation. On a surface, the cost of

@@ -1,4 +1,4 @@
-// Which systems are factorised because conjugate gradients take too long.
+// The choice of the systems that are factorised because conjugate gradients take too long.
 #pragma once
 
 #include <limits>
@@ -7,16 +7,16 @@
 
 namespace weft::sim {
 
-// Once a system takes more iterations than a factorisation is worth, systems of as long a gamma are
-// factorised. Iterations are tried again after eight of these, then after twice as many each time
-// that they take too long again: a few hard systems, as where surfaces meet, say nothing about
-// those that follow (docs/decisions/0016).
+// Once a system takes more iterations than a factorisation costs, systems of the same or a longer
+// gamma are factorised. After eight of them iterations are tried again. Each failed trial doubles
+// that number. A few hard systems, for example while surfaces meet, do not make later ones hard
+// (docs/decisions/0016).
 class FactorisationChoice {
  public:
-  // `is_allowed`: false if the case names a preconditioner, which is then always used.
+  // `is_allowed` is false if the case names a preconditioner, which is then always used.
   FactorisationChoice(int particle_count, bool is_allowed);
 
-  // True if the next system, of this gamma (s), is to be factorised, which it then must be.
+  // True if the next system, of this gamma (s), is to be factorised. The caller must then do so.
   bool next_is_factorised(double gamma);
   // Notes the iterations that a system of this gamma took. True if it should have been factorised.
   bool takes_too_long(double gamma, int iterations);
@@ -29,8 +29,8 @@ class FactorisationChoice {
   double worthwhile_iterations_;
   bool is_allowed_;
   double factorised_from_ = std::numeric_limits<double>::infinity();  // gamma, s
-  int patience_ = 0;       // systems factorised before iterations are tried again
-  int systems_left_ = 0;   // of these
+  int patience_ = 0;       // systems factorised before the next trial of iterations
+  int systems_left_ = 0;   // until the next trial of iterations
   double hard_gamma_ = 0;  // s, of the last system that took too many iterations
 };
 

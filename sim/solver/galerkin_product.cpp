@@ -83,8 +83,8 @@ void GalerkinProduct::write_recipe(int row, Scratch& scratch, Recipe& recipe) co
   for (const auto& [sum, term] : scratch.terms) recipe.terms[scratch.next[sum]++] = term;
 }
 
-// Columns are taken four numbers at a time, of which the last is ignored: blocks may be read up to
-// their tenth number.
+// Reads each column as four numbers and ignores the last. Blocks may be read up to their tenth
+// number, one past their end.
 Mat3 GalerkinProduct::Recipe::sum(int i, const std::vector<int>& blocks,
                                   const SingleBlockMatrix& fine) const {
   using Four = Eigen::Array4d;
@@ -104,7 +104,7 @@ Mat3 GalerkinProduct::Recipe::sum(int i, const std::vector<int>& blocks,
   return sum;
 }
 
-// The fine matrix's upper blocks that the rows of the children of `row` hold or mirror.
+// Lists the upper blocks of the fine matrix that the rows of the children of `row` hold or mirror.
 void GalerkinProduct::list_blocks(int row, std::vector<int>& blocks) const {
   blocks.clear();
   for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {

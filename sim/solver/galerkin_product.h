@@ -1,4 +1,4 @@
-// P^T A P for matrices of 3x3 blocks.
+// The Galerkin product P^T A P for matrices of 3x3 blocks.
 #pragma once
 
 #include <memory>
@@ -11,34 +11,33 @@
 
 namespace weft::sim {
 
-// Forms the product for all A of one pattern. The blocks and weights that make up a row of the
-// result are found once. They are kept once for all rows that are made alike, as most rows of an
-// image are.
+// Forms the product for every A of one pattern. The terms that make up a row of the result are
+// found once. Rows made alike share one recipe, as most rows of an image do.
 class GalerkinProduct {
  public:
-  // Finds the pattern of the result and how its rows are made. The prolongation must outlive it.
-  // O(blocks), on one thread.
+  // Finds the pattern of the result and the recipes of its rows. The prolongation must outlive the
+  // object. O(blocks), on one thread.
   GalerkinProduct(std::shared_ptr<const BlockPattern> fine, const Prolongation& prolongation);
   GalerkinProduct(GalerkinProduct&&) = default;  // a copy's rows would point to these recipes
 
   const std::shared_ptr<const BlockPattern>& pattern() const { return coarse_; }
 
-  // coarse = P^T fine P; the matrices have the patterns above. Summed in double, row by row of the
-  // result: the same bits on any number of threads. O(blocks).
+  // coarse = P^T fine P, for matrices of the patterns above. Each row is summed in double by one
+  // thread: the bits do not depend on the number of threads. O(blocks).
   void form(const SingleBlockMatrix& fine, SingleBlockMatrix& coarse, int threads) const;
 
  private:
   struct Term {
-    int block;     // of those in the rows of the children, counted from the first child's first
-    float weight;  // of both interpolations
+    int block;     // index into the blocks that list_blocks() lists
+    float weight;  // product of both interpolation weights
     bool operator==(const Term&) const = default;
   };
-  // Sums that make up a row of the result from its diagonal on, two per block. The first adds upper
-  // blocks of the fine matrix as they are. The second adds upper blocks that stand for their mirror
-  // images below the diagonal.
+  // The sums that make up a row of the result from its diagonal on, two per block. The first adds
+  // upper blocks of the fine matrix. The second adds the upper blocks whose transposes stand below
+  // the diagonal.
   struct Recipe {
     std::vector<Term> terms;
-    std::vector<int> starts;  // of each sum; and where the last ends
+    std::vector<int> starts;  // of each sum, and the end of the last
     bool operator==(const Recipe&) const = default;
     Mat3 sum(int i, const std::vector<int>& blocks, const SingleBlockMatrix& fine) const;
   };
@@ -46,9 +45,9 @@ class GalerkinProduct {
     std::size_t operator()(const Recipe& recipe) const;
   };
   struct Scratch {
-    std::vector<int> place;                   // by row of the result
-    std::vector<std::pair<int, Term>> terms;  // with the number of their sum
-    std::vector<int> next;                    // place of a term, by sum
+    std::vector<int> place;                   // the first sum of its block, by column of the row
+    std::vector<std::pair<int, Term>> terms;  // each with the number of its sum
+    std::vector<int> next;                    // place of the next term, by sum
   };
 
   void write_recipe(int row, Scratch& scratch, Recipe& recipe) const;

@@ -6,12 +6,12 @@ namespace weft::sim {
 
 namespace {
 
-// Number of rows that a sweep prefetches. The processor foresees neither rows in reverse nor half
+// Number of rows that a sweep prefetches. The processor predicts neither rows in reverse nor half
 // rows: without prefetching, sweeps take twice as long.
 constexpr int prefetched_rows = 6;
 
-// Chunks are as large as still lets many threads share them: couplings between chunks cost more,
-// and sweeps across them smooth less.
+// Chunks are as large as possible while many threads can still share them: couplings between chunks
+// cost more, and sweeps across them smooth less.
 constexpr int least_rows_per_chunk = 512;
 constexpr int most_chunks = 32;
 
@@ -23,7 +23,7 @@ GaussSeidel::GaussSeidel(const BlockPattern& pattern)
   for (int c = 0; c * rows_per_chunk_ < rows_; ++c) {
     std::vector<char> used(colours_.size() + 1, 0);
     const int last = std::min(rows_, (c + 1) * rows_per_chunk_);
-    // Couplings go both ways, so that those to earlier chunks tell all.
+    // Couplings are symmetric: visiting those to earlier chunks finds all of them.
     for (int row = c * rows_per_chunk_; row < last; ++row) {
       for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
         const int other = pattern.column(slot) / rows_per_chunk_;
@@ -52,7 +52,8 @@ void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
                                 std::span<const Mat3> inverse_diagonal, std::span<const Vec3> b,
                                 std::span<Vec3> x, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
-  // Later rows count as zero: those of the same chunk are passed over, others are not there yet.
+  // Later rows count as zero. Those of the same chunk are skipped; those of later chunks are still
+  // zero.
   std::fill(x.begin(), x.end(), Vec3::Zero());
   for (const auto& chunks : colours_) {
     run_chunks(chunks, threads, [&](int first, int last) {
@@ -77,7 +78,7 @@ void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
     run_chunks(*chunks, threads, [&](int first, int last) {
       for (int row = last - 1; row >= first; --row) {
         matrix.prefetch_rows(row - prefetched_rows, row - prefetched_rows + 1);
-        // The row visited just before comes last: its x is not there yet.
+        // The row visited just before comes last in the sum: its x is the last to become available.
         const int diagonal = pattern.diagonal_slot(row);
         const Vec3 rest =
             b[row] - matrix.lower_product(row, pattern.row_begin(row), diagonal, x.data());

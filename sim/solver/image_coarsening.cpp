@@ -19,8 +19,9 @@ struct Axis {
   bool can_be_coarsened() const {
     return intervals == quads ? quads >= 4 : intervals % 2 == 0 && intervals >= 4;
   }
-  // Texel of node j; quads for the node after the last of a wrapped axis. Halves are rounded
-  // towards the middle, so that an axis and its mirror image, met at a seam, keep the same texels.
+  // Returns the texel of node j, or `quads` for the node after the last of a wrapped axis. Halves
+  // are rounded towards the middle, so that an axis and its mirror image across a seam keep the
+  // same texels.
   int texel(int j) const {
     const auto rounded = [&](int i) {
       return (2 * i * static_cast<long>(quads) + intervals) / (2L * intervals);
@@ -29,8 +30,8 @@ struct Axis {
   }
 };
 
-// Returns the number of intervals on the next coarser level. Among the numbers that can be halved
-// often, (4 .. 7) 2^k, 2 and 3, it is the nearest to half by ratio.
+// Returns the number of intervals on the next coarser level. From the finest level it is the number
+// nearest to half by ratio among those that halve often: (4 .. 7) 2^k, 2 and 3.
 int fewer_intervals(const Axis& axis) {
   if (axis.intervals != axis.quads) return axis.intervals / 2;
   int best = axis.quads >= 5 ? 3 : 2;
@@ -43,7 +44,7 @@ int fewer_intervals(const Axis& axis) {
   return best;
 }
 
-// A patch on one level. Nodes without any free particle are -1.
+// A patch on one level. Coarse nodes from which no free node is interpolated are -1.
 struct LevelImage {
   Axis rows, cols;
   std::vector<int> node;  // rows.nodes() x cols.nodes()
@@ -71,7 +72,7 @@ std::vector<LevelImage> images_of(const Scene& scene) {
   return images;
 }
 
-// The nodes of the coarse axis on either side of a node of the fine one.
+// The coarse nodes on either side of a node of the fine axis, by the index of the first.
 struct Place {
   int before = 0;
   double weight_after = 0;
@@ -84,7 +85,7 @@ std::vector<Place> places(const Axis& fine, const Axis& coarse) {
     const int texel = fine.texel(i);
     while (j + 1 < coarse.nodes() && coarse.texel(j + 1) <= texel) ++j;
     const int start = coarse.texel(j);
-    // The last node of an open axis has none after it.
+    // An open axis has no node after its last one.
     const double weight =
         texel == start ? 0 : (texel - start) / static_cast<double>(coarse.texel(j + 1) - start);
     result.push_back({j, weight});
@@ -92,7 +93,7 @@ std::vector<Place> places(const Axis& fine, const Axis& coarse) {
   return result;
 }
 
-// Makes the next coarser level of `fine` images of `count` nodes.
+// Makes the next coarser level of the `fine` images, which have `count` nodes together.
 class Coarsening {
  public:
   Coarsening(const std::vector<LevelImage>& fine, int count, std::span<const char> fixed)
@@ -127,7 +128,7 @@ class Coarsening {
     }
   }
 
-  // Indices of the fine axis that the coarse one keeps.
+  // Returns the indices of the fine axis that the coarse one keeps.
   static std::vector<int> kept(const Axis& fine, const Axis& coarse) {
     std::vector<int> result;
     int i = 0;
@@ -138,7 +139,8 @@ class Coarsening {
     return result;
   }
 
-  // A kept node hangs on itself; another, on the corners around it in the first image that has it.
+  // Sets the parents of fine nodes: a kept node is its own parent, any other has the corners around
+  // it. The first image that contains a node decides.
   void hang(const LevelImage& fine, const LevelImage& coarse) {
     const std::vector<Place> rows = places(fine.rows, coarse.rows),
                              cols = places(fine.cols, coarse.cols);
@@ -163,7 +165,7 @@ class Coarsening {
     }
   }
 
-  // On a short closed axis two corners may be one node.
+  // Two corners may be the same node on a short closed axis; their weights add up.
   static void add(std::vector<Parent>& parents, int node, double weight) {
     if (node < 0) return;
     const auto same = std::find_if(parents.begin(), parents.end(),
@@ -175,7 +177,7 @@ class Coarsening {
     }
   }
 
-  // Coarse nodes that no free node hangs on are no unknowns.
+  // Removes the coarse nodes that no free node is interpolated from: they are no unknowns.
   void drop_childless() {
     std::vector<int> renumbered(coarse_count_, -1);
     for (const auto& parents : hangs_on_) {
@@ -193,7 +195,7 @@ class Coarsening {
     }
   }
 
-  std::vector<int> number_;  // of a kept node
+  std::vector<int> number_;  // of a kept node on the coarse level; -1 for others
   std::vector<std::vector<Parent>> hangs_on_;
   std::span<const char> fixed_;
   std::vector<LevelImage> images_;

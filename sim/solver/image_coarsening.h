@@ -1,11 +1,10 @@
 // Coarser and coarser images of the dynamic bodies, and the interpolations between them: the
 // geometry of the multigrid.
 //
-// An axis of `quads` intervals keeps the texels round(j quads / m), j = 0 .. m: its ends, and
-// between them m intervals that differ by no more than one texel. m is near half of `quads` and
-// then halves from level to level, so that texels of a level are texels of the one before, whatever
-// the size of the image. Both axes of a patch are coarsened together; a patch stays as it is once
-// either of them cannot be.
+// An axis of `quads` intervals keeps the texels round(j quads / m), j = 0 .. m. It keeps its ends,
+// and its m intervals differ by at most one texel. The first m is near half of `quads`; it halves
+// from level to level. Hence every level keeps texels of the finer one, whatever the size of the
+// image. Both axes of a patch are coarsened together, until one of them cannot be.
 #pragma once
 
 #include <span>
@@ -15,17 +14,18 @@
 
 namespace weft::sim {
 
-// Interpolates from the nodes of a level to those of the finer one: fine = sum of weight * coarse.
+// Interpolates from the nodes of a level to those of the next finer one: fine = sum of weight *
+// coarse.
 struct Prolongation {
   int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
   int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
 
-  // Rows by fine node: the coarse nodes that it is interpolated from, up to four, ascending, with
-  // bilinear weights in texels. A fixed node has none. The weights sum to 1, except where some of
-  // the coarse nodes have no free node.
+  // Rows by fine node: the coarse nodes that it is interpolated from (at most four, ascending),
+  // with bilinear weights in texels. A fixed node has none. The weights sum to 1 unless some of the
+  // coarse nodes have no free node.
   std::vector<int> row_start, column;
   std::vector<float> weight;
-  // The transpose, by coarse node: its fine nodes in ascending order; at least one each.
+  // The transpose by coarse node: its fine nodes, at least one, in ascending order.
   std::vector<int> child_start, child;
   std::vector<float> child_weight;
 
@@ -34,9 +34,9 @@ struct Prolongation {
   void add_to(std::span<const Vec3> coarse, std::span<Vec3> fine, int threads) const;
 };
 
-// Returns the prolongations from the particles of the dynamic bodies to the coarsest level; at
-// least one. Where nothing can be coarsened the coarsest level has all free particles. Texels of
-// several patches that share a particle share its node on every level that keeps it. O(texels).
+// Returns the prolongations from the particles of the dynamic bodies to the coarsest level, at
+// least one. If nothing can be coarsened, the coarsest level has all free particles. A particle
+// that several patches share has one node on every level that keeps it. O(texels).
 std::vector<Prolongation> coarsen_images(const Scene& scene);
 
 }  // namespace weft::sim

@@ -10,14 +10,14 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the number of finest levels whose second coarse cycle saves more than it costs.
+// Returns the number of finest levels on which the second coarse cycle saves more than it costs.
 std::size_t best_w_cycle_levels(const Scene& scene, int particles) {
   const bool needs_them =
       particles >= 100'000 || traits_of(scene.source.time.method).finds_equilibria();
   return needs_them ? 2 : 0;
 }
 
-// Adds to a pattern the pairs in reach.
+// Returns the pattern with the contact pairs in reach added.
 std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
                                                const Contact& contact) {
   const int count = pattern.rows();
@@ -52,7 +52,7 @@ void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) 
   }
 }
 
-// Inverts the diagonal blocks, zero for those that are left out; false where one is not positive
+// Inverts the diagonal blocks; those left out get zero. Returns false if one is not positive
 // definite.
 template <class LeftOut>
 bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut& left_out,
@@ -103,7 +103,7 @@ void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
   analysed_ = false;
 }
 
-// A on the finest level.
+// Takes A over on the finest level. Returns false if a diagonal block is not positive definite.
 bool Multigrid::take_finest(const VelocityMatrix& matrix) {
   version_ = matrix.version();
   Level& finest = levels_.front();
@@ -198,7 +198,7 @@ void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x,
                               std::span(change_).first(x.size()), threads);
 }
 
-// Computes the residual of the cycle just made on a level, from the change of its last sweep.
+// Computes the residual after cycle(i), from the change of x in its backward sweep.
 void Multigrid::find_residual(std::size_t i, std::span<Vec3> residual, int threads) {
   const Level& level = levels_[i];
   level.sweeps.find_residual(GaussSeidel::Half::lower, level.matrix,

@@ -1,4 +1,4 @@
-// Geometric multigrid on the images: one V(1,1) cycle as a preconditioner.
+// Geometric multigrid on the images: one cycle, V(1,1) or W(1,1), as a preconditioner.
 #pragma once
 
 #include <Eigen/SparseCholesky>
@@ -12,33 +12,33 @@
 namespace weft::sim {
 
 // Coarse matrices are P^T A P level by level. A forward block Gauss-Seidel sweep precedes each
-// coarse correction and a backward one follows it; the coarsest level is solved by sparse Cholesky.
-// Matrices hold their upper halves in single precision, and sums are in double: the memory traffic
-// is a quarter, and the iterations stay the same.
+// coarse correction and a backward one follows it; sparse Cholesky solves the coarsest level.
+// Matrices hold their upper halves in single precision, which quarters the memory traffic. Sums are
+// in double, so the number of iterations stays the same.
 //
-// Contact pairs are couplings like any other, in the sweeps and in the coarse matrices: with each
-// set-up in which there are some, all patterns are found anew (docs/decisions/0015).
+// Contact pairs enter the sweeps and the coarse matrices like any other coupling. Each set-up with
+// contact therefore finds all patterns anew (docs/decisions/0015).
 //
-// Without contact the finest level uses the current A; with contact it uses that of the last
-// set_up(), as the coarse levels always do. The cycle is symmetric and positive definite however
-// old that is.
+// Without contact the finest level uses the current A. With contact it uses the A of the last
+// set_up(), as the coarse levels always do. The cycle is symmetric and positive definite at any
+// age.
 class Multigrid : public Preconditioner {
  public:
   // Finds the coarse images and patterns. The finest `w_cycle_levels` levels make W-cycles: each
-  // takes two cycles of the next level instead of one. O(blocks).
+  // runs two cycles of the next level instead of one. O(blocks).
   Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
             std::size_t w_cycle_levels);
-  // Chooses the fastest number of levels with W-cycles: two on fine images and for equilibria, none
-  // elsewhere (docs/decisions/0015).
+  // Chooses the fastest number of W-cycle levels: two on fine images and for equilibria, otherwise
+  // none (docs/decisions/0015).
   Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern);
 
-  // Takes over A on all levels. False where a diagonal block, or the coarsest matrix, is not
+  // Takes A over on all levels. Returns false if a diagonal block or the coarsest matrix is not
   // positive definite; the cycle must then not be used. O(blocks).
   [[nodiscard]] bool set_up(const VelocityMatrix& matrix);
-  // Takes over A on the finest level. Precondition: a set_up() that returned true.
+  // Takes A over on the finest level. Precondition: the last set_up() returned true.
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
-  // Empty with contact, where the finest matrix may be an old one.
+  // Empty with contact, where the finest matrix may be outdated.
   std::span<const Vec3> residual() const override {
     return with_contact_ ? std::span<const Vec3>() : residual_;
   }
@@ -52,7 +52,7 @@ class Multigrid : public Preconditioner {
     SingleBlockMatrix matrix;
     GaussSeidel sweeps;
     std::vector<Mat3> inverse_diagonal;
-    std::vector<Vec3> b, x;  // of the coarse levels
+    std::vector<Vec3> b, x;  // on the coarse levels only
   };
 
   void find_patterns(std::shared_ptr<const BlockPattern> finest);
@@ -63,15 +63,15 @@ class Multigrid : public Preconditioner {
   void correct(std::size_t level, std::span<const Vec3> b, std::span<Vec3> x, int threads);
   void find_residual(std::size_t level, std::span<Vec3> residual, int threads);
 
-  std::shared_ptr<const BlockPattern> pattern_;  // without contact
-  bool with_contact_ = false;                    // the levels' patterns
-  std::vector<Level> levels_;                    // from the finest
-  std::vector<Prolongation> prolongations_;      // of level i + 1 to level i
-  std::vector<GalerkinProduct> products_;        // the matrix of level i + 1 from that of level i
-  std::vector<Vec3> residual_;                   // of the level at work
-  std::vector<Vec3> change_;                     // by the last backward sweep
-  std::size_t w_cycle_levels_;                   // from the finest
-  std::int64_t version_ = -1;                    // of A
+  std::shared_ptr<const BlockPattern> pattern_;  // of A without contact
+  bool with_contact_ = false;                    // the patterns of the levels include contact pairs
+  std::vector<Level> levels_;                    // the finest first
+  std::vector<Prolongation> prolongations_;      // from level i + 1 to level i
+  std::vector<GalerkinProduct> products_;  // give the matrix of level i + 1 from that of level i
+  std::vector<Vec3> residual_;             // of the level being visited
+  std::vector<Vec3> change_;               // of x in the last backward sweep
+  std::size_t w_cycle_levels_;             // counted from the finest
+  std::int64_t version_ = -1;              // of A on the finest level
   Eigen::SparseMatrix<double> coarsest_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky_;
   bool analysed_ = false;

@@ -11,17 +11,17 @@ namespace weft::sim {
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
-  // Takes over the present A, as far as that is cheap: called before every solve. False where A
+  // Takes over the present A as far as that is cheap; called before every solve. Returns false if A
   // does not allow it.
   [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
   // z = P r. Pinned particles get zero.
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
   // Returns the residual r - A z of the last apply(), with A in single precision and without
-  // contact. Empty unless that costs much less than the product.
+  // contact. Empty unless it costs much less than a product with A.
   virtual std::span<const Vec3> residual() const { return {}; }
 };
 
-// The inverse of a symmetric block, where it is positive definite.
+// Inverts a symmetric block. Returns false, without an inverse, if it is not positive definite.
 [[nodiscard]] bool invert_definite(const Mat3& block, Mat3& inverse);
 
 }  // namespace weft::sim

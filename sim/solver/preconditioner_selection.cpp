@@ -4,12 +4,12 @@ namespace weft::sim {
 
 namespace {
 
-// Multigrid is faster than block-Jacobi above this value of gamma times the highest frequency
+// Value of gamma times the highest frequency above which multigrid is faster than block-Jacobi
 // (docs/decisions/0016).
 constexpr double multigrid_break_even = 6;
 
-// Number of assemblies of K that get new coarse matrices at once after others have worn out within
-// a solve.
+// Number of assemblies of K, after coarse matrices wore out within a solve, before their successors
+// are reused across assemblies.
 constexpr int assemblies_to_rebuild = 10;
 
 }  // namespace

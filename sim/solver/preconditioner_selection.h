@@ -1,4 +1,4 @@
-// The choice between multigrid and block-Jacobi, and the life of the multigrid's coarse matrices.
+// The choice between multigrid and block-Jacobi, and when the coarse matrices are rebuilt.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,15 @@
 
 namespace weft::sim {
 
-// Multigrid is the preconditioner where gamma times the highest frequency makes it worth its set-up
-// (or time.preconditioner says so). Block-Jacobi is used elsewhere, and wherever multigrid meets a
+// Multigrid is chosen if gamma times the highest frequency makes it worth its set-up, or if
+// time.preconditioner names it. Otherwise block-Jacobi is used. It also replaces multigrid for a
 // matrix that is not positive definite.
 //
 // The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If that happens
-// within a solve, new ones are formed at once, and again for the next ten assemblies of K.
+// within a solve, they are rebuilt at once, and with every new K until the tenth assembly after it.
 class PreconditionerSelection {
  public:
-  // `matrix` must outlive it. Its products are taken by the preconditioner.
+  // `matrix` must outlive the object.
   PreconditionerSelection(Dynamics& dynamics, VelocityMatrix& matrix);
 
   // Chooses the preconditioner of the next solve and brings it up to date.
@@ -31,21 +31,22 @@ class PreconditionerSelection {
   // Number of times that coarse matrices were formed since prepare().
   int multigrid_set_ups() const { return set_ups_; }
 
-  // Note how a solve goes: the residual it starts from, and how it ends.
+  // Note the residual that a solve starts from, and how it ends.
   void start_solve(double residual) { age_.start(0, residual); }
   void finish_solve(int iterations, double residual);
-  // Forms new coarse matrices, with which the solve goes on, if the present ones have worn out
-  // within it. Returns true if the preconditioner has changed.
+  // Rebuilds the coarse matrices if they have worn out within the present solve, which goes on with
+  // the new ones. Returns true if the preconditioner has changed.
   bool rebuild_if_worn_out(int iterations, double residual);
-  // Uses block-Jacobi for the rest of the solve, and new coarse matrices in the next one.
+  // Uses block-Jacobi for the rest of the solve; the next solve rebuilds the coarse matrices.
   void give_up_multigrid();
 
-  // sqrt of the largest eigenvalue of M^-1 K on the free particles (1/s), from below.
+  // Returns the square root of the largest eigenvalue of M^-1 K on the free particles (1/s),
+  // estimated from below.
   double highest_frequency() { return frequency_.highest(); }
 
-  // Writes or reads all that the bits of later solutions depend on. Coarse matrices are not written
-  // but formed anew, from K and D assembled where they were then: the matrices of the dynamics are
-  // others afterwards.
+  // Writes or reads all that the bits of later solutions depend on. Coarse matrices are not
+  // written: reading forms them anew from K and D, assembled at the state of their set-up. This
+  // overwrites the matrices of the dynamics.
   void transfer(StateArchive& archive);
 
  private:
@@ -60,16 +61,16 @@ class PreconditionerSelection {
   VelocityMatrix& matrix_;
   FrequencyEstimate frequency_;
   BlockJacobi block_jacobi_;
-  std::unique_ptr<Multigrid> multigrid_;  // made when first wanted
+  std::unique_ptr<Multigrid> multigrid_;  // made at first use
   Preconditioner* chosen_ = &block_jacobi_;
 
   // State of the coarse matrices.
   bool is_set_up_ = false;
   CoarseMatrixAge age_;
-  Linearisation set_up_place_;        // of the dynamics then
+  Linearisation set_up_place_;        // state at which the dynamics was linearised for them
   double set_up_gamma_ = 0;           // s
   std::int64_t set_up_assembly_ = 0;  // of K
-  std::int64_t rebuilt_until_ = 0;    // assembly of K from which older matrices are tried again
+  std::int64_t rebuilt_until_ = 0;    // before this assembly of K, each new K rebuilds them
   int set_ups_ = 0;
 };
 

@@ -55,7 +55,7 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
   });
 }
 
-// Few: the list costs less than a pass over all.
+// Uses the list of pinned particles: they are few, and the list costs less than a pass over all.
 void VelocityMatrix::clear_pinned(std::span<Vec3> velocity) const {
   for (int i : pinned_) velocity[i].setZero();
 }

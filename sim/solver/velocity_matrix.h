@@ -10,19 +10,19 @@
 
 namespace weft::sim {
 
-// A = M + gamma D + gamma^2 K, symmetric, with K = -dF/dx and D = -dF/dv, over the free particles:
-// what belongs to pinned ones is left out of every product. Contact enters through its pairs, as
-// they were at the last force evaluation; the rest through K and D as they are stored.
+// A = M + gamma D + gamma^2 K, symmetric, with K = -dF/dx and D = -dF/dv. Products leave out the
+// rows and columns of pinned particles. Contact enters through its pairs as of the last force
+// evaluation, everything else through the stored K and D.
 class VelocityMatrix {
  public:
   explicit VelocityMatrix(const Dynamics& dynamics);
 
-  // Uses this gamma and the K and D last assembled by the dynamics from now on. Without D, products
-  // read K and nothing is formed. With D, K and D are joined once, O(blocks), which costs less than
-  // a product.
+  // Forms A for this gamma from the K and D last assembled by the dynamics. Without D nothing is
+  // stored: products read K. With D, K and D are summed once, O(blocks), which costs less than a
+  // product.
   void form(double gamma);
   double gamma() const { return gamma_; }
-  // Number of times the matrix was formed: another number means another matrix.
+  // Number of times the matrix was formed; a changed number means a changed matrix.
   std::int64_t version() const { return version_; }
   const Dynamics& dynamics() const { return dynamics_; }
   const Scene& scene() const { return dynamics_.scene(); }
@@ -31,24 +31,24 @@ class VelocityMatrix {
   const std::shared_ptr<const BlockPattern>& pattern() const {
     return dynamics_.stiffness().shared_pattern();
   }
-  // A without contact, rows and columns of pinned particles included, into a matrix whose pattern
-  // has at least its blocks. O(blocks).
+  // Copies A without contact, with the rows and columns of pinned particles, into a matrix whose
+  // pattern contains this one. O(blocks).
   void copy_to(SingleBlockMatrix& matrix) const;
-  // One of its blocks.
+  // Returns one block of A without contact.
   Mat3 block(int row, int slot) const;
   bool has_contact() const {
     return dynamics_.contact() != nullptr && dynamics_.contact()->pairs_in_reach() > 0;
   }
   // out += contact part * in.
   void add_contact_product(std::span<const Vec3> in, std::span<Vec3> out) const;
-  // Zero for pinned particles.
+  // Sets the entries of pinned particles to zero.
   void clear_pinned(std::span<Vec3> velocity) const;
-  // out = A in, zero for pinned particles, for which `in` must be zero.
+  // out = A in, zero for pinned particles. Precondition: `in` is zero for them.
   void multiply(std::span<const Vec3> in, std::span<Vec3> out) const;
 
  private:
   const Dynamics& dynamics_;
-  BlockMatrix damped_;  // A without contact, where there is D
+  BlockMatrix damped_;  // A without contact; unused without D
   std::vector<int> pinned_;
   double gamma_ = 0;
   std::int64_t version_ = 0;

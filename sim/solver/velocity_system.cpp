@@ -29,8 +29,8 @@ void VelocitySystem::factorise(double gamma, std::span<const double> b,
   outcome.indefinite = !outcome.converged;
 }
 
-// Returns `right` with its positions zeroed at pinned particles, if pins move. Forces take the
-// positions of moving pins from the time: their rows are y' = f(t), and K does not see them.
+// Returns `right` with the positions of pinned particles set to zero if pins move. Forces take the
+// positions of moving pins from the time, so K does not act on them.
 StateView VelocitySystem::with_free_positions(const StateView& right) {
   if (!dynamics_.pins_move()) return right;
   free_position_.assign(right.position.begin(), right.position.end());
@@ -40,8 +40,8 @@ StateView VelocitySystem::with_free_positions(const StateView& right) {
   return {free_position_, right.velocity};
 }
 
-// Forms M b_v - gamma K b_x. K b_x comes from the block matrix, without the damping that is joined
-// to it, and from the contact pairs' own stiffness.
+// Forms M b_v - gamma K b_x. K b_x comes from the block matrix of K alone, without D, and from the
+// stiffness of the contact pairs.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const double gamma = matrix_.gamma();
@@ -59,7 +59,7 @@ void VelocitySystem::form_right_side(const StateView& right) {
   }
 }
 
-// Fills in dx = b_x + gamma dv, and the rows of pinned particles.
+// Sets dx = b_x + gamma dv for free particles, and the rows of pinned ones.
 void VelocitySystem::complete_correction(const StateView& right,
                                          std::span<double> correction) const {
   const std::vector<char>& pinned = dynamics_.scene().pinned;

@@ -15,11 +15,11 @@
 
 namespace weft::sim {
 
-// For the Newton correction of y - gamma f(y) = const, (I - gamma J)(dx, dv) = (b_x, b_v), the
-// first rows give dx = b_x + gamma dv, and the second
+// The Newton correction of y - gamma f(y) = const solves (I - gamma J)(dx, dv) = (b_x, b_v). Its
+// first rows give dx = b_x + gamma dv, and the second ones
 //   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K.
 // Conjugate gradients solve this (conjugate_gradients.h), preconditioned by multigrid or
-// block-Jacobi (preconditioner_selection.h). Systems that take them too long are factorised
+// block-Jacobi (preconditioner_selection.h). Systems that take too many iterations are factorised
 // (factorisation_choice.h, direct_solver.h).
 class VelocitySystem {
  public:
@@ -31,17 +31,18 @@ class VelocitySystem {
   // Forms A for this gamma from the K and D last assembled by the dynamics.
   void set_up(double gamma);
 
-  // Solves for the correction (x, v) of right-hand side b, both 6 * particles doubles, as are the
-  // weights, whose velocity half is used.
+  // Solves for the correction (x, v) of the right-hand side b. All spans have 6 * particles
+  // doubles; only the velocity half of the weights is used.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 const Goal& goal, std::span<double> correction);
 
-  // Writes or reads all that the bits of later solutions depend on. Coarse matrices are not written
-  // but formed anew, from K and D assembled where they were then: the dynamics' matrices are others
-  // afterwards.
+  // Writes or reads all that the bits of later solutions depend on. Reading forms the coarse
+  // matrices anew from K and D, assembled at the state of their set-up. This overwrites the
+  // matrices of the dynamics.
   void transfer(StateArchive& archive);
 
-  // sqrt of the largest eigenvalue of M^-1 K on the free particles (1/s), from below.
+  // Returns the square root of the largest eigenvalue of M^-1 K on the free particles (1/s),
+  // estimated from below.
   double highest_frequency() { return preconditioner_.highest_frequency(); }
 
  private:
@@ -56,9 +57,9 @@ class VelocitySystem {
   PreconditionerSelection preconditioner_;
   ConjugateGradients conjugate_gradients_;
   FactorisationChoice factorisation_;
-  std::unique_ptr<DirectSolver> direct_;  // made when first wanted
+  std::unique_ptr<DirectSolver> direct_;  // made at first use
   std::vector<Vec3> right_side_;          // M b_v - gamma K b_x
-  std::vector<Vec3> free_position_;       // of b, zero where particles are pinned; where pins move
+  std::vector<Vec3> free_position_;       // b_x with zeros for pinned particles; used if pins move
 };
 
 }  // namespace weft::sim
