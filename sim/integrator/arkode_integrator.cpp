@@ -19,21 +19,21 @@ namespace weft::sim {
 
 namespace {
 
-// Error control settles the explicit method at steps of `explicit_limit` divided by the fastest
-// rate (measured). A step takes `explicit_stages` evaluations.
+// Error control holds the explicit method at steps of `explicit_limit` divided by the fastest rate
+// (measured). A step takes `explicit_stages` evaluations.
 constexpr double explicit_limit = 2.7;
 constexpr double explicit_stages = 6;
 
 // Explicit steps are considered once the cost of `measured_steps` implicit ones is known. Implicit
-// steps are tried again after `first_explicit_steps` explicit ones, then after twice as many each
-// time.
+// steps are tried again after `first_explicit_steps` explicit ones, and each further time after
+// twice as many.
 constexpr std::int64_t measured_steps = 20;
 constexpr std::int64_t first_explicit_steps = 500;
 // Explicit steps take over if their predicted cost is below this fraction of the implicit cost. The
 // margin keeps the two methods from alternating.
 constexpr double worthwhile = 0.7;
-// While the last step exceeds the mean step by this factor, steps still grow from the short first
-// ones: their cost says nothing about later steps.
+// While the last step exceeds this multiple of the mean step, steps are still growing from the
+// short first ones. Their cost then says nothing about later steps.
 constexpr double growing = 1.5;
 
 class ArkodeIntegrator final : public OneStepIntegrator {
@@ -95,12 +95,12 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   N_Vector y_ = nullptr;
   SUNLinearSolver newton_solver_ = nullptr;
   bool implicit_ = true;
-  double arkode_time_ = 0;    // s: where ARKODE stands; not time() after a refused step
-  IntegratorCounts earlier_;  // of solvers that are gone
+  double arkode_time_ = 0;    // s: ARKODE's own time; not time() after a refused step
+  IntegratorCounts earlier_;  // counts of solvers already destroyed
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;
-  // Values at the last comparison with the other method. The next one follows `explicit_steps_`
-  // explicit steps later.
+  // Values at the last comparison with the other method. While steps are explicit, the next
+  // comparison follows after `explicit_steps_` of them.
   std::int64_t steps_at_comparison_ = 0, explicit_steps_ = first_explicit_steps;
   double work_at_comparison_ = 0, time_at_comparison_ = 0;
 };
@@ -156,13 +156,13 @@ void ArkodeIntegrator::set_implicit_options() {
         return 0;
       },
       nullptr);
-  // A new matrix for every step (docs/decisions/0007).
+  // Every step gets a new matrix (docs/decisions/0007).
   ARKStepSetLSetupFrequency(arkode_, 1);
   ARKStepSetEpsLin(arkode_, linear_tolerance_factor);
-  // The stage's rate follows from its solution. Evaluated anew it could fail, which ARKODE takes
-  // for the end of the run.
+  // The stage's rate is deduced from its solution. A new evaluation could fail, and ARKODE would
+  // end the run.
   ARKStepSetDeduceImplicitRhs(arkode_, SUNTRUE);
-  // Stages start from the polynomial of the step before (docs/decisions/0014).
+  // Stages start from the interpolant of the last step (docs/decisions/0014).
   ARKStepSetPredictorMethod(arkode_, 1);
 }
 
@@ -181,7 +181,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   }
   if (motions_limit_steps() && !set_stop_time(end)) return Trouble::unstable;
   fault_in_step_.reset();
-  // The time asked for only tells ARKODE the direction; steps end where they fall.
+  // The time passed only gives ARKODE the direction: in this mode it returns after every step.
   const int flag = ARKStepEvolve(arkode_, time() + 1, y_, &arkode_time_, ARK_ONE_STEP);
   if (flag < 0) return trouble_of(flag, end);
   end = arkode_time_;
@@ -190,8 +190,8 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   return Trouble::none;
 }
 
-// ARKODE's next step may be longer than the last one, from which `end` is made. The motion limits
-// are asked for the later of the two ends.
+// ARKODE's next step may be longer than the last one, from which `end` is made. Motion limits are
+// therefore evaluated for the later of the two ends.
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
@@ -224,9 +224,9 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
 // Returns the work done so far, in the unit of work.h.
 double ArkodeIntegrator::work() const { return work_of(dynamics(), counts().linear_iterations); }
 
-// Stability limits explicit steps, however smooth the motion. They take over where they cost less
-// than the implicit steps measured. While stability limits them, implicit steps are tried again now
-// and then.
+// Chooses between implicit and explicit steps. Stability limits explicit steps, however smooth the
+// motion; they take over where they should cost less than the measured implicit ones. As long as
+// stability limits them, implicit steps are tried again at growing intervals.
 void ArkodeIntegrator::reconsider() {
   const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_comparison_;
   if (steps < (implicit_ ? measured_steps : explicit_steps_)) return;

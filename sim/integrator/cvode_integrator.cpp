@@ -24,25 +24,25 @@ namespace weft::sim {
 
 namespace {
 
-// Newton tolerance as a fraction of the error allowed in a step. The first is CVODE's default; the
-// second holds for `tight_steps` steps after errors that swing (find_swing).
+// Newton tolerance as a fraction of the error allowed in a step. The first is CVODE's default. The
+// second applies for `tight_steps` steps after errors that swing (find_swing).
 constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
 constexpr int tight_steps = 10;
-// The errors of two steps swing where the cosine of the angle between them is below this.
+// Errors of two steps swing if the cosine of the angle between them is below this.
 constexpr double swing_cosine = -0.95;
 
-// Largest number of steps with one matrix. The number grows by one after `smooth_steps` smooth
-// steps and is halved after a step that was not smooth (docs/decisions/0007). A smooth step takes
-// at most `smooth_iterations` Newton iterations, none of which fails.
+// Largest number of steps that share a matrix. The number grows by one after `smooth_steps` smooth
+// steps and is halved after any other (docs/decisions/0007). A smooth step takes at most
+// `smooth_iterations` Newton iterations and none of them fails.
 constexpr int longest_interval = 20;
 constexpr int smooth_steps = 5;
 constexpr int smooth_iterations = 3;
 
-// A step refused this often because of contact, each time with a quarter of the length, is
-// impossible. (The shortest step is reached long before, for any sensible time.minimum_step.)
+// A step that contact refuses this often, each time at a quarter of the length, is impossible. Any
+// sensible time.minimum_step is reached long before.
 constexpr int most_vetoes_of_a_step = 40;
 
-// Largest number of vetoes in a window; more end the run.
+// Largest number of vetoes per window; more end the run.
 constexpr int most_vetoes = VetoWindow::length;
 
 }  // namespace
@@ -82,13 +82,13 @@ struct CvodeIntegrator::Implementation {
   SUNContext context = nullptr;
   void* cvode = nullptr;
   N_Vector y = nullptr, work = nullptr;
-  // The local errors of the last two steps, by their weights.
+  // Local errors of the last two steps, multiplied by their weights.
   N_Vector step_error = nullptr, previous_step_error = nullptr;
   SUNLinearSolver newton_solver = nullptr;
   double time = 0;  // s: where CVODE stands
   AcceptedStep accepted;
   std::int64_t vetoes = 0, restarts = 0;
-  IntegratorCounts earlier;                          // what CVODE counted before it began anew
+  IntegratorCounts earlier;                          // counts before CVODE was last reinitialised
   int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
   long iterations_before_step = 0, failures_before_step = 0;
   int tight_steps_left = 0;
@@ -118,7 +118,7 @@ void CvodeIntegrator::Implementation::create() {
 void CvodeIntegrator::Implementation::set_options() {
   const TimeCase& options = scene.source.time;
   CVodeSetUserData(cvode, this);
-  // CVODE's own messages are discarded: step() reports failures in our words.
+  // CVODE's own messages are discarded: step() reports failures in Weft's terms.
   CVodeSetErrHandlerFn(
       cvode, [](int, const char*, const char*, char*, void*) {}, nullptr);
   CVodeWFtolerances(cvode, [](N_Vector state, N_Vector weight, void* self) {
@@ -171,9 +171,9 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   return 1;  // recoverable: CVODE cuts the step
 }
 
-// Assembles new K and D wherever CVODE would reuse older ones with a new gamma
-// (docs/decisions/0007). Without directions of negative stiffness, the Newton iteration also
-// converges where steps are long and the exact matrix is indefinite (docs/decisions/0006).
+// Assembles new K and D whenever CVODE would reuse older ones with a new gamma
+// (docs/decisions/0007). They are semi-definite: the Newton iteration then also converges for long
+// steps, at which the exact matrix is indefinite (docs/decisions/0006).
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
   return 0;
@@ -196,9 +196,9 @@ void CvodeIntegrator::Implementation::choose_matrix_interval() {
   CVodeSetLSetupFrequency(cvode, matrix_interval);
 }
 
-// On a smooth motion the errors of successive steps resemble each other; on a stiff one they die
-// out. Errors that change sign from step to step are those of Newton's iteration. They do not
-// shrink with the step, but with a tighter iteration (docs/decisions/0005).
+// On a smooth motion the errors of successive steps are similar; on a stiff one they decay. Errors
+// that change sign from step to step come from Newton's iteration. A tighter iteration reduces
+// them, a shorter step does not (docs/decisions/0005).
 void CvodeIntegrator::Implementation::find_swing() {
   std::swap(step_error, previous_step_error);
   CVodeGetEstLocalErrors(cvode, step_error);
@@ -215,8 +215,8 @@ void CvodeIntegrator::Implementation::find_swing() {
   CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
 }
 
-// Tells CVODE where its next step must end. Begins anew where its knowledge of the past is of no
-// use.
+// Tells CVODE the latest end of its next step. Restarts CVODE where a velocity jumps, because its
+// history is then of no use.
 std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const double start = accepted.time();
   if (start > 0 && motion_limits.jumps_at(start)) begin_anew();
@@ -249,7 +249,7 @@ int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   return 1;
 }
 
-// Takes CVODE's state, which differs in the last bits from the one that veto() has seen.
+// Takes CVODE's state, which differs in the last bits from the one that veto() saw.
 void CvodeIntegrator::Implementation::accept(double t) {
   const std::span<double> end = accepted.begin_trial();
   std::copy(values(y).begin(), values(y).end(), end.begin());
@@ -307,7 +307,7 @@ std::optional<Failure> CvodeIntegrator::step() {
   if (self.motion_limits.apply()) {
     if (auto failure = self.follow_motions()) return failure;
   }
-  // The time asked for only tells CVODE the direction; steps end where they fall.
+  // The time passed only gives CVODE the direction: in this mode it returns after every step.
   const int flag = CVode(self.cvode, self.time + 1, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);

@@ -10,12 +10,11 @@
 
 namespace weft::sim {
 
-// Integrates from t = 0 and the scene's initial state. Tolerances: the local error of a step,
-// divided by position_tolerance (m) for positions and by velocity_tolerance + relative_tolerance
-// |v| (m/s) for velocities, has a root mean square of at most 1 over all components of all
-// particles together. Independent of where the origin lies and of how the axes are turned. Steps
-// are bounded by prescribed motions (motion_limits.h), and begin anew where one of their velocities
-// jumps.
+// Integrates from t = 0 and the scene's initial state. Tolerances: position errors are divided by
+// position_tolerance (m), velocity errors by velocity_tolerance + relative_tolerance |v| (m/s).
+// Their root mean square over all components of all particles is at most 1 per step. The result
+// does not depend on the origin or the directions of the axes. Prescribed motions bound the steps
+// (motion_limits.h); the method restarts where one of their velocities jumps.
 class CvodeIntegrator final : public Integrator {
  public:
   CvodeIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -26,7 +25,7 @@ class CvodeIntegrator final : public Integrator {
   double last_step() const override;
   int last_order() const override;
   std::span<const double> state() const override;
-  // Interpolated to the order of the method.
+  // Interpolates with the polynomial of the method.
   [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const override;
   IntegratorCounts counts() const override;
   void restart(double time, std::span<const double> y) override;

@@ -31,8 +31,9 @@ class EulerIntegrator final : public StageIntegrator {
     return trouble != Trouble::none || is_fixed() ? trouble : test_error(h, y);
   }
 
-  // The local error, h^2 y'' / 2, from the slopes of this step and the last one. After an event of
-  // a prescribed motion, from that at the start: a long step at rest before would hide the change.
+  // Estimates the local error, h^2 y'' / 2, from the slopes of this step and the last one. After an
+  // event of a prescribed motion it uses the slope at the start instead of the last step's: a long
+  // step at rest before it would hide the change.
   Trouble test_error(double h, std::span<const double> y) {
     const bool starts_anew = last_step() == 0 || event_time_ == time();
     if (starts_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
@@ -58,9 +59,9 @@ class EulerIntegrator final : public StageIntegrator {
     StageIntegrator::forget();
   }
 
-  double event_time_ = -1;              // s, of the last event of a prescribed motion
-  std::vector<double> rate_;            // slope of the step before; where none, of the motion
-  std::vector<double> weight_, error_;  // all: without a fixed step
+  double event_time_ = -1;    // s, of the last event of a prescribed motion
+  std::vector<double> rate_;  // slope of the last step, or at the start if that does not count
+  std::vector<double> weight_, error_;  // used without a fixed step
 };
 
 }  // namespace

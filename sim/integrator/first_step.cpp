@@ -10,7 +10,7 @@ namespace weft::sim {
 
 namespace {
 
-// Part of the tolerances that the error of the first step may take.
+// Fraction of the tolerances that the error of the first step may reach.
 constexpr double error_share = 0.25;
 
 double weighted_norm(std::span<const double> values, std::span<const double> weights) {
@@ -25,7 +25,8 @@ double weighted_norm(std::span<const double> values, std::span<const double> wei
 double first_step(Dynamics& dynamics, double time, std::span<const double> y) {
   const TimeCase& options = dynamics.scene().source.time;
   std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
-  if (!error_weights(options, y, weight) || dynamics.rate(time, y, rate)) return options.minimum_step;
+  if (!error_weights(options, y, weight) || dynamics.rate(time, y, rate))
+    return options.minimum_step;
   const double slope = weighted_norm(rate, weight);
   double trial = std::min(longest_first_step, 1 / slope);
   while (trial > options.minimum_step) {

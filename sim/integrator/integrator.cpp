@@ -9,8 +9,8 @@
 namespace weft::sim {
 
 std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynamics) {
-  // Adding a method: its name in TimeMethod, its line in sim/case/time_methods.cpp and here, in the
-  // same order, and a file of its own.
+  // To add a method, add its name to TimeMethod, its line to sim/case/time_methods.cpp and to this
+  // table in the same order, and a file of its own.
   using Maker = std::unique_ptr<Integrator> (*)(const Scene&, Dynamics&);
   constexpr Maker makers[] = {make_cvode_integrator,    make_arkode_integrator,
                               make_euler_integrator,    make_static_integrator,

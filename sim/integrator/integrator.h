@@ -1,4 +1,4 @@
-// The interface of every method of time integration, and make_integrator(), which chooses one.
+// The interface of all methods of time integration, and make_integrator(), which chooses one.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@
 namespace weft::sim {
 
 // Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
-// its path: one that might let surfaces touch or cross is not accepted.
+// its path. A step that might let surfaces touch or cross is not accepted.
 class Integrator {
  public:
   Integrator() = default;
@@ -24,29 +24,29 @@ class Integrator {
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
 
-  // Takes one step. On failure the state stays that of the last step.
+  // Takes one step. On failure the state remains that of the last accepted step.
   [[nodiscard]] virtual std::optional<Failure> step() = 0;
   virtual double time() const = 0;       // s, reached so far
   virtual double last_step() const = 0;  // s
   virtual int last_order() const = 0;
   virtual std::span<const double> state() const = 0;  // at time()
-  // Writes the state at a time within the last step, interpolated; after a failed step, only time()
-  // is allowed. With contact, an interpolated path that is not certain to keep surfaces apart is
-  // replaced by the straight path. That path is checked, too, with prescribed points where they are
-  // at `time`. Returns what stands in the way, if anything does.
+  // Writes the state interpolated at a time within the last step; after a failed step only time()
+  // is allowed. With contact, an interpolated path that might let surfaces touch is replaced by the
+  // straight path. That path is checked as well, with prescribed points where they are at `time`.
+  // Returns the failure if that check fails.
   [[nodiscard]] virtual std::optional<Failure> state_at(double time, std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
-  // Goes on from the state `y` at `time`, without what the method knows of the past. Frames before
-  // the next step are at `time` alone.
+  // Continues from the state `y` at `time`, without the method's history. Until the next step,
+  // frames exist at `time` only.
   virtual void restart(double time, std::span<const double> y) = 0;
-  // Writes or reads all that the bits of later steps depend on. False, and nothing is done, for
+  // Writes or reads all that the bits of later steps depend on. Returns false without effect for
   // methods whose history another library keeps.
   [[nodiscard]] virtual bool transfer(StateArchive& /*archive*/) { return false; }
-  // Sets a function that one-step methods call between the tries of a step, of which there may be
-  // many. If it returns a failure, step() fails with it. May be empty.
+  // Sets a function that one-step methods call between the trials of a step, which may be many. If
+  // it returns a failure, step() fails with it. May be empty.
   using ReasonToStop = std::function<std::optional<Failure>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
-  // Describes what the method has decided by itself so far; empty where there is nothing to decide.
+  // Describes what the method has chosen by itself so far; empty if it has no choice.
   virtual std::string decision() const { return {}; }
 
  protected:
@@ -58,11 +58,11 @@ class Integrator {
   ReasonToStop reason_to_stop_;
 };
 
-// The failure to find a frame at `time`.
+// Returns the failure to find a frame at `time`.
 Failure frame_failure(const Scene& scene, const ContactFault& fault, double time);
 
-// The integrator of `time.method`: one line a method in the table of integrator.cpp. Both arguments
-// must outlive it.
+// Returns the integrator of `time.method`, from the table of integrator.cpp (one line per method).
+// Both arguments must outlive it.
 std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynamics);
 
 }  // namespace weft::sim

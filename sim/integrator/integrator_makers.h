@@ -1,4 +1,4 @@
-// Makers of the integrators, one file each; called through make_integrator().
+// Makers of the integrators, one per file; called through make_integrator().
 #pragma once
 
 #include <memory>
@@ -10,25 +10,26 @@ namespace weft::sim {
 // Variable-order, variable-step BDF by CVODE (cvode_integrator.h).
 std::unique_ptr<Integrator> make_cvode_integrator(const Scene& scene, Dynamics& dynamics);
 
-// Runge-Kutta methods with error control by ARKODE: TR-BDF2, implicit, of order 2; or, without
-// contact, an explicit one of order 4 where that promises to cost less. decision() says which.
+// Runge-Kutta methods with error control by ARKODE. TR-BDF2 is implicit, of order 2. Without
+// contact, an explicit method of order 4 replaces it where it should cost less. decision() names
+// the present one.
 std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics& dynamics);
 
-// Backward Euler by KINSOL: y1 - h f(t1, y1) = y0, of order 1. Steps of `time.step`, or, where that
-// is not given, as long as the tolerances allow.
+// Backward Euler by KINSOL, of order 1: y1 - h f(t1, y1) = y0. Steps are `time.step` long or,
+// without it, as long as the tolerances allow.
 std::unique_ptr<Integrator> make_euler_integrator(const Scene& scene, Dynamics& dynamics);
 
-// Equilibrium under loads that grow with the time: gravity times t / duration, and the motions of
-// pins and obstacles at t. Each frame is a load, reached through pseudo-steps of one Newton
-// iteration each, which become Newton's method as they grow (static_integrator.cpp).
+// Equilibrium under loads that grow with time: gravity times t / duration, and the prescribed
+// motions at t. Each frame is a load. Pseudo-steps of one Newton iteration each lead to it; they
+// grow until they are Newton's method (static_integrator.cpp).
 std::unique_ptr<Integrator> make_static_integrator(const Scene& scene, Dynamics& dynamics);
 
-// Implicit midpoint by KINSOL, in steps of `time.step`: y1 = y0 + h f(t + h/2, (y0 + y1) / 2), of
-// order 2; keeps the energy of linear motions.
+// Implicit midpoint rule by KINSOL, of order 2, in steps of `time.step`: y1 = y0 + h f(t + h/2, (y0
+// + y1) / 2). It conserves the energy of linear motions.
 std::unique_ptr<Integrator> make_midpoint_integrator(const Scene& scene, Dynamics& dynamics);
-// Velocity Verlet: explicit, of order 2. Steps of `time.step`, refused where that is beyond the
-// limit of stability at the start; or, where it is not given, a share of the longest stable step,
-// which they follow as the body deforms.
+// Velocity Verlet: explicit, of order 2. A `time.step` beyond the limit of stability at the start
+// is refused. Without time.step, steps are a fraction of the longest stable one, which they follow
+// as the body deforms.
 std::unique_ptr<Integrator> make_verlet_integrator(const Scene& scene, Dynamics& dynamics);
 
 }  // namespace weft::sim

@@ -13,7 +13,7 @@ struct Content {
   Dynamics& dynamics;
   VelocitySystem system;
   NewtonHooks hooks;
-  // SUNDIALS tells the state at a setup to the preconditioner's setup function alone.
+  // SUNDIALS passes the state at a setup only to the preconditioner's setup function.
   SUNPSetupFn setup = nullptr;
   void* setup_data = nullptr;
   N_Vector weight = nullptr;

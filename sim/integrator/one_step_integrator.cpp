@@ -14,13 +14,13 @@ namespace {
 // more than several successful ones.
 constexpr int longest_patience = 16;
 
-// Largest growth per accepted step after surfaces stood in the way of a step of chosen length. The
-// error test would double the step at once, while the surfaces are still there.
+// Largest growth of a chosen length per accepted step after surfaces blocked a step. The error test
+// would double it at once, while the surfaces are still close.
 constexpr double growth_after_veto = 1.2;
 
-// Largest number of vetoes in a window; more end the run. With steps of given length, more than
-// `many_vetoes` end it, too, if the window has advanced by less than two steps. Where motions limit
-// steps, these are two mean steps within the limits.
+// Largest number of vetoes per window; more end the run. With steps of given length, more than
+// `many_vetoes` also end it if the window advanced by less than two steps. If motions limit steps,
+// two mean steps within their limits count instead.
 constexpr int most_vetoes = 100, many_vetoes = 8;
 
 }  // namespace
@@ -37,7 +37,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
 
 double OneStepIntegrator::grid_time() const {
   const double time = static_cast<double>(completed_steps_ + 1) * *step_;
-  // The load ends at the whole, and the time at the duration.
+  // The load ends at 1, and the time at the duration.
   if (!traits_of(scene_.source.time.method).finds_equilibria()) return time;
   return std::min(static_cast<double>(completed_steps_ + 1) / scene_.source.time.frames_per_second,
                   scene_.source.time.duration);
@@ -49,7 +49,7 @@ std::optional<double> OneStepIntegrator::latest_end(double wanted) {
   return end;
 }
 
-// Returns the end of the next try (s); nothing where motions leave no room for a step.
+// Returns the end of the next trial (s), or nothing if motions leave no room for a step.
 std::optional<double> OneStepIntegrator::next_time() {
   const double wanted = wanted_time();
   if (!motion_limits_.apply()) return wanted;
@@ -58,7 +58,7 @@ std::optional<double> OneStepIntegrator::next_time() {
   return end;
 }
 
-// Times of the grid are exact multiples, however they are reached.
+// Times of the grid are exact multiples, whatever steps lead to them.
 double OneStepIntegrator::wanted_time() const {
   if (!is_fixed()) {
     const auto longest = scene_.source.time.maximum_step;
@@ -66,7 +66,7 @@ double OneStepIntegrator::wanted_time() const {
     return time() + (longest ? std::min(size, *longest) : size);
   }
   const double grid = grid_time();
-  // A try goes all the way to the next time of the grid if it would leave less than half a step.
+  // A trial extends to the next time of the grid if it would otherwise leave less than half a step.
   return time() + 1.5 * size_ > grid ? grid : time() + size_;
 }
 
@@ -163,7 +163,7 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
 void OneStepIntegrator::restart(double time, std::span<const double> y) {
   accepted_.restart(time, y);
   if (step_) {
-    // The times of the grid stay: the next one is the first that is worth a step.
+    // The times of the grid stay. The next one must be at least a minimum step away.
     const double share = (time + scene_.source.time.minimum_step) / *step_;
     completed_steps_ = static_cast<std::int64_t>(std::floor(share));
   }

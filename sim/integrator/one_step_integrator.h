@@ -1,5 +1,5 @@
-// Base of the one-step methods: steps on a grid or of chosen length, shortened until they succeed
-// and keep surfaces apart, and states in between.
+// Base of the one-step methods. Steps lie on a grid or have a chosen length; they are shortened
+// until they succeed and keep surfaces apart. States within a step are interpolated.
 #pragma once
 
 #include <limits>
@@ -14,13 +14,13 @@
 
 namespace weft::sim {
 
-// With `time.step`, times are its multiples (for `static`, multiples of the time between frames). A
-// step that fails is taken in parts, halved until they succeed. The length is doubled again, up to
-// the next multiple, after one success. Where the doubled length fails again, it takes two
-// successes, then four .. 16.
-// Without `time.step`, the method chooses the length of the next step. Where pins or obstacles
-// move, steps of either kind end earlier (motion_limits.h), and steps of a grid go on from there to
-// its next time. More than 100 cuts to keep surfaces apart in 200 accepted steps end the run.
+// With `time.step`, steps end at its multiples (for `static`, at multiples of the time between
+// frames). A step that fails is taken in parts, halved until they succeed. A success doubles the
+// length again, up to the next multiple. Each time the doubled length fails, twice as many
+// successes are required before the next doubling, up to 16.
+// Without `time.step`, the method chooses the length of the next step. Moving pins or obstacles may
+// end either kind of step earlier (motion_limits.h); a step on the grid then continues to the next
+// multiple. More than 100 cuts to keep surfaces apart within 200 accepted steps end the run.
 class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -37,43 +37,44 @@ class OneStepIntegrator : public Integrator {
 
  protected:
   using Trouble = StepTrouble;
-  // Tries a step from time() and state() to `end` and leaves it in `y`. A method that has no fixed
-  // step may end elsewhere, and says where. On trouble, may name what stands in the way by
+  // Tries a step from time() and state() to `end` and stores its end state in `y`. A method without
+  // a fixed step may end elsewhere and then sets `end`. On trouble, it may name the cause by
   // set_fault() or set_place().
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
-  // The method has checked the way it took, which need not be straight.
+  // True if attempt() itself checks the path it took, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
-  // A prescribed motion starts, stops or passes a keyframe at time(): earlier slopes say nothing
-  // about what follows, and where its velocity jumps, nothing about the state either.
+  // Called when a prescribed motion starts, stops or passes a keyframe at time(): earlier slopes do
+  // not predict what follows. If its velocity `jumps`, earlier states do not either.
   virtual void pass_event(bool /*jumps*/) {}
-  // The state has become another one: nothing known of earlier steps holds.
+  // Called when the state has been replaced: nothing known of earlier steps holds.
   virtual void forget() {}
-  // Writes or reads what this class holds.
+  // Writes or reads the members of this class.
   void transfer_steps(StateArchive& archive);
-  // Called before the first step. May refuse to begin.
+  // Called before the first step. A failure refuses to begin.
   virtual std::optional<Failure> refusal() { return std::nullopt; }
 
   bool is_fixed() const { return step_.has_value(); }
-  // Sets the length of the next step, or of the next try. Precondition: there is no fixed step.
+  // Sets the length of the next step or trial. Precondition: there is no fixed step.
   void propose(double h) { size_ = h; }
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
   const std::optional<ContactFault>& fault() const { return fault_; }
   void set_place(int particle) { place_ = particle; }
-  // Asks for a reason to stop, between the parts of a long try. If there is one, the try ends with
-  // any trouble, and step() fails with the reason.
+  // Checks for a reason to stop between the parts of a long trial. If there is one, the trial must
+  // end with any trouble, and step() fails with the reason.
   bool should_stop() {
     if (!stopped_) stopped_ = reason_to_stop();
     return stopped_.has_value();
   }
 
-  // Returns the latest end (s) that motions allow a step that is to end at `wanted`. Returns
-  // nothing where no step is short enough; step() then fails with the reason.
+  // Returns the latest end (s) that motions allow a step that should end at `wanted`. Returns
+  // nothing if no step is short enough; step() then fails with the reason.
   std::optional<double> latest_end(double wanted);
   bool motions_limit_steps() const { return motion_limits_.apply(); }
 
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }
-  // Positions of all particles at time(); empty without contact, where no path is checked.
+  // Returns the positions of all particles at time(); empty without contact, where no path is
+  // checked.
   const std::vector<Vec3>& positions() const { return accepted_.positions(); }
 
  private:
@@ -88,20 +89,20 @@ class OneStepIntegrator : public Integrator {
   const Scene& scene_;
   Dynamics& dynamics_;
   MotionLimits motion_limits_;
-  std::optional<double> step_;  // s, of the grid
+  std::optional<double> step_;  // s, of the grid; empty: steps of chosen length
   AcceptedStep accepted_;
-  double size_ = 0;                                                      // s, of the next try
+  double size_ = 0;                                                      // s, of the next trial
   double longest_after_veto_ = std::numeric_limits<double>::infinity();  // s, of chosen steps
-  std::int64_t completed_steps_ = 0;                                     // of the grid
-  int successes_ = 0, patience_ = 1;  // of a length, and how many before it is doubled
+  std::int64_t completed_steps_ = 0;                                     // on the grid
+  int successes_ = 0, patience_ = 1;  // successes of a length, and the number required to double it
   IntegratorCounts counts_;
   std::optional<ContactFault> fault_;
   VetoWindow veto_window_;
   double window_start_ = 0;    // s
-  double window_allowed_ = 0;  // s: what its steps might have advanced within the motions' limits
-  double allowed_ = 0;         // s, of the step in hand
+  double window_allowed_ = 0;  // s: sum of allowed_ over its steps
+  double allowed_ = 0;         // s: length that motions allow the present step
   int place_ = -1;
-  std::optional<Failure> stopped_;  // ends the step in hand
+  std::optional<Failure> stopped_;  // the reason that ends the present step
 };
 
 }  // namespace weft::sim

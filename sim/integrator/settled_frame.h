@@ -1,4 +1,4 @@
-// A state between the ends of a step, which no path check has seen.
+// The check of states within a step, which the path check of the step has not seen.
 #pragma once
 
 #include <optional>
@@ -18,10 +18,10 @@ struct StepEnds {
   double start_time = 0;                  // s
 };
 
-// Puts `y`, interpolated at `part` (0 .. 1) of a step, on the straight line between its ends where
-// contact is on and the path to it is not certain to keep surfaces apart. Fails where that line has
-// no frame at `time`, if prescribed points are in its way there. `position` and `velocity`: scratch
-// of all particles. Costs a path check, or two.
+// Checks the path to `y`, interpolated at `part` (0 .. 1) of a step, if contact is on. If it might
+// let surfaces touch, `y` becomes the point on the straight line between the step's ends. Fails if
+// prescribed points block that line, too, at `time`. `position` and `velocity` are scratch for all
+// particles. Costs one path check or two.
 [[nodiscard]] std::optional<Failure> settle_frame(Dynamics& dynamics, double time, double part,
                                                   const StepEnds& step, std::span<double> y,
                                                   std::vector<Vec3>& position,

@@ -24,30 +24,30 @@ constexpr double linear_error = 3e-2;
 
 // Relative error allowed in the linear solves of a given number of corrections, for a gamma of
 // `longest_gamma` (s). With a single correction it changes the error of steps of 1/60 s by 1 to 5 %
-// (docs/benchmarks.md). For shorter gammas it shrinks in proportion: the errors of many short steps
-// add up, and their sum must shrink with the step.
+// (docs/benchmarks.md). The allowed error is proportional to shorter gammas: errors of short steps
+// add up, and their sum must decrease with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
 // Residual velocity of a particle, as a fraction of the fastest velocity, that a given number of
-// corrections may leave beyond the tolerance. It is tested beside contact and prescribed motion.
-// Fractions from 0.05 to 0.2 end the same runs of the suite `moving`.
+// corrections may leave beyond the tolerance. It is tested if there is contact and prescribed
+// motion. Fractions from 0.05 to 0.2 end the same runs of the suite `moving`.
 constexpr double largest_driven_residual = 0.1;
 
-// Weighted size of a correction that ends the iteration.
+// Largest weighted component of the correction that ends the iteration.
 constexpr double largest_last_correction = 0.3;
 
-// KINSOL measures corrections by (u + 1 / uscale). With so small a scale this is 1 / uscale alone,
-// wherever the origin lies.
+// KINSOL measures corrections relative to u + 1 / uscale. With so small a scale, 1 / uscale
+// dominates, and the origin does not matter.
 constexpr double scale_of_corrections = 1e-9;
 
 // Limit of corrections with a line search. A stage that takes more costs more than two stages of
 // half the step.
 constexpr int largest_newton_count = 20;
 
-// Limit of whole corrections. Those that have not converged by then hardly ever do.
+// Limit of full corrections. After this many, convergence is unlikely.
 constexpr int most_whole_corrections = 12;
 
-// Limit of the halvings of a correction. Beyond it, a shorter step gains more.
+// Limit of the halvings of a correction. Beyond it, a shorter step is cheaper.
 constexpr int most_cuts = 8;
 
 bool all_finite(std::span<const double> y) {
@@ -90,23 +90,23 @@ struct StageSolver::Implementation {
   const Scene& scene;
   Dynamics& dynamics;
   int newton_count;
-  // Iterations by number need neither KINSOL nor its eight vectors.
+  // A given number of iterations needs neither KINSOL nor its eight vectors.
   std::optional<VelocitySystem> system;
   std::vector<double> right, solution, weight;
-  std::vector<double> slope;  // (y - a) / gamma of the last stage solved; without contact
+  std::vector<double> slope;  // (y - a) / gamma of the last stage solved; empty with contact
   SUNContext context = nullptr;
   void* kinsol = nullptr;
   SUNLinearSolver newton_solver = nullptr;
   N_Vector u = nullptr, step_scale = nullptr, residual_scale = nullptr;
   std::int64_t newton_iterations = 0, linear_iterations = 0, linear_setups = 0;
 
-  // State of the stage in hand.
+  // State of the present stage.
   double time = 0, gamma = 0, start_time = 0;
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
-  double kept_part = 1;                                  // of the correction in hand
-  std::span<const double> linearised_at, last_residual;  // KINSOL's
+  double kept_part = 1;                                  // fraction of the present correction
+  std::span<const double> linearised_at, last_residual;  // views of KINSOL's vectors
   std::vector<double> trial;
   std::vector<Vec3> position, velocity;
   std::optional<ContactFault> fault;
@@ -142,7 +142,7 @@ void StageSolver::Implementation::create() {
                           .limit = [this](std::span<double> correction) { limit(correction); }},
                          context);
   KINSetLinearSolver(kinsol, newton_solver, nullptr);
-  // KINSOL calls the setup only where there is a solve, too; ours is never called.
+  // KINSOL calls the setup only if there is a solve function, too; this one is never called.
   KINSetPreconditioner(
       kinsol,
       [](N_Vector state, N_Vector, N_Vector, N_Vector, void* self) {
@@ -158,7 +158,8 @@ void StageSolver::Implementation::create() {
   KINSetFuncNormTol(kinsol, largest_last_correction);
 }
 
-// Computes the residual r at y. Returns 1 where there is none: KINSOL then halves the correction.
+// Computes the residual r at y. Returns 1 if the forces cannot be evaluated: KINSOL then halves the
+// correction.
 int StageSolver::Implementation::residual(std::span<const double> y, std::span<double> r) {
   if (auto bad = dynamics.rate(time, y, r)) {
     fault = bad;
@@ -176,7 +177,7 @@ int StageSolver::Implementation::assemble(std::span<const double> state) {
   return 0;
 }
 
-// Assembles for the next system, whose right side is minus the residual.
+// Assembles K and D for the next system, whose right side is minus the residual.
 void StageSolver::Implementation::assemble_joined() {
   dynamics.assemble_joined(time, linearised_at,
                            definite ? Definiteness::semi_definite : Definiteness::exact, gamma,
@@ -197,17 +198,17 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
   return !crossing;
 }
 
-// Guesses y = a + gamma times the slope of the last stage, with an error of second order in the
-// step. Where steps are so short that this error is within the tolerance, one iteration turns the
-// guess into a solution. From `a`, one iteration of such steps would be accepted with an error of
-// first order. (With contact the guess gains nothing: run times were within 20 % either way.)
+// Guesses y = a + gamma times the slope of the last stage; the error is of second order in the
+// step. If steps are so short that this error is within the tolerance, one iteration suffices. From
+// `a`, one iteration would be accepted with an error of first order. With contact the guess gains
+// nothing: run times are within 20 % either way.
 void StageSolver::Implementation::guess(std::span<double> y) {
   std::copy(right_side.begin(), right_side.end(), y.begin());
   for (std::size_t i = 0; i < slope.size(); ++i) y[i] += gamma * slope[i];
   if (dynamics.pins_move()) guess_pins(y);
 }
 
-// Sets the rows of pins to their solution, which contains no other unknown.
+// Sets the rows of pins to their solution, which depends on no other unknown.
 void StageSolver::Implementation::guess_pins(std::span<double> y) {
   const auto* const from = reinterpret_cast<const Vec3*>(right_side.data());
   auto* const to = reinterpret_cast<Vec3*>(y.data());
@@ -242,8 +243,8 @@ void StageSolver::Implementation::limit(std::span<double> correction) {
 }
 
 // Multiplies the system by the correction that solves it, for KINSOL's line search: the product is
-// minus the residual. KINSOL would take a difference of residuals, over metres where corrections
-// are small. That costs one more evaluation each, and fails where it moves surfaces into each
+// minus the residual. KINSOL's own difference of residuals spans metres where corrections are
+// small. It costs one more evaluation per correction, and fails where it moves surfaces into each
 // other.
 int StageSolver::Implementation::multiply_correction(std::span<double> product) const {
   for (std::size_t i = 0; i < product.size(); ++i) product[i] = -kept_part * last_residual[i];
@@ -268,14 +269,13 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
   }
 }
 
-// Iterates from `u`.
+// Runs KINSOL from `u`.
 StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
   KINSetNumMaxIters(kinsol, most_iterations);
   int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
   const bool is_good_guess = flag == KIN_INITIAL_GUESS_OK;
   if (is_good_guess) {
-    // One correction is forced: however small the residual of a guess, it would add up over many
-    // short steps.
+    // Forces one correction: even a small residual of the guess would add up over many short steps.
     KINSetFuncNormTol(kinsol, std::numeric_limits<double>::min());
     flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
     KINSetFuncNormTol(kinsol, largest_last_correction);
@@ -288,7 +288,7 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
   return is_good_guess && shortened ? Outcome::solved : outcome(flag);
 }
 
-// Has a prescribed motion begun?
+// Returns true if a prescribed motion has begun.
 bool StageSolver::Implementation::is_driven() const {
   return std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                      [&](const PrescribedMotion& held) {
@@ -296,7 +296,8 @@ bool StageSolver::Implementation::is_driven() const {
                      });
 }
 
-// Velocities are measured against the fastest of the scene, prescribed ones included.
+// Returns true if the residual velocities are small against the fastest velocity of the scene,
+// prescribed ones included.
 bool StageSolver::Implementation::leaves_little(std::span<const double> residual) {
   dynamics.expand_all(time, right_side, position, velocity);
   double fastest = 0, largest = 0;
@@ -307,18 +308,17 @@ bool StageSolver::Implementation::leaves_little(std::span<const double> residual
          velocity_tolerance(scene.source.time) + largest_driven_residual * std::sqrt(fastest);
 }
 
-// Leaves the solution in `y`. Beside contact and prescribed motion, corrections go on until the
+// Leaves the solution in `y`. With contact and prescribed motion, corrections go on until the
 // residual is small. A single correction moves cloth only part of the way out of a barrier into
-// which an obstacle moves all of its way. The gap would shrink from step to step until there is
-// none.
+// which an obstacle moves by its full step. The gap would shrink with every step until it vanishes.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   const int count = static_cast<int>(y.size());
   error_weights(scene.source.time, y, weight);
   const bool is_judged = dynamics.contact() != nullptr && is_driven();
   for (int corrections = 0;; ++corrections) {
     const bool is_enough = corrections >= newton_count;
-    // With contact, the forces at the end are evaluated too: they reveal surfaces that the last
-    // correction brought into each other.
+    // With contact, the forces at the end are evaluated, too: they reveal surfaces that the last
+    // correction moved into each other.
     if (is_enough && dynamics.contact() == nullptr && all_finite(y)) return Outcome::solved;
     if (residual(y, right) != 0) return Outcome::blocked;
     if (is_enough && (!is_judged || leaves_little(right))) return Outcome::solved;
@@ -368,8 +368,9 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   error_weights(self.scene.source.time, a, values(self.residual_scale));
   N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
   self.guess(u);
-  // Stiff cloth turns along straight lines: one correction stretches it, the next one pulls it
-  // back. In between the residual is far larger than before, and a line search would hardly move.
+  // Full corrections come first. Stiff cloth rotates along straight lines: one correction stretches
+  // it, the next pulls it back. The residual in between is far larger, and a line search would
+  // barely move.
   Outcome outcome = self.iterate(KIN_NONE, most_whole_corrections);
   if (outcome == Outcome::not_converged) {
     std::copy(a.begin(), a.end(), u.begin());

@@ -11,41 +11,41 @@
 
 namespace weft::sim {
 
-// Newton's method, each correction by newton_solver.h. Whole corrections start from `a` or, without
-// contact, from a + gamma times the slope of the last stage. If they do not converge, corrections
-// with a line search on the residual start again from `a`.
-// Residuals and corrections are weighted as in the tolerances of the case: positions by 1 /
+// Newton's method; newton_solver.h solves for each correction. Full corrections start from `a` or,
+// without contact, from a + gamma times the slope of the last stage. If they do not converge,
+// corrections with a line search on the residual start again from `a`.
+// Residuals and corrections are weighted by the tolerances of the case: positions by 1 /
 // position_tolerance, velocities by 1 / (velocity_tolerance + relative_tolerance |v|). The
-// iteration ends when no weighted component of the last correction, or of the residual that it
-// leaves, is above 0.3. Once negative curvature is met, the rest of the stage uses positive
-// semi-definite matrices.
+// iteration ends when no weighted component of the last correction, or of the residual it leaves,
+// exceeds 0.3. Once negative curvature is met, the rest of the stage uses positive semi-definite
+// matrices.
 // With contact, a correction is halved until the straight path from the last accepted positions to
-// its end is certain to keep surfaces apart. The line search is confined to that path.
+// its end is certain to keep surfaces apart. The line search stays on that path.
 class StageSolver {
  public:
-  // `newton_count` > 0: this many iterations from `a`, on semi-definite matrices from the start,
-  // with neither line search nor test of convergence nor halving. Beside contact and prescribed
-  // motion up to 12 more follow, until the residual velocities are small. 0: iterations until they
-  // converge, at most 12 whole ones and 20 with a line search.
+  // `newton_count` > 0: this many iterations from `a` on semi-definite matrices, without line
+  // search, convergence test or halving. With contact and prescribed motion up to 12 more follow,
+  // until the residual velocities are small. 0: iterations until they converge, at most 12 full
+  // ones and 20 with a line search.
   StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count);
   ~StageSolver();
   StageSolver(const StageSolver&) = delete;
   StageSolver& operator=(const StageSolver&) = delete;
 
-  enum class Outcome { solved, not_converged, blocked };  // blocked: surfaces stand in the way
-  // `a` is the last accepted state (6 * particles), at the time announced by
-  // Dynamics::begin_step(). `start` holds the positions of all particles at that time. Leaves the
-  // solution, where there is one, in `y`.
+  enum class Outcome { solved, not_converged, blocked };  // blocked: by surfaces
+  // Solves the stage at time `t` (s). `a` is the last accepted state (6 * particles), at the time
+  // given to Dynamics::begin_step(); `start` holds the positions of all particles then. On success
+  // `y` is the solution.
   Outcome solve(double t, double gamma, std::span<const double> a, const std::vector<Vec3>& start,
                 std::span<double> y);
-  // Results of the last solve(): what stood in the way, and the particle with the largest residual.
+  // Return what blocked the last solve(), and the particle with the largest residual.
   const std::optional<ContactFault>& fault() const;
   int worst_particle() const;
-  // Forgets the slope of the last stage.
+  // Discards the slope of the last stage.
   void forget();
   // Writes or reads all that the bits of later solutions depend on.
   void transfer(StateArchive& archive);
-  // Newton and linear iterations and setups so far.
+  // Adds the numbers of Newton and linear iterations and of setups so far.
   void add_counts(IntegratorCounts& counts) const;
 
  private:

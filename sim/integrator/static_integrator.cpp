@@ -13,30 +13,30 @@ namespace weft::sim {
 
 namespace {
 
-// A pseudo-step is one Newton iteration of backward Euler from rest. Short ones go along the
-// forces, long ones are Newton's method on the equilibrium.
+// A pseudo-step is one Newton iteration of backward Euler from rest. Short ones follow the forces;
+// long ones are Newton's method for the equilibrium.
 constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
-constexpr double newton_step = 1;              // s; from here on a step tells the distance left
-constexpr double growth = 5;                   // after a step that was taken whole
-// Limit of pseudo-steps in one load, however small: hanging cloth has to turn all the way to where
-// gravity points. A smaller load would only begin again.
+constexpr double newton_step = 1;  // s; from here on the correction measures the distance left
+constexpr double growth = 5;       // after a step that was not shortened
+// Limit of pseudo-steps per load, however small the load: hanging cloth may have to rotate all the
+// way towards gravity. A smaller load would start over.
 constexpr int most_pseudo_steps = 600;
 // Limit of pseudo-steps at full stiffness before bodies are softened. A hanging sheet takes some 30
-// to 100; one that takes more is held up by its stiffness.
+// to 100; beyond that, its stiffness slows it down.
 constexpr int patience = 100;
 // Residual acceleration at rest (mass-weighted RMS) as a fraction of gravity, at full stiffness and
 // with softened bodies.
 constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
-// Softening starts where the stiffness is `softest` times the force per width of the body's own
-// weight. From one stage to the next it is multiplied by `hardening`.
+// Softening starts at a stiffness of `softest` times the weight of the body per width. Each stage
+// multiplies it by `hardening`.
 constexpr double softest = 100, hardening = 10;
 // Accuracy of the linear solve for a direction: relative error in the norm of the matrix.
 constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
                                            .scale = VelocitySystem::Goal::Scale::matrix};
 constexpr double shortest_fraction = 1e-6;  // of a step
-// After an indefinite exact matrix, the next one is tried this many pseudo-steps later.
+// Number of pseudo-steps after an indefinite exact matrix before the next exact one is tried.
 constexpr int exact_interval = 4;
 
 class StaticIntegrator final : public OneStepIntegrator {
@@ -72,10 +72,10 @@ class StaticIntegrator final : public OneStepIntegrator {
  private:
   bool checks_its_own_path() const override { return true; }
 
-  // Relaxes the bodies at full stiffness first and, where that is slow, from softened to full
-  // stiffness. Stiff bodies that hang slack turn by a small angle per pseudo-step, since straight
-  // paths stretch them; softened ones turn by large angles. Both come to hang at the same place,
-  // but for their stretch.
+  // Relaxes the bodies at full stiffness. If that is slow, it relaxes them again, from softened to
+  // full stiffness. Slack stiff bodies rotate by a small angle per pseudo-step, because straight
+  // paths stretch them. Softened bodies rotate by large angles. Both reach the same place except
+  // for their stretch.
   Trouble attempt(double& end, std::span<double> y) override {
     dynamics().set_load(end / scene().source.time.duration);
     const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
@@ -110,8 +110,7 @@ class StaticIntegrator final : public OneStepIntegrator {
   }
 
   enum class Progress { at_rest, slow, stuck, blocked };
-  // Takes pseudo-steps until the forces balance, or until there have been `most_steps` in this
-  // load.
+  // Takes pseudo-steps until the forces balance or the load has taken `most_steps`.
   Progress relax(double end, std::span<double> y, double hardness, int most_steps) {
     dynamics().set_hardness(hardness);
     set_fault(dynamics().rate(end, y, rate_));
@@ -134,8 +133,8 @@ class StaticIntegrator final : public OneStepIntegrator {
     return Progress::slow;
   }
 
-  // Solves (M + h^2 K) dv = h F, dx = h dv. K is made semi-definite where conjugate gradients find
-  // the exact one indefinite, and for the next pseudo-steps as well.
+  // Solves (M + h^2 K) dv = h F, dx = h dv. If conjugate gradients find the exact K indefinite, K
+  // is made semi-definite, here and in the next pseudo-steps.
   bool find_direction(double end, std::span<const double> y) {
     ++newton_iterations_;
     const double h = pseudo_step_;
@@ -163,8 +162,8 @@ class StaticIntegrator final : public OneStepIntegrator {
 
   // Takes the correction, shortened until the forces at its end push back by at most half of their
   // pull at its start. Returns the fraction taken. The work of the forces decides, not their size:
-  // a straight path stretches a body that turns, and the forces of a stiff body grow long before
-  // its energy does. Returns 0 if none of it is taken; the last evaluation is then that of `y`.
+  // a straight path stretches a body that rotates, and the forces of a stiff body grow long before
+  // its energy does. Returns 0 if no fraction is accepted; the last evaluation is then at `y`.
   double descend(double end, std::span<double> y) {
     std::copy(y.begin(), y.end(), reached_.begin());
     const double start = pull();
@@ -173,7 +172,7 @@ class StaticIntegrator final : public OneStepIntegrator {
       set_fault(dynamics().rate(end, y, rate_));
       const double now = fault() ? 0 : pull();
       if (now < -0.5 * start) {
-        // The push grows with the third power of the distance.
+        // The push grows with the cube of the distance.
         fraction *= std::clamp(std::cbrt(start / (start - now)), 0.1, 0.8);
       } else if (fault() || !path_is_safe(end, y)) {
         fraction /= 2;
@@ -195,20 +194,20 @@ class StaticIntegrator final : public OneStepIntegrator {
     return sum;
   }
 
-  // Checks the path from the last accepted pseudo-step to `y`; if it is safe, `y` becomes the start
-  // of the next path.
+  // Checks the path from the last accepted pseudo-step to `y`. If it is safe, the next path starts
+  // at `y`.
   bool path_is_safe(double end, std::span<const double> y) {
     if (dynamics().contact() == nullptr) return true;
     dynamics().expand(end, y, to_, scratch_);
     set_fault(dynamics().check_path(from_time_, from_, end, to_));
     if (fault()) return false;
-    from_time_ = end;  // what is prescribed has arrived
+    from_time_ = end;  // prescribed points have reached `end`
     from_.swap(to_);
     return true;
   }
 
-  // Decides by the size of the forces and, at full stiffness, by the distance that a Newton step
-  // still goes.
+  // Judges rest by the size of the forces and, at full stiffness, by the largest move of the last
+  // Newton step.
   bool is_at_rest(double fraction, bool softened) const {
     if (pseudo_step_ < (gravity_ == 0 ? longest_pseudo_step : newton_step)) return false;
     if (!softened) {
@@ -244,8 +243,8 @@ class StaticIntegrator final : public OneStepIntegrator {
 
   VelocitySystem system_;
   double pseudo_step_ = first_pseudo_step;  // s
-  int pseudo_steps_ = 0;                    // of the load in hand
-  int indefinite_steps_ = 0;                // since an indefinite exact matrix; 0: none
+  int pseudo_steps_ = 0;                    // of the present load
+  int indefinite_steps_ = 0;  // pseudo-steps since an indefinite exact matrix; 0: none
   std::int64_t newton_iterations_ = 0, linear_iterations_ = 0;
   std::vector<double> rate_, right_, correction_, reached_;
   std::vector<double> weight_;  // all 1

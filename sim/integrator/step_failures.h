@@ -1,4 +1,4 @@
-// The words of steps that fail, for all methods.
+// The messages of failed steps, for all methods.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace weft::sim {
 
-// Why a try of a step fails.
+// The reason why a trial of a step fails.
 enum class StepTrouble { none, not_converged, surfaces, not_finite, error_too_large, unstable };
 
 // Time and place of a failure: a fault or, without one, a particle.
@@ -19,11 +19,11 @@ struct FailurePlace {
   int particle = -1;  // where the error is largest or, if unstable, the motion fastest; -1: unknown
 };
 
-// "WHAT at t = TIME s: PLACE".
+// Returns the failure "WHAT at t = TIME s: PLACE".
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene);
 
-// The failure of every step down to time.minimum_step because of this trouble.
+// Returns the failure of every step down to time.minimum_step because of this trouble.
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene);
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// Access to SUNDIALS' vectors and counters, for all integrators that it drives.
+// Access to SUNDIALS' vectors and counters, for all integrators that use it.
 #pragma once
 
 #include <nvector/nvector_serial.h>
@@ -14,15 +14,15 @@ inline std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
 
-// Returns a counter of a solver, such as CVodeGetNumSteps gives.
+// Returns a counter of a solver, read by a function such as CVodeGetNumSteps.
 inline long counter_of(void* solver, int (*get)(void*, long*)) {
   long value = 0;
   get(solver, &value);
   return value;
 }
 
-// Returns the particle with the largest weighted local error in the last try of a solver whose
-// state is `y`. The functions are those of the solver that give errors and weights.
+// Returns the particle with the largest weighted local error in the last trial of a solver whose
+// state is `y`. The functions are that solver's, for errors and weights.
 inline int worst_particle(void* solver, N_Vector y, int (*get_errors)(void*, N_Vector),
                           int (*get_weights)(void*, N_Vector)) {
   N_Vector error = N_VClone(y), weight = N_VClone(y);

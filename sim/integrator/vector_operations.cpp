@@ -11,8 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// SUNDIALS hands only vectors to its kernels; every run of a process that asks for threads asks for
-// the same number, since a process runs one simulation at a time.
+// The threads that all kernels use: SUNDIALS passes them nothing but vectors. One value suffices,
+// because a process runs one simulation at a time.
 thread_local int vector_threads = 1;
 
 double* data(N_Vector v) { return NV_DATA_S(v); }

@@ -14,15 +14,15 @@ namespace weft::sim {
 
 namespace {
 
-// Without a given step, the step changes when its share of the longest stable one exceeds
-// `no_longer_safe`, or leaves `too_short` to `too_long` times the chosen share. Every change costs
-// some of the symmetry that keeps the energy.
+// Without a given step, the step is a chosen share of the longest stable one. It changes if its
+// share exceeds `no_longer_safe`, or leaves `too_short` to `too_long` times the chosen share. Every
+// change costs some of the symmetry that conserves the energy.
 constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
 // Relative changes of the tracked frequency above which it is checked more often, and below which
 // it is checked less often.
 constexpr double large_change = 0.02, small_change = 0.005;
-// Steps between two checks of the frequency that the motion shows, if that is below `slow_share` of
-// the stable one.
+// Steps between two checks of the frequency that the motion shows, while that is below `slow_share`
+// of the highest stable one.
 constexpr int steps_per_slow_check = 4;
 constexpr double slow_share = 0.1;
 
@@ -49,7 +49,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
  private:
-  // Oscillations grow where h omega > 2, damped ones where h d > 2.
+  // Oscillations grow if h omega > 2, damped ones if h d > 2.
   std::optional<Failure> refusal() override {
     const TimeCase& options = scene().source.time;
     if (options.step) return refuse_unstable(*options.step);
@@ -80,8 +80,8 @@ class VerletIntegrator final : public OneStepIntegrator {
                        scene().describe_particle(fastest.place)};
   }
 
-  // x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1): forces that depend on the
-  // velocity take the one that is expected at the end.
+  // x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1). Forces that depend on the
+  // velocity use its prediction at the end.
   Trouble attempt(double& end, std::span<double> y) override {
     if (!is_fixed() && chosen_step_ < scene().source.time.minimum_step) {
       set_place(tracker_ ? tracker_->place() : stiff_place_);
@@ -108,8 +108,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // Finds the acceleration at the start. That at the end of the step before is reused, so that a
-  // step costs one evaluation.
+  // Finds the acceleration at the start. The one at the end of the last step is reused: a step then
+  // costs one evaluation.
   Trouble find_start_acceleration() {
     if (start_ == time()) return Trouble::none;
     if (end_ == time()) {
@@ -122,8 +122,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // Cloth that is stretched vibrates faster. `y` is the end of the step. A vibration that the
-  // tracker does not follow shows in the motion once it grows.
+  // Adapts the step to the stiffness: stretched cloth vibrates faster. `y` is the end of the step.
+  // A vibration that the tracker misses shows in the motion once it grows.
   void follow_limit(double h, std::span<const double> y) {
     if (!tracker_) return;
     ++steps_;
@@ -136,9 +136,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
   }
 
-  // Returns the frequency that the motion itself shows, as a share of the highest stable one. A
-  // vibration that is too fast grows by a few times in each step: from far below the limit, that
-  // takes several steps.
+  // Returns the frequency that the motion itself shows, as a share of the highest stable one. An
+  // unstable vibration grows by a small factor per step, so it takes several steps to matter.
   double check_shown_frequency(double h) {
     const double share = shown_frequency(h) * chosen_step_ / 2;
     next_shown_check_ = steps_ + (share < slow_share ? steps_per_slow_check : 1);
@@ -165,8 +164,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   // Returns the frequency (rad/s) from the Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 =
-  // -h^2 M^-1 K a. It is at most the highest frequency, and equals that where a vibration grows
-  // until it outweighs all else.
+  // -h^2 M^-1 K a. It never exceeds the highest frequency, and reaches it once an unstable
+  // vibration outweighs all else.
   double shown_frequency(double h) const {
     const VibrationProducts seen = vibration_products(scene().mass, before_acceleration_,
                                                       start_acceleration_, end_acceleration_);
@@ -180,19 +179,20 @@ class VerletIntegrator final : public OneStepIntegrator {
     return fault.kind == ContactFault::Kind::not_finite ? Trouble::not_finite : Trouble::surfaces;
   }
 
-  bool needs_velocities_;  // forces change with them
+  bool needs_velocities_;  // for forces that depend on them
 
   // State of runs without a given step.
   double share_ = 0;        // of the longest stable step
   double chosen_step_ = 0;  // s
   double decay_ = 0;        // 1/s, at the start
-  int stiff_place_ = -1;    // the fastest particle then
+  int stiff_place_ = -1;    // the fastest particle at the start
   std::optional<FrequencyTracker> tracker_;
   std::int64_t steps_ = 0, next_check_ = 1, next_shown_check_ = 0;
   int steps_per_check_ = 1;
 
-  double start_ = -1, end_ = -1;  // s: when the accelerations are of
-  std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;  // of three steps
+  double start_ = -1, end_ = -1;  // s: times of two of the accelerations
+  std::vector<Vec3> before_acceleration_, start_acceleration_,
+      end_acceleration_;  // at three times
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The choice of verlet's steps by a tolerance.
+// The step lengths that verlet chooses from a tolerance.
 #pragma once
 
 #include <algorithm>
@@ -6,10 +6,10 @@
 
 namespace weft::sim {
 
-// At the default relative_tolerance, the step is a fifth of the longest stable one. This keeps the
-// energy of an undamped sheet within one percent, whichever way its chaotic motion takes. The error
-// goes as the square of the step, so steps go as the root of the tolerance, up to nine tenths of
-// the longest.
+// Steps as a fraction of the longest stable one. At the default relative_tolerance it is a fifth,
+// which keeps the energy of an undamped sheet within one percent however its chaotic motion goes.
+// The error is proportional to the square of the step. The fraction therefore grows with the root
+// of the tolerance, up to `longest_verlet_share`.
 inline constexpr double default_verlet_share = 0.2, default_verlet_tolerance = 1e-4;
 inline constexpr double longest_verlet_share = 0.9;
 
@@ -23,12 +23,12 @@ inline double verlet_tolerance(double share) {
   return default_verlet_tolerance * ratio * ratio;
 }
 
-// The most steps between two checks of how long they may be, each of which takes an evaluation of
-// the forces.
+// Largest number of steps between two checks of the longest stable step. Each check costs one
+// evaluation of the forces.
 inline constexpr int most_verlet_steps_per_check = 32;
 
-// Evaluations that its longest steps take for `duration` (s), where the fastest vibration or decay
-// has this rate (1/s): it is stable where h rate < 2.
+// Returns the number of force evaluations that verlet's longest steps take for `duration` (s).
+// `rate` (1/s) is the fastest vibration or decay; a step h is stable if h rate < 2.
 inline double verlet_evaluations(double rate, double duration) {
   return (1 + 1.0 / most_verlet_steps_per_check) * duration * rate / (2 * longest_verlet_share);
 }

@@ -1,4 +1,4 @@
-// The count of steps cut because of contact, which ends runs that creep.
+// The count of steps cut because of contact, which ends runs that hardly advance.
 #pragma once
 
 #include <cstdint>
@@ -10,26 +10,26 @@
 
 namespace weft::sim {
 
-// Counts vetoes over windows of accepted steps. A healthy run hardly ever cuts a step because of
-// contact; one that keeps doing so creeps on without end (docs/decisions/0010).
+// Counts vetoes over windows of accepted steps. A healthy run almost never cuts a step because of
+// contact; a run that keeps doing so does not end in any useful time (docs/decisions/0010).
 class VetoWindow {
  public:
   static constexpr int length = 200;  // accepted steps
 
   // Counts a step that was cut because of this fault.
   void add_veto(const std::optional<ContactFault>& fault);
-  // Counts an accepted step. Returns the number of vetoes in the window that ends with it; empty
-  // within a window.
+  // Counts an accepted step. At the end of a window, returns its number of vetoes; otherwise
+  // nothing.
   std::optional<std::int64_t> add_step();
-  // The failure of a run with so many vetoes in the last window. It names the last fault, although
-  // a step found a way past that. `remedy`: what may be wrong with the case.
+  // Returns the failure of a run with this many vetoes in the last window. It names the last fault,
+  // although a later step found a way past it. `remedy` says what may be wrong with the case.
   Failure failure(std::int64_t vetoes, double time, const char* remedy, const Scene& scene) const;
 
   void transfer(StateArchive& archive) { archive(steps_, vetoes_, last_fault_); }
 
  private:
-  int steps_ = 0;            // of this window
-  std::int64_t vetoes_ = 0;  // in this window
+  int steps_ = 0;            // of the present window
+  std::int64_t vetoes_ = 0;  // in the present window
   std::optional<ContactFault> last_fault_;
 };
 
