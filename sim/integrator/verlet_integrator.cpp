@@ -191,8 +191,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   int steps_per_check_ = 1;
 
   double start_ = -1, end_ = -1;  // s: times of two of the accelerations
-  std::vector<Vec3> before_acceleration_, start_acceleration_,
-      end_acceleration_;  // at three times
+  std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;  // of three steps
 };
 
 }  // namespace
