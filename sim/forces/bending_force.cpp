@@ -23,11 +23,11 @@ using Surroundings = std::array<int, QuadSurroundings::count>;
 
 struct BendingQuads {
   std::vector<Surroundings> nodes;
-  std::vector<std::array<Mat3, 2>> moduli;  // of each triangle, over its hinges
+  std::vector<std::array<Mat3, 2>> moduli;  // of both triangles, over the hinges of each
   StencilNumbers damping_times;             // s
 };
 
-// C, symmetric, row by row from its diagonal.
+// The symmetric matrix C of a triangle, row by row from its diagonal.
 struct Modulus {
   std::array<Lanes, 6> entries;
 
@@ -49,10 +49,10 @@ struct Modulus {
 
 using Slopes = QuadSlopes<Lanes>;
 using Nodes = Slopes::Nodes;
-using Hinges = Slopes::Hinges;  // a number of each hinge
+using Hinges = Slopes::Hinges;  // one number per hinge
 using HingeVectors = std::array<materials::HingeVectorsOf<Lanes>, hinge_count>;
 
-// A batch of quads.
+// The moduli and rest angles of a batch of quads.
 struct BendingBatch {
   std::array<Modulus, 2> moduli;
   Hinges rest_angles;
@@ -63,8 +63,8 @@ struct BendingBatch {
       strains[h] = materials::hinge_angle(hinges[h]) - rest_angles[h];
     return strains;
   }
-  // dW/d theta, N m. W is the sum of both triangles; the neighbours' share of the sides' moments is
-  // theirs.
+  // Returns dW/d theta, N m. W is the energy of the quad's own triangles; those beyond its sides
+  // add their own share of the sides' moments.
   Hinges moments(const Hinges& strains) const {
     Hinges sum;
     sum.fill(0);
@@ -100,7 +100,7 @@ HingeVectors hinge_vectors(const Nodes& x) {
   return vectors;
 }
 
-// The blocks of B^T C B times a number, B = d theta / d x.
+// The blocks of factor * B^T C B, where B = d theta / d x.
 class ElasticBlocks {
  public:
   ElasticBlocks(const BendingBatch& batch, const Slopes& slopes, const Lanes& factor)
@@ -134,7 +134,7 @@ class ElasticBlocks {
     of_node(std::integral_constant<int, 2>());
   }
 
-  // The angle of a triangle's edge depends on the triangle's own nodes and on that across the edge.
+  // The angle of a triangle's edge depends on the triangle's nodes and on the node across the edge.
   template <int t, int a, int b>
   void add(Mat3Of<Lanes>& sum) const {
     constexpr HingedTriangle triangle = hinged_triangles[t];
@@ -160,8 +160,8 @@ class ElasticBlocks {
   Vec3Of<Lanes> products_[2][3][3];  // C d theta / d x: [triangle][hinge][own node]
 };
 
-// The blocks of sum_h moment_h d^2 theta_h / dx dx: of the quad's triangles, and of those beyond
-// its sides.
+// The blocks of sum_h moment_h d^2 theta_h / dx dx, from the quad's triangles and those beyond its
+// sides.
 class StressBlocks {
  public:
   StressBlocks(const Nodes& x, const Hinges& moments)
@@ -229,7 +229,7 @@ class BendingForce final : public Force {
         }
       }
     }
-    // The rest angles come from the operations that find the angles later, so that a body at rest
+    // Rest angles are computed by the operations that later compute angles: a body at rest then
     // feels no force at all.
     quads_.for_each_batch(1, [&](int first) {
       BendingBatch& batch = batches_[first / lane_count];
@@ -260,8 +260,8 @@ class BendingForce final : public Force {
   }
   void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
 
-  // K = B^T C B + sum_h moment_h d^2 theta_h, D = B^T C B diag(beta): Gauss-Newton plus the stress
-  // part.
+  // K = B^T C B + sum_h moment_h d^2 theta_h / dx dx, the Gauss-Newton part plus the stress part. D
+  // = beta B^T C B.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     quads_.for_each_batch(
@@ -269,7 +269,7 @@ class BendingForce final : public Force {
   }
 
  private:
-  // theta - theta_rest + beta theta', rad.
+  // Returns theta - theta_rest + beta theta', rad.
   Hinges strains(int first, const HingeVectors& hinges, const Slopes& slopes,
                  const Kinematics& state) const {
     Hinges strains = batches_[first / lane_count].strains(hinges);
@@ -316,8 +316,8 @@ class BendingForce final : public Force {
         into.stiffness);
   }
 
-  // Adds D, the elastic blocks times beta, where it is not joined to K; returns how many times
-  // these blocks are in the stiffness.
+  // Adds D, the elastic blocks times beta, unless it is joined to K. Returns the factor of the
+  // elastic blocks in the stiffness.
   Lanes add_damping(int first, const Derivatives& into, const Slopes& slopes) const {
     const Lanes damping_times = damping_times_.batch(first);
     const BendingBatch& batch = batches_[first / lane_count];
@@ -341,7 +341,7 @@ class BendingForce final : public Force {
   bool is_damped_ = false;
 };
 
-// A triangle of a body: which of its edges are hinges, and the nodes across them.
+// The edges of a triangle that are hinges, and the nodes across them.
 struct TriangleHinges {
   std::array<bool, 3> has_angle{};
   std::array<int, 3> across{no_node, no_node, no_node};
@@ -358,7 +358,7 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
 
 void add_body(const SceneBody& body, BendingQuads& quads) {
   const MaterialCase& material = *body.material;
-  const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // that of the body may have no edges
+  const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // the body's own mesh may have no edges
   for (int q = 0; q < quad_count(body); ++q) {
     Surroundings nodes;
     nodes.fill(no_node);

@@ -1,4 +1,4 @@
-// Addition of a batch of 3 x 3 blocks, one of each stencil, to a block matrix.
+// Addition of a batch of 3 x 3 blocks, one per stencil, to a block matrix.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace weft::sim {
 using BlockBatch = materials::Mat3Of<materials::Lanes>;
 using LaneRows = std::array<materials::Lanes::Vector, materials::lane_count>;
 
-// Returns `lane_count` numbers of the block of each stencil, from `start` on.
+// Returns `lane_count` consecutive numbers of each stencil's block, from number `start` on.
 inline LaneRows rows_of(const BlockBatch& value, int start) {
   LaneRows rows;
   for (int i = 0; i < materials::lane_count; ++i) rows[i] = value.data()[start + i].values;
@@ -20,8 +20,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   return rows;
 }
 
-// Adds the block of each stencil to the upper block at its place. One piece of code for all pairs:
-// it is long.
+// Adds the block of each stencil to the upper block at its place. It is not inlined, because it is
+// long and every pair needs it.
 [[gnu::noinline]] inline void add_block(int lanes, const BlockBatch& value,
                                         const LaneIntegers& places, BlockMatrix& matrix) {
   using materials::lane_count;
@@ -37,7 +37,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   }
 }
 
-// Returns the transpose where a is behind b, and the sum of both where they are one particle.
+// Returns the block where a is before b, its transpose where a is behind b, and the sum of both
+// where they are the same particle.
 inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
                         const LaneIntegers& a, const LaneIntegers& b) {
   using materials::Lanes;
@@ -55,8 +56,8 @@ inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
   return result;
 }
 
-// Adds the blocks between nodes a and b, to those above the diagonal: the transpose where a is
-// behind b, and both where they are one particle.
+// Adds the blocks between nodes a and b to the upper blocks: the transpose where a is behind b, and
+// the sum of both where they are the same particle.
 inline void add_pair_block(int lanes, const BlockBatch& value, const LaneIntegers& a,
                            const LaneIntegers& b, const LaneIntegers& places, BlockMatrix& matrix) {
   unsigned behind = 0, one = 0;

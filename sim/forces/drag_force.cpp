@@ -16,7 +16,7 @@ using materials::Mat3Of;
 using materials::NodesOf;
 using materials::Vec3Of;
 
-// Air density times drag coefficient of each quad, kg/m^3.
+// Air density times drag coefficient by quad, kg/m^3.
 struct DragNumbers {
   StencilNumbers normal, tangential;
 };
@@ -30,7 +30,7 @@ class DragForce final : public Force {
   bool has_damping() const override { return true; }
   bool is_external() const override { return true; }
   double evaluation_work() const override { return 0.6; }
-  // Drag stores nothing.
+  // Drag stores no energy.
   double energy(const Kinematics&, int) override { return 0; }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
@@ -83,13 +83,13 @@ class DragForce final : public Force {
                    into.product);
   }
 
-  // Returns the damping block of any pair of a triangle's nodes.
+  // Returns the damping block that all pairs of a triangle's nodes share.
   Mat3Of<Lanes> damping_of(int first, const Corners& x, const Corners& v, int triangle) const {
     return (1.0 / 9) * materials::drag_damping(batch(first), triangle_nodes(x, triangle),
                                                triangle_nodes(v, triangle), wind_);
   }
 
-  // Sums at the corners of a quad what each node of its two triangles gets.
+  // Returns the sums at the corners of a quad, from the value that every node of a triangle gets.
   static Corners shared(const Vec3Of<Lanes>& one, const Vec3Of<Lanes>& other) {
     Corners corners;
     corners << one, one + other, one + other, other;

@@ -18,17 +18,17 @@ struct Kinematics {
   std::span<const Vec3> velocity;
 };
 
-// Exact derivatives may have directions of negative stiffness, as under compression. For long fixed
-// steps they can be left out: what remains is positive semi-definite, and exact where nothing is
+// Exact derivatives may have directions of negative stiffness, for example under compression. Long
+// fixed steps may omit these. The rest is positive semi-definite, and exact where nothing is
 // compressed or bent out of its plane.
 enum class Definiteness { exact, semi_definite };
 
-// Targets to which forces add K = -dF/dx (N/m) and D = -dF/dv (N s/m). There is a matrix for each
-// or, joined for one gamma, K + D / gamma goes to `stiffness` and D `along` to `product`.
+// Targets to which forces add K = -dF/dx (N/m) and D = -dF/dv (N s/m). Either each has a matrix or,
+// joined for one gamma, `stiffness` receives K + D / gamma and `product` receives D `along`.
 struct Derivatives {
   BlockMatrix& stiffness;
   BlockMatrix* damping = nullptr;  // null: joined
-  double inverse_gamma = 0;        // 1/s; the rest: where joined
+  double inverse_gamma = 0;        // 1/s; this and the rest: if joined
   std::span<const Vec3> along = {};
   std::span<Vec3> product = {};
 
@@ -46,15 +46,15 @@ class Force {
   virtual bool has_damping() const = 0;
   // True if the force exchanges energy with what is not simulated, such as air.
   virtual bool is_external() const { return false; }
-  // Cost of one evaluation of all forces where this is the dearest of them, in the unit of
-  // sim/motion/work.h: measured once, by time.
+  // Cost of one evaluation of all forces if this is the most expensive of them, in the unit of
+  // sim/motion/work.h. Measured once, by time.
   virtual double evaluation_work() const = 0;
   virtual double energy(const Kinematics& state, int threads) = 0;  // J
-  // Adds to `force` (N), one entry per particle.
+  // Adds forces (N) to `force`, which has one entry per particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;
-  // Names the pairs of particles its derivatives couple.
+  // Adds the pairs of particles that its derivatives couple.
   virtual void add_couplings(std::vector<std::vector<int>>& neighbours) const = 0;
-  // Called once, when the pattern is known.
+  // Must be called once before add_derivatives(), with the pattern of the matrices.
   virtual void attach(const BlockPattern& pattern) = 0;
   virtual void add_derivatives(const Kinematics& state, const Derivatives& into,
                                Definiteness definiteness, int threads) = 0;

@@ -1,4 +1,4 @@
-// Makers of the force arrays; each returns null when the scene has no use for it.
+// Makers of the force arrays. Each returns null if the scene does not need its force.
 #pragma once
 
 #include <memory>

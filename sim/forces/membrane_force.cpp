@@ -43,7 +43,7 @@ class MembraneForce final : public Force {
         is_damped_ |= membrane.damping_time > 0;
       }
     }
-    // The rest lengths come from the operations that find the lengths later, so that a body at rest
+    // Rest lengths are computed by the operations that later compute lengths: a body at rest then
     // feels no force at all.
     quads_.for_each_batch(1, [&](int first) {
       const Corners x = quads_.gather(first, rest);
@@ -94,7 +94,7 @@ class MembraneForce final : public Force {
   using QuadBlocks = materials::StencilMatrix<Lanes, 4>;
   using TriangleBlocks = materials::StencilMatrix<Lanes, 3>;
 
-  // Each in one piece: calls would hand all their vectors over in memory.
+  // The following functions are flattened: calls would pass all their vectors through memory.
   WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
     if (quads_.is_run(first)) return energy_of(first, quads_.gather_run(first, position));
     return energy_of(first, quads_.gather(first, position));
@@ -176,7 +176,7 @@ class MembraneForce final : public Force {
     }
   }
 
-  // G C G^T of both triangles.
+  // Returns G C G^T of both triangles.
   QuadBlocks material_blocks(int first, const Corners& x) const {
     QuadBlocks blocks;
     blocks.blocks.fill(Mat3Of<Lanes>::Zero());
@@ -188,8 +188,8 @@ class MembraneForce final : public Force {
     return blocks;
   }
 
-  // Adds D, the blocks times beta; where it is joined to K, to those blocks themselves. The damping
-  // times of a quad's triangles are one.
+  // Adds D, the blocks times beta. If D is joined to K, the blocks are scaled instead. Both
+  // triangles of a quad have the same damping time.
   void scatter_damping(int first, const Corners& x, const Derivatives& into,
                        QuadBlocks& blocks) const {
     const auto& [one, other] = membranes_[first / lane_count];
@@ -206,7 +206,7 @@ class MembraneForce final : public Force {
   }
 
   Quads quads_;
-  // Both triangles of each batch of quads. Lanes beyond the last quad have no stiffness.
+  // The triangles of each batch of quads. Lanes beyond the last quad have no stiffness.
   std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
   bool is_damped_ = false;
 };

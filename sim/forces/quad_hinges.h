@@ -1,4 +1,4 @@
-// The hinges that bend a quad: its diagonal and its four sides, with the nodes across these.
+// The hinges that bend a quad, its diagonal and four sides, and the nodes across these.
 #pragma once
 
 #include <array>
@@ -7,8 +7,8 @@
 
 namespace weft::sim {
 
-// The nodes of a quad and of those around it, as they follow each other in the rows of an image
-// (corners as in sim/forces/quads.h; an image's last row is at the top):
+// The nodes of a quad and its surroundings, numbered as they lie in the rows of an image. Corners
+// are those of sim/forces/quads.h; the image's last row is at the top:
 //
 //         7
 //     3 - 4 - 5
@@ -19,7 +19,7 @@ struct QuadSurroundings {
   static constexpr bool follows(int node) {
     return node == 1 || node == 2 || node == 4 || node == 5;
   }
-  // Nodes across sides of different triangles are in no triangle's angles together.
+  // False for nodes across sides of different triangles: no triangle's angles depend on both.
   static constexpr bool couples(int a, int b) {
     const auto around_one = [](int node) { return node == 3 || node == 6; };
     const auto around_other = [](int node) { return node == 2 || node == 7; };
@@ -28,25 +28,25 @@ struct QuadSurroundings {
 };
 inline constexpr std::array<int, 4> quad_corner_nodes = {0, 1, 4, 5};
 
-// Nodes of each hinge in the order of materials/hinge.h, the diagonal's first. The opposite node
-// within the quad comes before the one across.
+// Nodes of each hinge in the order of materials/hinge.h; the diagonal comes first. The opposite
+// node within the quad precedes the one across.
 inline constexpr int hinge_count = 5;
 inline constexpr std::array<std::array<int, 4>, hinge_count> hinge_nodes = {
     {{1, 4, 0, 5}, {4, 0, 1, 3}, {0, 1, 4, 6}, {5, 4, 1, 7}, {1, 5, 4, 2}}};
 
-// A triangle of the quad, and its hinges: entry i is opposite its node i.
+// A triangle of the quad and its hinges. Hinge i is opposite node i.
 struct HingedTriangle {
   std::array<int, 3> nodes;
   std::array<int, 3> hinges;
 
-  // Returns the index of a node among `nodes`, or -1 if it is not there.
+  // Returns the index of `node` among `nodes`, or -1 if it is not one of them.
   constexpr int own(int node) const {
     for (int i = 0; i < 3; ++i) {
       if (nodes[i] == node) return i;
     }
     return -1;
   }
-  // Returns the index of the edge that a node is across, or -1.
+  // Returns the index of the edge that `node` lies across, or -1.
   constexpr int across(int node) const {
     if (own(node) >= 0) return -1;
     for (int i = 0; i < 3; ++i) {
@@ -60,7 +60,7 @@ struct HingedTriangle {
 inline constexpr std::array<HingedTriangle, 2> hinged_triangles = {
     {{{0, 1, 4}, {0, 1, 2}}, {{1, 5, 4}, {3, 0, 4}}}};
 
-// d angle / d x of the hinges, and what a modulus makes of them.
+// The slopes d angle / d x of a quad's hinges, and products with them.
 template <class Real>
 class QuadSlopes {
  public:
@@ -72,7 +72,7 @@ class QuadSlopes {
     for (int h = 0; h < hinge_count; ++h) gradient_[h] = materials::hinge_gradient(hinges[h]);
   }
 
-  // sum over nodes of d angle / d x . u: how angles change as nodes move by u.
+  // Returns sum over nodes of d angle / d x . u: the change of the angles as nodes move by u.
   Hinges along(const Nodes& u) const {
     Hinges change;
     for (int h = 0; h < hinge_count; ++h) {
@@ -82,7 +82,7 @@ class QuadSlopes {
     }
     return change;
   }
-  // sum over hinges of moment d angle / d x.
+  // Returns sum over hinges of moment d angle / d x.
   Nodes times(const Hinges& moments) const {
     Nodes sum = Nodes::Zero();
     for (int h = 0; h < hinge_count; ++h) {
@@ -91,7 +91,7 @@ class QuadSlopes {
     return sum;
   }
 
-  // The gradient of a triangle's hinge i, at one of its nodes.
+  // Returns the gradient of hinge i of a triangle at one of the hinge's nodes.
   template <int triangle, int i, int node>
   Vec3 of() const {
     constexpr int hinge = hinged_triangles[triangle].hinges[i];

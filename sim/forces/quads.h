@@ -1,4 +1,4 @@
-// The quads of images, whose two triangles forces take together.
+// The quads of images. Forces treat the two triangles of a quad together.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ using Quad = std::array<int, 4>;
 // Nodes of the two triangles of a quad, as indices of its corners.
 inline constexpr std::array<std::array<int, 3>, 2> corners_of = {{{0, 1, 2}, {1, 3, 2}}};
 
-// The corners of a quad of a body, as bsi::quad_triangles has them.
+// Returns the corners of a quad of a body in the order of bsi::quad_triangles.
 inline Quad quad_corners(const SceneBody& body, int quad) {
   const auto* triangles = &body.mesh.triangles[2 * static_cast<std::size_t>(quad)];
   return {triangles[0][0], triangles[0][1], triangles[0][2], triangles[1][1]};

@@ -1,4 +1,4 @@
-// Addition of what stencils along a row of an image compute for their nodes.
+// Addition of the results of stencils along a row of an image to their nodes.
 #pragma once
 
 #include <array>
@@ -8,10 +8,10 @@
 
 namespace weft::sim {
 
-// Adds the results of batches that are runs (stencil_nodes.h). Only the first of nodes that follow
-// each other is added to memory, as vectors: added one after the other, each would wait for the one
-// before. The last stencil's value for a node that follows belongs to a particle of the next batch.
-// It is added with that batch if that comes next, else by finish().
+// Adds the results of batches that are runs (stencil_nodes.h). Among nodes that follow each other,
+// only the first is added to memory: each addition would wait for the one before. The last
+// stencil's value at a node that follows belongs to a particle of the next batch. It is added with
+// that batch if it comes next, otherwise by finish().
 template <int Nodes, class Layout>
 class RunScatter {
  public:
@@ -29,7 +29,7 @@ class RunScatter {
     for (int node = 0; node < Nodes; ++node)
       is_next &= !Layout::follows(node) || nodes[node - 1].values[0] == next_[node];
     if (!is_next) finish();
-    std::array<Lanes, 3> later{};  // what the nodes behind this one add to its particles
+    std::array<Lanes, 3> later{};  // values of the next node for particles of this one
 #pragma GCC unroll 8
     for (int node = Nodes - 1; node >= 0; --node) {
       std::array<Lanes, 3> here;
@@ -47,7 +47,7 @@ class RunScatter {
       next_[node] = nodes[node].values[materials::lane_count - 1];
     }
   }
-  // Adds what waits for a batch that does not come.
+  // Adds the values that were kept for a next batch.
   void finish() {
     for (int node = 0; node < Nodes; ++node) {
       if (!Layout::follows(node) || next_[node] == no_node) continue;
@@ -65,8 +65,8 @@ class RunScatter {
 
   const StencilNodes<Nodes, Layout>& stencils_;
   std::span<Vec3> sums_;
-  std::array<std::array<Lanes, 3>, Nodes> last_;  // of the last batch, for nodes that follow
-  std::array<int, Nodes> next_;                   // the particles of its last stencil
+  std::array<std::array<Lanes, 3>, Nodes> last_;  // values of the last batch at nodes that follow
+  std::array<int, Nodes> next_;  // the particles these belong to in the last stencil
 };
 
 }  // namespace weft::sim

@@ -81,8 +81,7 @@ class SpringForce final : public Force {
   bool is_damped_;
 };
 
-// Collects springs along steps of the image; a pair of particles that two patches share is taken
-// once.
+// Collects springs along steps of the image. A pair of particles on two patches gets one spring.
 class SpringCollector {
  public:
   SpringCollector(const SceneBody& body, double damping_time, SpringNetwork& network)
@@ -129,8 +128,7 @@ SpringNetwork springs_of(const Scene& scene) {
     const SceneBody& body = scene.bodies[b];
     const MaterialCase& material = *body.material;
     if (material.membrane != MembraneModel::springs) continue;
-    // A square lattice with both diagonals is isotropic when k_d = k_s / 2, and then E h = 4 k_s
-    // / 3.
+    // A square lattice with both diagonals is isotropic if k_d = k_s / 2, and then E h = 4 k_s / 3.
     const double structural =
         material.structural_stiffness.value_or(0.75 * material.membrane_stiffness);
     const double shear = material.shear_stiffness.value_or(0.5 * structural);

@@ -1,4 +1,4 @@
-// Running over stencils that share particles, in parallel, with the same bits for any number of
+// Loops over stencils that share particles, in parallel and with the same bits for any number of
 // threads.
 #pragma once
 
@@ -13,9 +13,9 @@
 #include "sim/forces/stencil_nodes.h"
 #include "sim/matrix/block_matrix.h"
 
-// Marks a function that takes a batch of stencils: all that it calls becomes part of it, so that
-// numbers stay in registers. Sanitizers check every access in it, which keeps the compiler busy for
-// 20 minutes with eight lanes: with them, the compiler chooses what to put in.
+// Marks a function that processes a batch of stencils: all calls in it are inlined, so that numbers
+// stay in registers. Sanitizers check every access in it, and would take the compiler 20 minutes
+// with eight lanes. With them, the compiler chooses what to inline.
 #if defined(WEFT_SANITIZED)
 #define WEFT_FLATTEN
 #else
@@ -24,10 +24,10 @@
 
 namespace weft::sim {
 
-// Stencils of `Nodes` particles each, as forces use them: run over chunks in parallel
-// (stencil_chunks.h), read and added one by one or in batches (stencil_nodes.h, run_scatter.h,
-// stencil_blocks.h). `Layout` and absent nodes: stencil_layout.h. A batch is named by its first
-// stencil.
+// Stencils of `Nodes` particles each, as forces use them. Loops run over chunks in parallel
+// (stencil_chunks.h). Values are read and added one by one or in batches (stencil_nodes.h,
+// run_scatter.h, stencil_blocks.h). stencil_layout.h describes `Layout` and absent nodes. A batch
+// is named by its first stencil.
 template <int Nodes, class Layout = AnyStencil>
 class StencilArray {
  public:
@@ -43,7 +43,7 @@ class StencilArray {
   int count() const { return nodes_.count(); }
   Stencil operator[](int i) const { return nodes_[i]; }
 
-  // Calls body(stencil index); bodies may add to the particles of their stencil.
+  // Calls body(stencil index). Bodies may add to the particles of their stencil.
   template <class Body>
   void for_each(int threads, const Body& body) const {
     for_each_chunk(threads, [&](int first, int last) {
@@ -63,25 +63,25 @@ class StencilArray {
     });
   }
 
-  // The values at the nodes of a batch; beyond the last stencil, those of the last once more.
+  // Returns the values at the nodes of a batch. Beyond the last stencil they repeat the last one's.
   NodeValues gather(int first, std::span<const Vec3> values) const {
     return nodes_.gather(first, values);
   }
   // True if the nodes of a batch are neighbours in memory, as gather_run() and RunScatter require.
-  // A caller that asks first keeps its numbers in registers; values read or added one by one pass
+  // A caller that checks first keeps its numbers in registers; values read or added one by one pass
   // through memory.
   bool is_run(int first) const { return nodes_.is_run(first); }
   NodeValues gather_run(int first, std::span<const Vec3> values) const {
     return nodes_.gather_run(first, values);
   }
-  // Adds what a batch computed to its nodes, node after node.
+  // Adds the values of a batch to its nodes, node by node.
   void scatter(int first, const NodeValues& values, std::span<Vec3> sums) const {
     if (!is_run(first)) return nodes_.scatter_one_by_one(first, values, sums);
     RunScatter run = scatter_runs(sums);
     run.add(first, values);
     run.finish();
   }
-  // Returns what adds the results of batch after batch, if their nodes are neighbours in memory.
+  // Returns an object that adds batch after batch, for batches that are runs.
   RunScatter scatter_runs(std::span<Vec3> sums) const { return RunScatter(nodes_, sums); }
 
   // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
@@ -95,8 +95,8 @@ class StencilArray {
     scatter_blocks(
         first, [&](auto a, auto b) -> const auto& { return values(a, b); }, matrix);
   }
-  // Adds a symmetric `value` to the diagonal blocks of both nodes of stencil i and takes it from
-  // the block between them. Precondition: attach().
+  // Adds a symmetric `value` to the diagonal blocks of both nodes of stencil i and subtracts it
+  // from the block between them. Precondition: attach().
   void add_pair(int i, const Mat3& value, BlockMatrix& matrix) const requires(Nodes == 2) {
     for (int node : (*this)[i]) matrix.upper_block(matrix.pattern().upper_diagonal(node)) += value;
     matrix.upper_block(blocks_.place(i, 0)) -= value;
@@ -113,7 +113,7 @@ class StencilArray {
       }
     }
   }
-  // Finds where the blocks of each stencil's pairs lie in matrices of this pattern.
+  // Finds the places of the blocks of each stencil's pairs in matrices of this pattern.
   void attach(const BlockPattern& pattern) { blocks_.attach(nodes_, pattern); }
 
  private:

@@ -32,8 +32,8 @@ class StencilBlocks {
     }
   }
 
-  // The upper block of a pair of nodes of stencil i, by the number of the pair in the order (0, 1),
-  // (0, 2) ..
+  // Returns the upper block of a pair of nodes of stencil i. Coupled pairs are numbered in the
+  // order (0, 1), (0, 2) ..
   int place(int i, int pair) const { return places_[i / lane_count][pair].values[i % lane_count]; }
 
   // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
@@ -57,7 +57,7 @@ class StencilBlocks {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // Absent nodes are in no pair: nothing is added to a block that is there.
+  // Pairs with an absent node get the block of the first node's diagonal; zero is added there.
   static int place_of(const typename Stencils::Stencil& stencil, int a, int b,
                       const BlockPattern& pattern) {
     if (a == no_node || b == no_node) return pattern.upper_diagonal(stencil[0]);

@@ -4,7 +4,7 @@ namespace weft::sim {
 
 namespace {
 
-// Gives each chunk the first colour that no earlier chunk with a common particle has.
+// Gives each chunk the first colour that no earlier chunk sharing a particle has.
 class ChunkColouring {
  public:
   ChunkColouring(std::span<const int> particles, int particles_per_chunk, int particle_count)
@@ -17,7 +17,8 @@ class ChunkColouring {
   }
 
   std::vector<std::vector<int>> take_colours() { return std::move(colours_); }
-  // Returns chunk after chunk, but before each those of lower colours that share particles with it.
+  // Returns all chunks in order, each after the chunks of lower colours that share particles with
+  // it.
   std::vector<int> order() const {
     std::vector<int> order;
     std::vector<char> is_ordered(chunk_count_, 0);
@@ -61,8 +62,8 @@ class ChunkColouring {
 
   std::span<const int> particles_;
   int particles_per_chunk_, chunk_count_;
-  std::vector<std::vector<int>> chunk_by_colour_;  // by particle; -1: none of that colour has it
-  std::vector<std::vector<int>> colours_;          // chunks of each colour
+  std::vector<std::vector<int>> chunk_by_colour_;  // by particle; -1: it is in none of that colour
+  std::vector<std::vector<int>> colours_;          // chunks by colour
   std::vector<std::size_t> colour_of_;             // by chunk
 };
 

@@ -1,4 +1,4 @@
-// Chunks of stencils that run side by side, with the same bits for any number of threads.
+// Chunks of stencils that run in parallel, with the same bits for any number of threads.
 #pragma once
 
 #include <algorithm>
@@ -8,18 +8,18 @@
 namespace weft::sim {
 
 // Stencils are cut into chunks of consecutive ones. Chunks of one colour share no particle: they
-// run side by side, colour after colour. Chunks and colours depend on the stencils alone, so that a
-// particle collects its contributions in the same order whatever the number of threads.
+// run in parallel, colour after colour. Chunks and colours depend on the stencils alone. Hence
+// every particle receives its contributions in the same order on any number of threads.
 class StencilChunks {
  public:
   StencilChunks() = default;
-  // `particles`: those of all stencils, `nodes` of each.
+  // `particles` lists the particles of stencil after stencil, `nodes` per stencil.
   StencilChunks(std::span<const int> particles, int nodes, int particle_count);
 
   // Calls body(first, last) for each chunk of stencils.
   template <class Body>
   void for_each(int threads, const Body& body) const {
-    // One loop serves any number of threads, as in sim/base/parallel.h.
+    // A single loop serves any number of threads, as in sim/base/parallel.h.
     const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
     for (const std::vector<int>& chunks : passes) {
       const int chunk_count = static_cast<int>(chunks.size());
@@ -36,10 +36,10 @@ class StencilChunks {
   static constexpr int stencils_per_chunk = 512;  // whole batches
 
   int stencil_count_ = 0;
-  std::vector<std::vector<int>> colours_;  // chunks of each colour
-  // The order of all chunks for one thread. Each particle meets its chunks in the order of their
-  // colours, but chunks stay near each other. Colour after colour, a matrix that does not fit into
-  // the cache would be read once per colour.
+  std::vector<std::vector<int>> colours_;  // chunks by colour
+  // The order of all chunks for one thread. Every particle meets its chunks in the order of their
+  // colours, and chunks stay close to each other. In the order of colours, a matrix larger than the
+  // cache would be read once per colour.
   std::vector<int> order_;
 };
 

@@ -1,4 +1,4 @@
-// How the stencils of a force lie in an image.
+// The layout of a force's stencils in an image.
 #pragma once
 
 #include <utility>
@@ -7,17 +7,18 @@
 
 namespace weft::sim {
 
-// The particle of a node that a stencil lacks. Any node but the first may be absent. The value read
-// there is that of some particle; the value added there must be zero.
+// Stands for the particle of a node that a stencil lacks. Any node but the first may be absent. A
+// value read there is that of some particle; a value added there must be zero.
 inline constexpr int no_node = -1;
 
-// A layout tells which pairs of nodes are coupled, and which nodes follow the one before them in
-// memory, in the rows of an image.
+// A layout tells which pairs of nodes are coupled, and which nodes follow the preceding one in
+// memory, along the rows of an image. This one fits any stencil.
 struct AnyStencil {
   static constexpr bool follows(int) { return false; }
   static constexpr bool couples(int, int) { return true; }
 };
-// The corners of a quad, as bsi::quad_triangles has them: its triangles' edges.
+// The corners of a quad in the order of bsi::quad_triangles. The edges of its triangles couple
+// them.
 struct QuadCorners {
   static constexpr bool follows(int node) { return node == 1 || node == 3; }
   static constexpr bool couples(int a, int b) { return a + b != 3 || a * b != 0; }
@@ -33,7 +34,7 @@ constexpr int coupled_pair_count() {
   return count;
 }
 
-// Calls body(a, b), integral constants, for all coupled pairs of nodes a <= b.
+// Calls body(a, b) with integral constants for all coupled pairs of nodes a <= b.
 template <int Nodes, class Layout, class Body>
 void for_each_coupled_pair(const Body& body) {
   const auto with = [&]<int a, int... b>(std::integral_constant<int, a> row,
@@ -49,7 +50,7 @@ void for_each_coupled_pair(const Body& body) {
   (std::make_integer_sequence<int, Nodes>());
 }
 
-// One number of each stencil of a batch.
+// One integer per stencil of a batch.
 struct LaneIntegers {
   typedef int Vector __attribute__((vector_size(sizeof(int) * materials::lane_count)));
   Vector values;

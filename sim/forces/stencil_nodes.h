@@ -1,4 +1,4 @@
-// The nodes of stencils in batches, and the values of particles read and added there.
+// The nodes of stencils in batches, and reading and adding values of particles there.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 
 namespace weft::sim {
 
-// Stencils of `Nodes` particles each, in batches of consecutive ones (materials/lanes.h). Beyond
-// the last stencil, the last batch holds that once more.
+// Stencils of `Nodes` particles each, in batches of consecutive ones (materials/lanes.h). The last
+// batch is filled up with copies of the last stencil.
 //
-// Stencils along a row of an image have nodes that are neighbours in memory. A batch of these is a
-// run: a batch of particles is read or added at a time.
+// Stencils along a row of an image have nodes that are neighbours in memory. A batch of such
+// stencils is a run: it reads and adds whole batches of particles.
 template <int Nodes, class Layout>
 class StencilNodes {
  public:
@@ -40,9 +40,9 @@ class StencilNodes {
 
   int count() const { return count_; }
   int batch_count() const { return static_cast<int>(nodes_.size()); }
-  // Number of stencils in the batch from `first` on.
+  // Returns the number of stencils in the batch from `first` on.
   int lanes_of(int first) const { return std::min(lane_count, count() - first); }
-  // The particles of a batch, with others in place of absent nodes.
+  // Returns the particles of a batch, with other particles in place of absent nodes.
   const std::array<LaneIntegers, Nodes>& batch(int first) const {
     return nodes_[first / lane_count];
   }
@@ -53,7 +53,7 @@ class StencilNodes {
           is_absent(i, node) ? no_node : nodes_[i / lane_count][node].values[i % lane_count];
     return stencil;
   }
-  // Particles of all stencils, one stencil after the other, as in batch().
+  // Returns the particles of all stencils, stencil by stencil, as in batch().
   std::vector<int> particles() const {
     std::vector<int> particles;
     particles.reserve(static_cast<std::size_t>(Nodes) * count_);
@@ -95,14 +95,14 @@ class StencilNodes {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // Not inlined: the short paths compile better without it.
+  // Not inlined: the short paths then compile better.
   [[gnu::noinline]] void gather_one_by_one(int first, std::span<const Vec3> values,
                                            NodeValues& result) const {
     for (int node = 0; node < Nodes; ++node) {
       const LaneIntegers& nodes = nodes_[first / lane_count][node];
       std::array<const double*, lane_count> at;
       for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
-      // Numbers put into a vector one by one would wait in memory for the last of them.
+      // A vector built number by number would wait in memory for its last one.
       const auto together = [&]<int... lane>(int axis, std::integer_sequence<int, lane...>) {
         return Lanes(Lanes::Vector{at[lane][axis]...});
       };
@@ -128,8 +128,8 @@ class StencilNodes {
     }
     if (any) absent_ = std::move(absent);
   }
-  // Replaces absent nodes by particles: those that make a run with the others of the batch, or else
-  // another node of the stencil.
+  // Replaces absent nodes by particles that complete a run or, if there are none, by the first node
+  // of the stencil.
   void replace_absent_nodes(int batch, int particle_count) {
     for (int node = 0; node < Nodes; ++node) {
       auto& particles = nodes_[batch][node].values;
