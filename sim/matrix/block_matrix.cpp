@@ -25,7 +25,7 @@ BlockPattern::BlockPattern(const std::vector<std::vector<int>>& neighbours) {
   find_mirrors();
 }
 
-// Rows in order meet the blocks above the diagonal of every other row in its own order.
+// Rows in ascending order meet the blocks above the diagonal of any other row in ascending order.
 void BlockPattern::find_mirrors() {
   std::vector<int> next;  // by row: its next upper block to be mirrored
   for (int row = 0; row < rows(); ++row) {

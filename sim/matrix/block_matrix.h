@@ -12,13 +12,13 @@
 
 namespace weft::sim {
 
-// Which pairs of particles interact. Rows are sorted; the diagonal is always present. Slots number
-// the blocks row by row; those on the diagonal and above it, the upper ones, have a numbering of
-// their own.
+// The pairs of particles that interact. Rows are sorted; the diagonal is always present. Slots
+// number the blocks row by row. The upper blocks, on and above the diagonal, also have a numbering
+// of their own.
 class BlockPattern {
  public:
-  // `neighbours[i]` lists the particles coupled to i, in any order, repetitions allowed; whoever
-  // is on the list of another has that one on its own.
+  // `neighbours[i]` lists the particles coupled to i, in any order, repetitions allowed. The lists
+  // must be symmetric: if j is in the list of i, i is in the list of j.
   explicit BlockPattern(const std::vector<std::vector<int>>& neighbours);
 
   int rows() const { return static_cast<int>(row_start_.size()) - 1; }
@@ -27,35 +27,35 @@ class BlockPattern {
   int row_end(int row) const { return row_start_[row + 1]; }
   int column(int slot) const { return column_[slot]; }
   int diagonal_slot(int row) const { return diagonal_slot_[row]; }
-  // Slot of block (row, column). Precondition: it is in the pattern.
+  // Returns the slot of block (row, column). Precondition: it is in the pattern.
   int slot(int row, int column) const;
-  // Slot of block (row, column), or -1 if it is not in the pattern.
+  // Returns the slot of block (row, column), or -1 if it is not in the pattern.
   int find_slot(int row, int column) const;
 
   int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
   int upper_diagonal(int row) const { return upper_start_[row]; }
-  // One past the last upper block of the row.
+  // Returns one past the last upper block of the row.
   int upper_end(int row) const {
     return upper_start_[row] + (row_start_[row + 1] - diagonal_slot_[row]);
   }
-  // The upper block that `slot` of `row` holds or, below the diagonal, mirrors.
+  // Returns the upper block that `slot` of `row` holds or, below the diagonal, mirrors.
   int upper(int row, int slot) const {
     return slot >= diagonal_slot_[row] ? upper_start_[row] + (slot - diagonal_slot_[row])
                                        : mirror(row, slot);
   }
-  // The upper block that a slot of `row` below the diagonal mirrors.
+  // Returns the upper block that a slot of `row` below the diagonal mirrors.
   int mirror(int row, int slot) const { return mirror_[slot - upper_start_[row]]; }
 
  private:
   void find_mirrors();
 
   std::vector<int> row_start_, column_, diagonal_slot_;
-  std::vector<int> upper_start_;  // by row: its diagonal, among upper blocks
-  std::vector<int> mirror_;       // by block below the diagonal: its mirror image above
+  std::vector<int> upper_start_;  // by row: its diagonal block among the upper blocks
+  std::vector<int> mirror_;       // by block below the diagonal: its mirror image
 };
 
-// A symmetric matrix on a pattern shared with others: its upper blocks, in double or float. Sums
-// are in double.
+// A symmetric matrix on a shared pattern. It stores the upper blocks in double or float; sums are
+// in double.
 template <class Number>
 class SymmetricBlockMatrix {
  public:
@@ -80,25 +80,25 @@ class SymmetricBlockMatrix {
   Eigen::Map<const Block> diagonal_block(int row) const {
     return upper_block(pattern_->upper_diagonal(row));
   }
-  // Block at a slot of a row, on either side of the diagonal.
+  // Returns the block at a slot of a row, on either side of the diagonal.
   Block block(int row, int slot) const {
     const auto stored = upper_block(pattern_->upper(row, slot));
     return slot < pattern_->diagonal_slot(row) ? Block(stored.transpose()) : Block(stored);
   }
 
-  // Sums of the blocks at slots [first, last) of a row, all of them below the diagonal, or all on
-  // it and above, times what `in` has for their columns; the latter from the last slot to the first
-  // where `backward`.
+  // lower_product() and upper_product() sum the blocks at slots [first, last) of a row times the
+  // entries of `in` for their columns. The slots are all below the diagonal, or all on it and
+  // above. With `backward`, upper_product() goes from the last slot to the first.
   //
-  // Below the diagonal columns are rows: products first, and one sum over the three at the end.
-  // (Each sum has a zero of its own: one copied from another is put together in memory from halves
-  // by g++ 12, and every row waits for it, a quarter of a product.)
+  // A block below the diagonal is read from its mirror image, whose columns are its rows: products
+  // come first, and one sum over the three at the end. Each sum starts from a zero of its own: g++
+  // 12 would assemble a copied one in memory from halves, and every row would wait for it, a
+  // quarter of a product.
   Vec3 lower_product(int row, int first, int last, const Vec3* in) const {
     Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
     for (int slot = first; slot < last; ++slot) {
       const int upper = pattern_->mirror(row, slot);
-      // Below the diagonal the column is never the last particle, so that four numbers can be read
-      // here.
+      // Below the diagonal the column is never the last particle: four numbers can be read here.
       const Four x = Eigen::Map<const Four>(in[pattern_->column(slot)].data());
       sum0 += four(upper, 0) * x;
       sum1 += four(upper, 1) * x;
@@ -125,7 +125,7 @@ class SymmetricBlockMatrix {
     return lower_product(row, pattern_->row_begin(row), diagonal, in) +
            upper_product(row, diagonal, pattern_->row_end(row), in);
   }
-  // Makes rows [first, last), which are some, those of a * one + b * other, both of this pattern.
+  // Sets rows [first, last), at least one, to a * one + b * other. Both have the pattern of this.
   void set_rows(int first, int last, Number a, const SymmetricBlockMatrix& one, Number b,
                 const SymmetricBlockMatrix& other) {
     const int begin = pattern_->upper_diagonal(first), end = pattern_->upper_end(last - 1);
@@ -135,12 +135,11 @@ class SymmetricBlockMatrix {
     for (std::ptrdiff_t i = 0; i < count; ++i) to[i] = a * from_one[i] + b * from_other[i];
   }
 
-  // out = this * in. Sizes: rows() each. O(blocks).
+  // out = this * in. Both have rows() entries. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
-  // Asks ahead of time for the upper blocks of rows [first, last), where rows are not read one
-  // after the other from first to last and the processor does not foresee it. Rows beyond the ends
-  // are allowed.
+  // Prefetches the upper blocks of rows [first, last). Serves orders of rows other than ascending,
+  // which the processor does not predict. Rows beyond the ends are allowed.
   void prefetch_rows(int first, int last) const {
     first = std::max(first, 0);
     last = std::min(last, pattern_->rows());
@@ -153,9 +152,9 @@ class SymmetricBlockMatrix {
   }
 
  private:
-  // Columns of blocks are taken four numbers at a time, of which the last is ignored.
+  // Columns of blocks are read as four numbers, of which the last is ignored.
   using Four = Eigen::Array4d;
-  static constexpr std::size_t padding = 1;  // so that the last column can be read as four
+  static constexpr std::size_t padding = 1;  // lets the last column be read as four numbers
 
   Four four(int upper, int column) const {
     return Eigen::Map<const Eigen::Array<Number, 4, 1>>(at(upper) + 3 * column)
@@ -166,10 +165,10 @@ class SymmetricBlockMatrix {
   const Number* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }
 
   std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<Number> values_;  // 9 an upper block, column-major
+  std::vector<Number> values_;  // 9 per upper block, column-major
 };
 
 using BlockMatrix = SymmetricBlockMatrix<double>;
-using SingleBlockMatrix = SymmetricBlockMatrix<float>;  // what a preconditioner sweeps through
+using SingleBlockMatrix = SymmetricBlockMatrix<float>;  // for preconditioners
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// A number of each stencil of an array.
+// One number per stencil of an array.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace weft::sim {
 
-// Numbers that are the same for all stencils of a body: kept once for each run of equal ones.
+// Numbers that are mostly equal from stencil to stencil, stored once per run of equal ones.
 class StencilNumbers {
  public:
   // Appends the number of the next stencil.
@@ -18,8 +18,8 @@ class StencilNumbers {
     runs_.back().end = count_;
   }
 
-  // Returns the numbers of a batch of stencils from `first` on; zero beyond the last stencil. O(log
-  // runs).
+  // Returns the numbers of the batch of stencils from `first` on; zero beyond the last stencil.
+  // O(log runs).
   materials::Lanes batch(int first) const {
     auto run = std::upper_bound(runs_.begin(), runs_.end(), first,
                                 [](int stencil, const Run& r) { return stencil < r.end; });
@@ -38,7 +38,7 @@ class StencilNumbers {
 
  private:
   struct Run {
-    int end = 0;  // the stencil after its last
+    int end = 0;  // one past its last stencil
     double value = 0;
   };
   std::vector<Run> runs_;
