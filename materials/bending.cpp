@@ -27,7 +27,7 @@ Mat3 triangle_bending_modulus(const Nodes3& rest, const std::array<bool, 3>& has
   const double double_area = edges.col(0).cross(edges.col(1)).norm();
   assert(double_area > 0);
   // With g_i = m_i m_i^T / h_i: g_i : g_j = (m_i . m_j)^2 / (h_i h_j) and tr g_i = 1 / h_i. The m_i
-  // are the edges rotated by a right angle, so their products are those of the edges.
+  // are the unit edges rotated by a right angle, so their products are those of the unit edges.
   const Vec3 lengths = edges.colwise().norm();
   Mat3 modulus;
   for (int i = 0; i < 3; ++i) {

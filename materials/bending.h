@@ -7,17 +7,18 @@
 //   W = A D/2 [(1 - nu) tr(kappa^2) + nu tr(kappa)^2] = 1/2 t^T C t with t_i = theta_i - theta_i0.
 //
 // Derivation of kappa: the averaged normal at the middle of edge i is the triangle's normal rotated
-// by theta_i / 2 about the edge, which changes it by -theta_i / 2 m_i. The function that is linear
-// on the triangle, 1 at that middle and 0 at the other two, has the gradient 2 m_i / h_i. kappa is
-// minus the gradient of the normal.
+// by theta_i / 2 about the edge, which changes it by -theta_i / 2 m_i. The linear function that is
+// 1 at that middle and 0 at the other two has the gradient 2 m_i / h_i. kappa is minus the gradient
+// of the normal.
 //
-// On meshes whose every edge is a diagonal of a parallelogram (a grid of one diagonal, an
-// equilateral mesh), the averaged slope at the middle of an edge is the true one. There kappa is
-// exact for every quadratic deflection, and W for every direction of bending. On other meshes they
-// are not: on a square grid of alternating diagonals, or with a cross in each cell, W is up to 1.5
+// On meshes whose every edge is a diagonal of a parallelogram, the averaged slope at the middle of
+// an edge is exact. Examples are grids with one diagonal and equilateral meshes. There kappa is
+// exact for every quadratic deflection, and W for every direction of bending. Elsewhere they are
+// not: on a square grid with alternating diagonals, or with a cross in each cell, W is up to 1.5
 // times too large.
 //
-// A border edge has no angle. It takes the value that minimises W (no moment), which condenses C.
+// A border edge has no angle. Its t_i is set to the value that minimises W (no moment), which
+// condenses C.
 #pragma once
 
 #include <array>
@@ -27,10 +28,10 @@
 namespace weft::materials {
 
 // Returns C in N m (rad^-2): symmetric positive semi-definite, with zero rows and columns for
-// border edges. The forces are sum_i -(C t)_i d theta_i / d x. Rest positions are columns, m; entry
-// i belongs to the edge opposite node i; `has_angle[i]` is false on the border. `stiffness` is D in
-// N m, not negative; -1 < poisson_ratio < 1. Precondition: the rest triangle has an area. Called
-// once per triangle, at set-up.
+// border edges. The forces are sum_i -(C t)_i d theta_i / d x. Rest positions (m) are columns.
+// Entry i belongs to the edge opposite node i; `has_angle[i]` is false on the border. `stiffness`
+// is D in N m, not negative; -1 < poisson_ratio < 1. Precondition: the rest triangle has an area.
+// Called once per triangle, at set-up.
 Mat3 triangle_bending_modulus(const Nodes3& rest, const std::array<bool, 3>& has_angle,
                               double stiffness, double poisson_ratio);
 

@@ -8,9 +8,10 @@
 namespace weft::materials {
 
 // The barrier W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond (Li et al.
-// 2020, Incremental Potential Contact, eq. 6), and its derivatives with respect to the gap g: J, N,
-// N/m, N/m^2, for a stiffness in N/m. W is C2 at g = range, where the third derivative jumps.
-// Precondition: g > 0. In a release build g <= 0 gives NaN or infinities, never a finite force.
+// 2020, Incremental Potential Contact, eq. 6). With a stiffness in N/m, W and its derivatives with
+// respect to the gap g have the units J, N, N/m and N/m^2. W is C2 at g = range, where the third
+// derivative jumps. Precondition: g > 0. In a release build g <= 0 gives NaN or infinities, never a
+// finite force.
 struct BarrierDerivatives {
   double value = 0, first = 0, second = 0, third = 0;
 };
@@ -28,15 +29,15 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
           -2 * stiffness * inverse * (1 + ratio * (1 + ratio))};
 }
 
-// Barrier and damping together: the push F = P psi(z) >= 0 of a contact along its normal, N. Here P
-// = -W' of the barrier, z = D g' / P, g' is the gap rate (m/s), and
+// The push of a contact along its normal, barrier and damping together: F = P psi(z) >= 0, N. Here
+// P = -W' of the barrier, z = D g' / P, g' is the gap rate (m/s), and
 //   D = damping_time W'' x / (x + 1/100),  x = 1 - gap / range
 //   psi(z) = 1 - z for z <= 0,  (1 - z)^2 (1 + z) for 0 < z < 1,  0 for z >= 1.
 // Approaching surfaces are pushed by P - D g'. Parting ones are pushed less, and never pulled:
-// there is no force on a surface that parts faster than P / D. F is C1 in the gap and in the rate,
-// also at the range and beyond. D is proportional to the stiffness of the barrier, except in the
-// outermost hundredth of the range, where it falls as P does. psi contains all of the dissipation:
-// another restitution is another psi (docs/theory.md, section 7).
+// surfaces that part faster than P / D feel no force. F is C1 in the gap and in the rate, also at
+// the range and beyond. D is nearly damping_time W'', but falls with P in the outermost hundredth
+// of the range. psi contains all of the dissipation: another restitution needs another psi
+// (docs/theory.md, section 7).
 struct DampedPush {
   double force = 0;      // N
   double stiffness = 0;  // -dF/dg, N/m
@@ -62,9 +63,9 @@ inline DampedPush damped_push(const BarrierDerivatives& barrier, double gap, dou
           -damping * slope};
 }
 
-// Regularised Coulomb friction (IPC, eq. 13 ff.): factor f(s) in [0, 1] of the force at sliding
-// speed s >= 0 (m/s), f = 2 s/e - (s/e)^2 for s < e, else 1. It is returned as f(s)/s, which makes
-// the force -mu N (f/s) v_t smooth at rest, with the slope d f / d s. Precondition: e > 0.
+// Regularised Coulomb friction (IPC, eq. 13 ff.). Its factor f(s) in [0, 1] at sliding speed s >= 0
+// (m/s) is 2 s/e - (s/e)^2 for s < e, else 1. f(s)/s is returned, because the force -mu N (f/s) v_t
+// is then smooth at rest. Precondition: e > 0.
 struct FrictionFactor {
   double over_speed = 0;  // f(s) / s, s/m
   double slope = 0;       // f'(s), s/m
@@ -78,7 +79,7 @@ inline FrictionFactor friction_factor(double speed, double regularisation_speed)
 }
 
 // Edge-edge mollifier (IPC, section 4.1) m(c) of the squared cross product c of the edges, and its
-// derivatives with respect to c. m = 1 for c >= e, the threshold e > 0; below, m = -(c/e)^2 + 2 c/e
+// derivatives with respect to c. m = 1 for c >= e, the threshold e > 0. Below, m = -(c/e)^2 + 2 c/e
 // falls smoothly to 0 for parallel edges. c and e are in m^4. m is C1 at c = e.
 struct MollifierDerivatives {
   double value = 1, first = 0, second = 0;

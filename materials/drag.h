@@ -6,9 +6,9 @@
 namespace weft::materials {
 
 // Air density times the drag coefficients, kg/m^3, not negative. The force per area is 1/2 |w|
-// (normal w_n + tangential w_t): w is the wind minus the velocity of the centroid, split into its
-// parts along the normal and in the plane of the triangle. The force does not depend on the
-// orientation of the normal, and its power on a body in still air is never positive.
+// (normal w_n + tangential w_t). w is the wind minus the velocity of the centroid, split into parts
+// along the normal and in the plane of the triangle. The force does not depend on the orientation
+// of the normal, and its power on a body in still air is never positive.
 template <class Real>
 struct DragOf {
   Real normal = 0;
@@ -16,7 +16,7 @@ struct DragOf {
 };
 using Drag = DragOf<double>;
 
-// The air that flows past a triangle.
+// The flow of air past a triangle.
 template <class Real>
 struct FlowOf {
   Vec3Of<Real> relative_wind;  // w, m/s
@@ -35,14 +35,15 @@ FlowOf<Real> flow_past(const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
   return flow;
 }
 
-// B w of drag_damping(), kg/(m^2 s).
+// Returns B w of drag_damping(), kg/(m^2 s).
 template <class Real>
 Vec3Of<Real> weighted_wind(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   return drag.tangential * flow.relative_wind +
          ((drag.normal - drag.tangential) * dot(flow.relative_wind, flow.normal)) * flow.normal;
 }
 
-// Total force on the triangle, N; each node gets a third. Zero for a triangle without area.
+// Returns the total force on the triangle, N; each node receives a third. Zero for a triangle
+// without area.
 template <class Real>
 Vec3Of<Real> drag_force(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                         const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {
@@ -51,11 +52,11 @@ Vec3Of<Real> drag_force(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
          weighted_wind(drag, flow);
 }
 
-// -d force / d (centroid velocity), made symmetric positive semi-definite for the Newton matrix, N
-// s/m; every block of a pair of nodes gets a ninth. With B = normal n n^T + tangential (I - n n^T),
-// the force is A/2 |w| B w, and the matrix is A/2 |w| (B + B w w^T B / w^T B w). The matrix is
-// exact along w; for a wind along the normal or in the plane it is exact in every direction. Zero
-// in still air.
+// Returns -d force / d (centroid velocity), made symmetric positive semi-definite for the Newton
+// matrix, N s/m. Every block of a pair of nodes receives a ninth. With B = normal n n^T +
+// tangential (I - n n^T), the force is A/2 |w| B w, and the matrix is A/2 |w| (B + B w w^T B / w^T
+// B w). It is exact along w; for a wind along the normal or in the plane it is exact in every
+// direction. Zero in still air.
 template <class Real>
 Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                           const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {

@@ -1,6 +1,6 @@
 // The angle between two triangles that share an edge, and its derivatives. The shared edge is x0 ->
-// x1, and x2 and x3 are the nodes opposite to it. The triangles are (x0, x1, x2) and (x1, x0, x3),
-// both counter-clockwise seen from the same side.
+// x1; x2 and x3 are the opposite nodes. The triangles (x0, x1, x2) and (x1, x0, x3) are both
+// counter-clockwise seen from the same side.
 #pragma once
 
 #include "materials/membrane.h"
@@ -8,9 +8,9 @@
 
 namespace weft::materials {
 
-// The vectors of a hinge, which both angle and gradient need; callers of both compute them once.
-// They are the edge, the arms from x0 to the opposite nodes (m) and the normals (m^2).
-// `flat_triangle` is true if either triangle has no area (its sine at x0 is below 1e-12).
+// The vectors that the angle and the gradient of a hinge share: the edge, the arms from x0 to the
+// opposite nodes (m) and the normals (m^2). `flat_triangle` is true if either triangle has no area
+// (its sine at x0 is below 1e-12).
 template <class Real>
 struct HingeVectorsOf {
   Vec3Of<Real> edge, arm2, arm3, normal2, normal3;
@@ -19,8 +19,8 @@ struct HingeVectorsOf {
 };
 using HingeVectors = HingeVectorsOf<double>;
 
-// True if a triangle of these two sides and normal has no area. NaN counts as a proper triangle: it
-// is passed on, not hidden.
+// Returns true if a triangle of these two sides and normal has no area. NaN counts as a proper
+// triangle: it is passed on, not hidden.
 template <class Real>
 auto is_flat(const Real& squared_normal, const Real& squared_side, const Real& squared_other) {
   return squared_normal <= 1e-24 * squared_side * squared_other;
@@ -43,9 +43,9 @@ HingeVectorsOf<Real> hinge_vectors(const NodesOf<Real, 4>& x) {
   return h;
 }
 
-// The angle of a hinge in [-pi, pi]: 0 when flat, positive when the surface is a valley seen from
-// that side (x3 above the plane of the first triangle). It jumps by 2 pi where the triangles fold
-// onto each other. A triangle without area has the angle 0 and no derivatives.
+// Returns the angle of a hinge in [-pi, pi]: 0 when flat, positive when the surface is a valley
+// seen from the side of both normals (x3 above the plane of the first triangle). It jumps by 2 pi
+// where the triangles fold onto each other. A triangle without area gives the angle 0.
 template <class Real>
 Real hinge_angle(const HingeVectorsOf<Real>& h) {
   // sin ~ edge . (normal3 x normal2) / |edge| = |edge| arm3 . normal2, accurate near 0 and pi.
@@ -54,8 +54,9 @@ Real hinge_angle(const HingeVectorsOf<Real>& h) {
 }
 inline double hinge_angle(const Nodes4& x) { return hinge_angle(hinge_vectors(x)); }
 
-// d angle / d x_i as columns, 1/m. Moving an opposite node along the normal of its triangle changes
-// the angle by one over its height; the ends of the edge take the reactions of a lever.
+// Returns d angle / d x_i as columns, 1/m; zero for a triangle without area. Moving an opposite
+// node along the normal of its triangle changes the angle by one over its height. The gradients at
+// the ends of the edge balance this like the supports of a lever.
 template <class Real>
 NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   const auto over = [&](const Real& numerator, const Real& denominator) {
@@ -63,7 +64,7 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   };
   const Vec3Of<Real> gradient2 = over(h.edge_length, h.squared_normal2) * h.normal2;
   const Vec3Of<Real> gradient3 = over(h.edge_length, h.squared_normal3) * h.normal3;
-  // Positions of the feet of the heights as fractions of the edge, counted from x0.
+  // Positions of the feet of the heights, as fractions of the edge from x0.
   const Real inverse = over(1.0, h.edge_length * h.edge_length);
   const Real foot2 = dot(h.edge, h.arm2) * inverse;
   const Real foot3 = dot(h.edge, h.arm3) * inverse;
@@ -76,11 +77,11 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
 }
 inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vectors(x)); }
 
-// One triangle's part of sum_i moment_i d^2 angle_i / dx dx over its three hinges; hinge i has the
-// edge opposite node i. The whole Hessian is the sum over both triangles of every hinge. The part
-// is symmetric and involves only the triangle's own nodes, since x2 and x3 of a hinge are not
-// coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their Jacobians). Its unit is
-// that of the moments / m^2. A triangle without area contributes nothing.
+// One triangle's part of sum_i moment_i d^2 angle_i / dx dx over its three hinges, where hinge i
+// has the edge opposite node i. The whole Hessian is the sum over both triangles of every hinge.
+// The part is symmetric and involves only the triangle's own nodes, since x2 and x3 of a hinge are
+// not coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their Jacobians). Its unit
+// is that of the moments / m^2. A triangle without area contributes nothing.
 //
 // Derivation, for the edge p -> q of a triangle (p, q, r). Let N be the unit normal, e the unit
 // edge, l its length, m the unit vector in the plane from the edge to r, h the height of r and t
@@ -95,7 +96,7 @@ inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vect
 template <class Real>
 class HingeStress {
  public:
-  // Takes the hinge opposite node i; `add` takes the others.
+  // Adds the hinge opposite node i; add() adds the others.
   HingeStress(const NodesOf<Real, 3>& x, int i, const Real& moment) : edges_(opposite_edges(x)) {
     const Vec3Of<Real> first = edges_.col(0), second = edges_.col(1);
     const Vec3Of<Real> normal = first.cross(second);
@@ -145,7 +146,7 @@ class HingeStress {
 
   NodesOf<Real, 3> edges_;
   Vec3Of<Real> normal_, c_[3][3];
-  Real inverse_area_;  // of twice the area, 1/m^2
+  Real inverse_area_;  // one over twice the area, 1/m^2
   decltype(Real() < Real()) flat_;
 };
 

@@ -14,8 +14,8 @@
 
 namespace weft::materials {
 
-// The number of lanes that fill a register. The namespace depends on it, so a program that is
-// compiled for another processor than Weft's libraries cannot link with functions of other sizes.
+// Number of lanes that fill a register. The namespace depends on it: a program compiled for another
+// processor than Weft's libraries cannot link with functions of other sizes.
 #if defined(__AVX512F__)
 inline namespace eight_lanes {
 inline constexpr int lane_count = 8;
@@ -24,10 +24,10 @@ inline namespace four_lanes {
 inline constexpr int lane_count = 4;  // two registers before AVX
 #endif
 
-// A vector of GCC's extension in a class, so that it can be the scalar of Eigen's matrices.
+// A vector of GCC's extension in a class, which can be the scalar of Eigen's matrices.
 struct Lanes {
   typedef double Vector __attribute__((vector_size(8 * lane_count)));
-  // The result of a comparison: all bits are set where it is true.
+  // The result of a comparison: all bits are set in the lanes where it is true.
   struct Mask {
     typedef decltype(Vector{} < Vector{}) Bits;
     Bits bits;
@@ -55,7 +55,7 @@ struct Lanes {
   friend Mask operator==(Lanes a, Lanes b) { return {a.values == b.values}; }
 };
 
-// Functions that formulas call with either number type, lane by lane.
+// The following functions exist for both number types; on `Lanes` they act lane by lane.
 inline double square_root(double a) { return std::sqrt(a); }
 inline double larger(double a, double b) { return a > b ? a : b; }
 inline double choose(bool condition, double yes, double no) { return condition ? yes : no; }
@@ -76,13 +76,13 @@ inline Lanes larger(Lanes a, Lanes b) { return Lanes(a.values > b.values ? a.val
 inline Lanes choose(Lanes::Mask condition, Lanes yes, Lanes no) {
   return Lanes(condition.bits ? yes.values : no.values);
 }
-// Returns the numbers as they are, or their negatives where the condition holds.
+// Returns the numbers, negated in the lanes where the condition holds.
 inline Lanes negate_where(Lanes::Mask condition, Lanes a) { return choose(condition, -a, a); }
 inline Lanes magnitude(Lanes a) { return negate_where(a < Lanes(0), a); }
 
 // std::atan2 within 2 units in the last place, for numbers whose sum and ratio neither overflow nor
-// underflow; 0 for two zeros, NaN if either is NaN. The angle's octant is folded onto |t| <= 0.66,
-// where atan t = t + t^3 P(t^2) / Q(t^2) (S. L. Moshier, Cephes, atan.c, 1984: error 1.8e-16).
+// underflow. Two zeros give 0; NaN gives NaN. The angle's octant is folded onto |t| <= 0.66, where
+// atan t = t + t^3 P(t^2) / Q(t^2) (S. L. Moshier, Cephes, atan.c, 1984: error 1.8e-16).
 inline Lanes arc_tangent(Lanes y, Lanes x) {
   constexpr double half_pi = std::numbers::pi / 2, half_pi_rest = 6.123233995736765886e-17;
   const Lanes height = magnitude(y), width = magnitude(x);
@@ -106,7 +106,7 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
                       z +
                   1.945506571482613964425e2;
   const Lanes small = t + t * (z * p / q);
-  // The angle of the octant, in two parts, and the sense of rotation.
+  // The angle of the octant is added in two parts, and the sign of the rotation last.
   Lanes octant = choose(is_diagonal, half_pi / 2, 0.0);
   octant = choose(is_steep, half_pi - octant, octant);
   octant = choose(is_back, 2 * half_pi - octant, octant);
@@ -127,7 +127,7 @@ void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence
         a, b, ((lane & distance) == 0 ? lane + distance : lane_count + lane)...);
   }
 }
-// Transposes: row i becomes column i.
+// Replaces the matrix by its transpose: row i becomes column i.
 inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   constexpr std::make_integer_sequence<int, lane_count> lanes;
   exchange<1>(rows, lanes);
@@ -135,12 +135,12 @@ inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   if constexpr (lane_count == 8) exchange<4>(rows, lanes);
 }
 
-// The functions below handle vectors that are adjacent in memory, one per lane. (Pointers to
-// unaligned numbers spell out their type, since `auto` would deduce an aligned one.)
+// The functions below handle vectors that are adjacent in memory, one per lane. Pointers to
+// unaligned numbers spell out their type, because `auto` would deduce an aligned one.
 typedef double UnalignedLanes __attribute__((vector_size(8 * lane_count), aligned(8), may_alias));
 
 #if defined(__AVX512F__)
-// Loads the vectors at an address, lane by lane.
+// Loads one vector per lane, from adjacent ones at an address.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const UnalignedLanes* rows =
       reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
@@ -152,7 +152,7 @@ inline std::array<Lanes, 3> load_vectors(const double* at) {
           Lanes(__builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14)),
           Lanes(__builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15))};
 }
-// Adds vectors, lane by lane, to those at an address.
+// Adds the vector of each lane to adjacent ones at an address.
 inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
   const Lanes::Vector x = v[0].values, y = v[1].values, z = v[2].values;

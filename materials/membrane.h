@@ -31,7 +31,8 @@ using TriangleMembrane = TriangleMembraneOf<double>;
 TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, double poisson_ratio,
                                         double damping_time);
 
-// The edges opposite the nodes, in order round the triangle: x2 - x1, x0 - x2, x1 - x0, as columns.
+// Returns the edges opposite the nodes as columns, in order round the triangle: x2 - x1, x0 - x2,
+// x1 - x0.
 template <class Real>
 NodesOf<Real, 3> opposite_edges(const NodesOf<Real, 3>& x) {
   NodesOf<Real, 3> edges;
@@ -46,7 +47,7 @@ std::array<Real, 3> squared_lengths(const NodesOf<Real, 3>& edges) {
   return {squared_norm(edges.col(0)), squared_norm(edges.col(1)), squared_norm(edges.col(2))};
 }
 
-// q, m^2.
+// Returns q, m^2.
 template <class Real>
 Vec3Of<Real> squared_length_changes(const TriangleMembraneOf<Real>& membrane,
                                     const NodesOf<Real, 3>& edges) {
@@ -55,7 +56,7 @@ Vec3Of<Real> squared_length_changes(const TriangleMembraneOf<Real>& membrane,
   return {now[0] - rest[0], now[1] - rest[1], now[2] - rest[2]};
 }
 
-// q', m^2/s, for nodes that move with velocities v.
+// Returns q', m^2/s, for nodes that move with velocities v.
 template <class Real>
 Vec3Of<Real> squared_length_rates(const NodesOf<Real, 3>& edges, const NodesOf<Real, 3>& v) {
   return {2.0 * dot(edges.col(0), v.col(2) - v.col(1)),
@@ -63,14 +64,15 @@ Vec3Of<Real> squared_length_rates(const NodesOf<Real, 3>& edges, const NodesOf<R
           2.0 * dot(edges.col(2), v.col(1) - v.col(0))};
 }
 
-// J
+// Returns the energy, J.
 template <class Real>
 Real membrane_energy(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& x) {
   const Vec3Of<Real> change = squared_length_changes(membrane, opposite_edges(x));
   return 0.5 * dot(change, membrane.times_modulus(change));
 }
 
-// Tensions s = C (q + beta q'), one per edge, N/m: edge i pulls its ends together with 2 s_i e_i.
+// Returns the tensions s = C (q + beta q'), one per edge, N/m. Edge i pulls its ends together with
+// 2 s_i e_i.
 template <class Real>
 Vec3Of<Real> edge_tensions(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& edges,
                            const NodesOf<Real, 3>& v) {
@@ -79,7 +81,7 @@ Vec3Of<Real> edge_tensions(const TriangleMembraneOf<Real>& membrane, const Nodes
                                 membrane.damping_time * rates);
 }
 
-// Forces of the tensions on the three nodes as columns, N.
+// Returns the forces of the tensions on the three nodes as columns, N.
 template <class Real>
 NodesOf<Real, 3> pulls_of(const Vec3Of<Real>& tensions, const NodesOf<Real, 3>& edges) {
   const Vec3Of<Real> pull0 = 2.0 * tensions[0] * edges.col(0);
@@ -92,7 +94,7 @@ NodesOf<Real, 3> pulls_of(const Vec3Of<Real>& tensions, const NodesOf<Real, 3>& 
   return forces;
 }
 
-// Forces on the three nodes as columns, N.
+// Returns the forces on the three nodes as columns, N.
 template <class Real>
 NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
                                  const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v) {
@@ -100,7 +102,7 @@ NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
   return pulls_of(edge_tensions(membrane, edges, v), edges);
 }
 
-// Forces without damping of the two triangles of a quad on its corners, N; the triangles have the
+// Returns the undamped forces of a quad's two triangles on its corners, N. The triangles have the
 // nodes 0, 1, 2 and 1, 3, 2. Shared terms are computed once.
 template <class Real>
 NodesOf<Real, 4> undamped_membrane_forces(const TriangleMembraneOf<Real>& one,
@@ -128,18 +130,18 @@ NodesOf<Real, 4> undamped_membrane_forces(const TriangleMembraneOf<Real>& one,
   return forces;
 }
 
-// G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness without the part
-// of the stress. Times beta it is -d forces / d v, exactly, N s/m.
+// Returns G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness without
+// the stress part. Times beta it is exactly -d forces / d v, N s/m.
 template <class Real>
 StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real>& membrane,
                                                    const NodesOf<Real, 3>& x) {
   const NodesOf<Real, 3> edges = opposite_edges(x);
-  // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i: at node a, 2 e_a1 and
-  // -2 e_a2.
+  // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i. Node a therefore has
+  // 2 e_a1 from edge a1 and -2 e_a2 from edge a2.
   StencilMatrix<Real, 3> result;
   for (int a = 0; a < 3; ++a) {
     const int a1 = (a + 1) % 3, a2 = (a + 2) % 3;
-    Vec3Of<Real> stress[3];  // C times those of node a
+    Vec3Of<Real> stress[3];  // C times the gradients at node a
     for (int j = 0; j < 3; ++j) {
       stress[j] = (4.0 * membrane.modulus(a1, j)) * edges.col(a1) -
                   (4.0 * membrane.modulus(a2, j)) * edges.col(a2);
@@ -153,7 +155,7 @@ StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real
   return result;
 }
 
-// The forces -G C G^T u of a displacement u, whose node values are columns: N for m.
+// Returns the forces -G C G^T u (N) of a displacement u (m), whose node values are columns.
 template <class Real>
 NodesOf<Real, 3> membrane_material_pulls(const TriangleMembraneOf<Real>& membrane,
                                          const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& u) {
@@ -162,8 +164,8 @@ NodesOf<Real, 3> membrane_material_pulls(const TriangleMembraneOf<Real>& membran
 }
 
 // Adds the part of the stiffness that stems from the tensions (see edge_tensions). d^2 q_i / dx dx
-// is 2 I on the diagonal of either end of edge i and -2 I between them. The part is indefinite
-// where edges push; `pull_only` leaves these out and makes it positive semi-definite.
+// is 2 I on the diagonal of either end of edge i and -2 I between them. Edges that push make the
+// part indefinite; `pull_only` leaves them out, which makes it positive semi-definite.
 template <class Real>
 void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
                          StencilMatrix<Real, 3>& stiffness) {
@@ -176,7 +178,7 @@ void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
   }
 }
 
-// -d forces / d x with the stress of (x, v) (exact without damping), symmetric, N/m.
+// Returns -d forces / d x with the stress of (x, v) (exact without damping), symmetric, N/m.
 template <class Real>
 StencilMatrix<Real, 3> membrane_stiffness(const TriangleMembraneOf<Real>& membrane,
                                           const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,

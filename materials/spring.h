@@ -15,13 +15,13 @@ struct Spring {
   double damping_time = 0;  // beta, s
 };
 
-// J
+// Returns the energy, J.
 inline double spring_energy(const Spring& spring, const Vec3& x0, const Vec3& x1) {
   const double extension = (x1 - x0).norm() - spring.rest_length;
   return 0.5 * spring.stiffness * extension * extension;
 }
 
-// Force on node 0, N; node 1 gets the opposite one. Zero for coincident nodes.
+// Returns the force on node 0, N; node 1 receives the opposite one. Zero for coincident nodes.
 inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
                          const Vec3& v1) {
   const Vec3 difference = x1 - x0;
@@ -35,9 +35,9 @@ inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, c
          difference;
 }
 
-// -d force0 / d x0 at constant velocity of extension (exact without damping), N/m; a pair of nodes
-// has [K -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T. K is indefinite under
-// compression; `pull_only` takes a negative T as 0 and makes it positive semi-definite. For
+// Returns K = -d force0 / d x0 at constant velocity of extension (exact without damping), N/m; a
+// pair of nodes has [K -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T. K is indefinite
+// under compression; `pull_only` clamps T / l to [0, k], which makes it positive semi-definite. For
 // coincident nodes it is k I: exact for a spring without rest length, and usable for a Newton step
 // otherwise.
 inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
@@ -57,7 +57,7 @@ inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x
   return result;
 }
 
-// -d force0 / d v0, N s/m; exact, positive semi-definite. Zero for coincident nodes.
+// Returns -d force0 / d v0, N s/m: exact, positive semi-definite. Zero for coincident nodes.
 inline Mat3 spring_damping(const Spring& spring, const Vec3& x0, const Vec3& x1) {
   const Vec3 difference = x1 - x0;
   const double squared_length = squared_norm(difference);

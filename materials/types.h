@@ -23,8 +23,8 @@ using Mat3 = Mat3Of<double>;
 using Nodes3 = NodesOf<double, 3>;
 using Nodes4 = NodesOf<double, 4>;
 
-// Sums over three components, written out. Eigen's own load pairs that were just stored one by one,
-// which stalls the processor; these are 2 to 3 times faster for vectors just computed.
+// Sums over three components are written out. Eigen's own load pairs that were just stored one by
+// one, which stalls the processor. For vectors just computed, these are 2 to 3 times faster.
 template <class A, class B>
 auto dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
   return typename A::Scalar(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
@@ -33,14 +33,13 @@ template <class A>
 auto squared_norm(const Eigen::MatrixBase<A>& a) {
   return dot(a, a);
 }
-// a b^T.
+// Returns a b^T.
 template <class Real>
 Mat3Of<Real> outer(const Vec3Of<Real>& a, const Vec3Of<Real>& b) {
   return a * b.transpose();
 }
 
-// The 3x3 blocks of a symmetric matrix over the nodes of a stencil, those on and above the
-// diagonal.
+// A symmetric matrix over the nodes of a stencil, as its 3x3 blocks on and above the diagonal.
 template <class Real, int nodes>
 struct StencilMatrix {
   std::array<Mat3Of<Real>, nodes*(nodes + 1) / 2> blocks;
