@@ -1,5 +1,5 @@
-// Triangle pairs of leaf blocks, one a lane: their vertices are read a block at a time, and spread
-// over the lanes. Compiled once for every instruction set: see instruction_set.h.
+// Triangle pairs of leaf blocks, one per lane. Their vertices are read block by block and
+// distributed to the lanes. Compiled once per instruction set: see instruction_set.h.
 #include "bsi/kernels/block_judge_kernels.h"
 
 #include "bsi/kernels/leaf_quads.h"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int lanes = lane_count<float>;
 
-// The vertices of a leaf block: vertex (r, c) of its 3 x 3 at 4 r + c.
+// The vertices of a leaf block: vertex (r, c) of its 3 x 3 is at 4 r + c.
 struct alignas(64) BlockVertices {
   float value[3][16];
 };
@@ -29,11 +29,11 @@ WEFT_INLINE void read_vertices(const BoxTree& tree, BoxNode node, BlockVertices&
   }
 }
 
-// Vertices of the corners of leaf 4 k + 2 r + c: the triangles of a quad share their last two.
+// Vertices of the corners of leaf 4 k + 2 r + c. The triangles of a quad share their last two.
 constexpr int corner_vertex[3][8] = {
     {0, 1, 4, 5, 5, 6, 9, 10}, {1, 2, 5, 6, 1, 2, 5, 6}, {4, 5, 8, 9, 4, 5, 8, 9}};
 
-// A leaf block as its pairs need it.
+// The data of a leaf block that its pairs need.
 struct Block {
   BlockVertices vertices;
   alignas(32) int number[8];
@@ -44,24 +44,24 @@ WEFT_INLINE void read_block(const BoxTree& tree, BoxNode node, Block& block) {
   number_leaves(tree, node, true, block.number);
 }
 
-// Some pairs of blocks, and their pairs of triangles: entry 64 s + 8 i + j for leaves i and j of
-// pair s.
+// Several pairs of blocks and their pairs of triangles: entry 64 s + 8 i + j is for leaves i and j
+// of pair s.
 constexpr int slots = 32;
 struct Chunk {
   Block a[slots], b[slots];
-  int of_a[slots];  // where the first block of the pair is: many in a row have the same
+  int of_a[slots];  // index of the first block of the pair: consecutive pairs often share it
   alignas(64) int entry[64 * slots + 16];
   int count;
 };
 
-// Pairs of triangles in lanes: corner 0 of the first triangle is the origin.
+// Pairs of triangles in lanes; corner 0 of the first triangle is the origin.
 struct Corners {
   Lanes3<Lanes<float>> a[3], b[3];
 };
 
 #if defined(__AVX512DQ__)
 
-// `base` and the numbers of the bits that are set, in ascending order; may write sixteen more.
+// Lists `base` plus the index of each set bit, in ascending order. May write sixteen more.
 WEFT_INLINE int list_bits(std::uint64_t bits, int base, int* list) {
   const __m512i first = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   int count = 0;
@@ -92,8 +92,8 @@ WEFT_INLINE void store_numbers(__m512i a, __m512i b, bool sorted, LeafPair* to) 
   }
 }
 
-// The pairs of 16 entries. Their vertices are moved to the lanes block by block: gathering them
-// would take several times as long.
+// Loads the pairs of 16 entries. Their vertices are moved to the lanes block by block: gathering
+// them would take several times as long.
 WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& corners) {
   const __m512i entry = _mm512_loadu_si512(entries), slot = _mm512_srli_epi32(entry, 6);
   const __m512i seven = _mm512_set1_epi32(7);
@@ -132,7 +132,7 @@ WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& cor
   }
 }
 
-// The numbers of the triangles of pair s, whose entries begin here.
+// Writes the numbers of the triangles of pair s, whose entries start at `entries`.
 WEFT_INLINE void number_pairs(const Chunk& chunk, int s, const int* entries, int count, bool sorted,
                               LeafPair* pairs) {
   const __m512i seven = _mm512_set1_epi32(7);
@@ -147,7 +147,7 @@ WEFT_INLINE void number_pairs(const Chunk& chunk, int s, const int* entries, int
   }
 }
 
-// Appends the first + l for the lanes l that are marked; may write sixteen more.
+// Appends first + l for each marked lane l. May write sixteen more.
 WEFT_INLINE int list_lanes(unsigned marked, int first, int* list) {
   const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   _mm512_storeu_si512(
@@ -156,14 +156,14 @@ WEFT_INLINE int list_lanes(unsigned marked, int first, int* list) {
   return __builtin_popcount(marked);
 }
 
-// Returns the lanes that are undecided.
+// Stores the verdicts and returns the lanes that are undecided.
 WEFT_INLINE unsigned store_verdicts(__m512 result, Verdict* verdict) {
   const __m512i number = _mm512_cvttps_epi32(result);
   _mm_storeu_si128(reinterpret_cast<__m128i*>(verdict), _mm512_cvtepi32_epi8(number));
   return _mm512_cmpeq_epi32_mask(number, _mm512_set1_epi32(static_cast<int>(Verdict::undecided)));
 }
 
-// The pairs with this verdict, in their order; may write eight more.
+// Copies the pairs with the verdict `wanted`, in order. May write eight more.
 WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                        LeafPair* to) {
   int selected = 0;
@@ -239,8 +239,8 @@ WEFT_INLINE unsigned store_verdicts(const V& result, Verdict* verdict) {
   return undecided;
 }
 
-// Every pair is written, and the place moves on where it counts: that is as good as random, so a
-// branch would be mispredicted as often as not.
+// Every pair is written, and the destination advances only past selected ones. A branch would be
+// mispredicted often, because verdicts are as good as random.
 WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                        LeafPair* to) {
   int selected = 0;
@@ -253,7 +253,7 @@ WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count,
 
 #endif
 
-// Lists the pairs of some blocks and numbers their triangles.
+// Lists the pairs of the blocks and numbers their triangles.
 void fill_chunk(const JudgedBlocks& judged, const LeafBlockPair* blocks, int block_count,
                 Chunk& chunk, LeafPair* pairs) {
   chunk.count = 0;
@@ -273,8 +273,7 @@ void fill_chunk(const JudgedBlocks& judged, const LeafBlockPair* blocks, int blo
   for (int k = chunk.count; k % lanes != 0; ++k) chunk.entry[k] = chunk.entry[chunk.count - 1];
 }
 
-// Sifts the pairs first, so that the whole distance of those that this leaves open has full vectors
-// to work on.
+// Sifts the pairs first. The whole distance is then computed with full vectors for those left open.
 void judge_chunk(const Chunk& chunk, float margin_low, float margin_high, Verdict* verdict) {
   int open[64 * slots + 16];
   int open_count = 0;

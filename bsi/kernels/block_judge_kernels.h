@@ -1,5 +1,5 @@
-// The inner loop of the narrow phase over pairs of leaf blocks, one table for every instruction
-// set. An internal header of bsi/.
+// The inner loop of the narrow phase over pairs of leaf blocks, one table per instruction set. An
+// internal header of bsi/.
 #pragma once
 
 #include "bsi/kernels/narrow_phase_kernels.h"
@@ -13,17 +13,17 @@ struct JudgedBlocks {
   const BoxTree* b;
   const LeafBlockPair* blocks;
   int count;
-  bool self;  // the smaller number of a pair goes first
+  bool self;  // the smaller number of a pair comes first
 };
 
 struct BlockJudgeKernels {
-  // Lists the pairs of the blocks in their order and judges each from the vertices in float32. The
-  // margins must allow for e, by which the float64 vertices can be nearer or farther: `margin_low`
-  // <= margin - e and `margin_high` >= margin + e. Returns the number of pairs. May write 16 more.
+  // Lists the pairs of the blocks in order and judges each from its vertices in float32. e bounds
+  // the difference that rounding makes to a distance: `margin_low` <= margin - e and `margin_high`
+  // >= margin + e. Returns the number of pairs. May write 16 more.
   int (*judge)(const JudgedBlocks& judged, float margin_low, float margin_high, LeafPair* pairs,
                Verdict* verdict);
-  // Copies the pairs whose verdict is `wanted` in their order and returns their number. May read
-  // verdicts and pairs and write pairs eight past the end.
+  // Copies the pairs whose verdict is `wanted`, in order, and returns their number. May read
+  // verdicts and pairs, and write pairs, up to eight past the end.
   int (*select)(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                 LeafPair* to);
 };

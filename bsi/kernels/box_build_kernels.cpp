@@ -1,4 +1,4 @@
-// Compiled once for every instruction set: see instruction_set.h for what that forbids.
+// Compiled once per instruction set: see instruction_set.h for the restrictions.
 #include "bsi/kernels/box_build_kernels.h"
 
 #include "bsi/kernels/wide_lanes.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr float lowest = -3.402823466e38F;  // -FLT_MAX: neutral to maxima
 
-// Largest of -value and value over the rows, for every column.
+// Finds the largest of -value and of value over the rows, for every column.
 template <bool join, class Value>
 inline void bound_values(int count, int rows, float* __restrict minus_low, float* __restrict high,
                          const Value& value) {
@@ -82,12 +82,13 @@ void bound_steps(const VertexRows& vertices, int quad_cols, bool join, BoundRow 
        : bound_steps_by_count<false>(vertices, quad_cols, out);
 }
 
-// Steps along u stand between two columns: a block has one fewer of them than columns.
+// Steps along u lie between two columns: a block has one fewer of them than columns.
 inline bool is_step_along_u(int plane) {
   return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
 }
 
-// Blocks of two quads in a row: of two columns of steps along u, or of three of anything else.
+// Bounds blocks of two quads in a row, from two columns of steps along u, or from three columns of
+// anything else.
 inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   const auto bound_at = [&](int u) {
     const float* from = in + 2 * u;
@@ -98,7 +99,7 @@ inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   };
   if (blocks >= width) {
     for (int u = 0; u + width <= blocks; u += width) bound_at(u);
-    // The last vector overlaps the one before, rather than what follows.
+    // The last vector overlaps the one before, so that it stays within the row.
     if (blocks % width != 0) bound_at(blocks - width);
     return;
   }
@@ -107,8 +108,8 @@ inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   }
 }
 
-// 2^k quads are blocks of two, 2^k - 1 (an image of 2^k vertices) a single one and then blocks of
-// two: there are few runs.
+// 2^k quads are blocks of two. 2^k - 1 quads (an image of 2^k vertices) are a single one and then
+// blocks of two. Hence there are few runs.
 void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
                   BoundRow out) {
   for (int u = 0; u < blocks;) {
@@ -146,7 +147,7 @@ void merge(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int 
   }
 }
 
-// Four numbers at once; may alias floats and need not be aligned.
+// Four numbers at once, which may alias floats and need not be aligned.
 typedef float Four __attribute__((vector_size(16), aligned(4), may_alias));
 typedef float Two __attribute__((vector_size(8), aligned(4), may_alias));
 

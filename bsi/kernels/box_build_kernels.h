@@ -1,5 +1,4 @@
-// The loops that build a box pyramid, one table for each instruction set. An internal header of
-// bsi/.
+// The loops that build a box pyramid, one table per instruction set. An internal header of bsi/.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +11,7 @@ namespace weft::bsi {
 // A row of blocks while the pyramid is built: 18 planes of one float per block, `stride` apart.
 // Planes 0-5 bound the vertices, planes 6-17 the steps between them (TangentBounds::bound). Lower
 // bounds have their sign changed, so that every union is a maximum. A plane may be read and written
-// up to a multiple of plane_padding blocks, and be read one float further.
+// up to a multiple of plane_padding blocks, and read one float further.
 inline constexpr int plane_count = 18;
 inline constexpr int plane_padding = 16;
 struct BoundRow {
@@ -20,7 +19,7 @@ struct BoundRow {
   std::size_t stride;
 };
 
-// The planes that a kernel is to work on.
+// The planes that a kernel processes.
 struct PlaneRange {
   int begin, end;
 };
@@ -35,17 +34,17 @@ struct VertexRows {
 
 struct BoxBuildKernels {
   // Bounds each column of vertices over two or three rows, for the planes of boxes. With `join` the
-  // bounds include what `out` holds.
+  // bounds include the previous contents of `out`.
   void (*bound_columns)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
-  // Bounds, over two to five rows, the steps along u after each column and the steps along v in it.
+  // Bounds the steps along u after each column, and those along v in it, over two to five rows.
   void (*bound_steps)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
-  // Makes leaf blocks from bounded columns; block u spans the quads [boundary[u], boundary[u + 1]).
+  // Makes leaf blocks from bounded columns. Block u spans the quads [boundary[u], boundary[u + 1]).
   void (*bound_leaves)(BoundRow columns, PlaneRange planes, const std::int32_t* boundary,
                        int blocks, BoundRow out);
-  // Makes parents from one or two rows of children (upper == lower where v is not split).
+  // Makes parents from one or two rows of children (upper == lower if v is not split).
   void (*merge)(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int blocks,
                 BoundRow out);
-  // Stores the child boxes of a row of parents. `lower.plane` is null where v is not split.
+  // Stores the child boxes of a row of parents. `lower.plane` is null if v is not split.
   void (*store_groups)(BoundRow upper, BoundRow lower, bool split_u, int blocks, BoxGroup* out);
   void (*store_tangents)(BoundRow row, int blocks, TangentBounds* out);
 };

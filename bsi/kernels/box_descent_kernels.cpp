@@ -1,4 +1,4 @@
-// Compiled once for every instruction set: see instruction_set.h for what that forbids.
+// Compiled once per instruction set: see instruction_set.h for the restrictions.
 #include "bsi/kernels/box_descent_kernels.h"
 
 #include "bsi/kernels/leaf_blocks.h"
@@ -13,7 +13,7 @@ namespace {
 
 // --- Pairs of blocks ---
 
-// A Place is the position of a block in its level: u in the low 16 bits and v in the high 16 bits.
+// A Place is the position of a block in its level: u in the low 16 bits, v in the high 16 bits.
 // Places is a pair of them: the first block in the low 32 bits, the second in the high 32 bits.
 typedef std::uint32_t Place;
 typedef std::uint64_t Places;
@@ -27,8 +27,8 @@ WEFT_INLINE BoxNode node_of(int level, Place place) {
 }
 WEFT_INLINE Place place_of(BoxNode node) { return node.u | static_cast<Place>(node.v) << 16; }
 
-// All pairs of a list are of the same two levels: both sides go down together, until they hold
-// leaf blocks.
+// A list of pairs, all of the same two levels: both sides descend together until they hold leaf
+// blocks.
 struct PairList {
   const BoxLevel *a, *b;
   std::int32_t level_a, level_b;  // their numbers
@@ -47,8 +47,8 @@ WEFT_INLINE PairList list_of(const DescentQuery& query, int level_a, int level_b
 WEFT_INLINE bool holds_leaf_blocks(const PairList& list) {
   return is_leaf(*list.a) && is_leaf(*list.b);
 }
-// Returns an empty list for the pairs that follow those of `list`. Each side is one level lower,
-// unless it holds leaf blocks already.
+// Returns an empty list for the children of the pairs of `list`. Each side is one level lower
+// unless it already holds leaf blocks.
 WEFT_INLINE PairList list_below(const DescentQuery& query, const PairList& list, Places* pairs) {
   return list_of(query, list.level_a + (is_leaf(*list.a) ? 0 : 1),
                  list.level_b + (is_leaf(*list.b) ? 0 : 1), pairs);
@@ -66,21 +66,21 @@ WEFT_INLINE bool is_itself(const DescentQuery& query, const PairList& list, Plac
 
 // --- The workspace ---
 
-// The leaf blocks used last: a descent comes back to each of them many times.
+// The leaf blocks used last. A descent returns to each of them many times.
 struct LeafCache {
   LaneBoxes leaves[leaf_cache_size];
   std::uint64_t held[leaf_cache_size];  // level and place of the block
 };
 
-// The descent takes up to this many pairs off the end of a list at a time and replaces them by the
-// pairs that follow them.
+// The descent removes up to this many pairs from the end of a list at a time and replaces them by
+// their children.
 constexpr int batch = 64;
 static_assert(pair_list_size >= 17 * batch);
 
 struct Workspace {
-  LeafCache cache[2];  // of the first and of the second body; of one body the first alone
+  LeafCache cache[2];  // of the first and of the second body; one body uses only the first
   Places pairs[list_limit][pair_list_size];
-  std::uint64_t serial;  // of the query whose leaves are held
+  std::uint64_t serial;  // of the query whose leaves are cached
   std::uint64_t unused[7];
 };
 static_assert(sizeof(Workspace) == descent_workspace);
@@ -108,27 +108,27 @@ WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree&
 
 // --- Leaves ---
 
-// For a block with itself, the mask holds each pair of lanes once.
+// For a block with itself, the mask selects each pair of lanes once.
 constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
-// Returns the lane pairs of `near` that count, where the leaf blocks are close (are_close). Pairs
-// of triangles that share a particle do not count. In one block each pair counts once.
+// Returns the lane pairs of `near` that count, for leaf blocks that are close (are_close). Pairs of
+// triangles that share a particle do not count. In one block each pair counts once.
 WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& pair,
                                      LanePairs near) {
   const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
   const PlacedLeaves placed_b{pair.b, quads_of(*query.b, pair.b)};
   const SharedParticles shared = shared_particles(query, placed_a, placed_b);
   near &= ~shared.lanes;
-  // A quad is paired with itself too: it can fold.
+  // A quad is also paired with itself, because it can fold.
   if (query.self && same(pair.a, pair.b)) {
     near &= query.triangles ? upper_triangle & ~diagonal : upper_triangle;
   }
   return shared.look ? without_shared_particles(*query.a, placed_a, placed_b, near) : near;
 }
 
-// Tells for which pairs of a list the blocks are neighbours or may have a particle in common.
-// `round_*` is how far apart neighbours across the seam of a wrapped axis are, in blocks.
+// Decides for which pairs of a list the blocks are neighbours or may share a particle. `round_*` is
+// the distance, in blocks, of neighbours across the seam of a wrapped axis.
 struct Closeness {
   bool never, always;
   int round_u, round_v;
@@ -142,7 +142,7 @@ WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& li
           patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }
 
-// Returns whether the blocks are close, without jumps, which would be mispredicted too often.
+// Returns true if the blocks are close. It has no branches: they would be mispredicted too often.
 WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   const Place a = first_of(pair), b = second_of(pair);
   const int u = u_of(a) - u_of(b), v = v_of(a) - v_of(b);
@@ -152,7 +152,7 @@ WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   return (close & !where.never) | where.always;
 }
 
-// Tests the leaves of pairs of leaf blocks: nearly all the time of a descent is spent here.
+// Tests the leaves of pairs of leaf blocks. A descent spends nearly all its time here.
 WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Workspace& work,
                              BlockSink& sink, DescentCounters& counters) {
   counters.bound_tests += 64 * list.count;
@@ -178,8 +178,8 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
       sink.flush(sink);
       to = sink.blocks;
     }
-    // Every pair is written, and the place moves on only where leaves are near. A jump would be
-    // mispredicted too often.
+    // Every pair is written, and the destination advances only if leaves are near. A branch would
+    // be mispredicted too often.
     to->a = node_of(level_a, a);
     to->b = node_of(level_b, b);
     to->leaves = near;
@@ -190,8 +190,8 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
 
 // --- Expansion ---
 
-// Appends the children whose bits are set in `near` and returns the place after them. Bit 4 i + j
-// stands for child i of the one block and child j of the other. May write sixteen.
+// Appends the children whose bits are set in `near` and returns the end of the list. Bit 4 i + j
+// stands for child i of the first block and child j of the second. May write sixteen.
 WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
 #if defined(__AVX512DQ__)
   const __m512i all = _mm512_set1_epi64(static_cast<long long>(pair));
@@ -266,8 +266,8 @@ WEFT_INLINE unsigned near_by_spheres(const DescentQuery& query, const PairList& 
       sphere_of(*query.b, nodes.b), group_of(*list.a, first_of(pair)), query.sphere_reach));
 }
 
-// Returns which children of two blocks are near each other, as bits for append_children. A leaf
-// block stands for itself as its only child.
+// Returns the pairs of children of two blocks that are near each other, as bits for
+// append_children. A leaf block is its own only child.
 WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
   if (query.bound == Bound::box) return near_by_boxes(query, list, pair);
   const unsigned near = near_by_spheres(query, list, pair);
@@ -275,7 +275,7 @@ WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Pl
   return near & near_by_boxes(query, list, pair);
 }
 
-// Appends the pairs that follow `pair` and returns the place after them. May write sixteen.
+// Appends the children of `pair` and returns the end of the list. May write sixteen.
 WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& list, Places pair,
                                      Places* to) {
   // A block with itself counts each pair of children once. An absent child does not even meet
@@ -301,14 +301,14 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
   return static_cast<int>(count);
 }
 
-// Keeps the pairs that may touch and returns the place after them. The result of one test takes
-// long, but many tests in a row, with no decision between them, take hardly longer.
+// Keeps the pairs that may touch and returns the end of the list. A single test has a long latency,
+// but many tests in a row, without branches between them, take little longer.
 WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList& list, bool itself,
                                       Places* pairs, const Places* end, DescentCounters& counters) {
   unsigned left = 0;
   for (int i = 0; i < end - pairs; ++i) {
     const NodePair pair = nodes_of(list, pairs[i]);
-    // The window of two children at a corner is their parent, which was not proved apart.
+    // The window of two diagonal children is their parent, which is not proved apart.
     const bool is_parent = itself && pair.a.u != pair.b.u && pair.a.v != pair.b.v;
     if (is_parent || !cannot_touch(query, pair, counters)) left |= 1U << i;
   }
@@ -319,8 +319,7 @@ WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList&
 
 // --- The descent ---
 
-// Takes up to `batch` pairs off the end of a list and appends those that follow them to the next
-// list.
+// Removes up to `batch` pairs from the end of a list and appends their children to the next list.
 WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList& next,
                              DescentCounters& counters) {
   const int count = list.count < batch ? list.count : batch;

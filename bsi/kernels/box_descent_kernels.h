@@ -1,5 +1,4 @@
-// The loops that descend box pyramids, one table for each instruction set. An internal header of
-// bsi/.
+// The loops that descend box pyramids, one table per instruction set. An internal header of bsi/.
 #pragma once
 
 #include <cstddef>
@@ -9,22 +8,21 @@
 
 namespace weft::bsi {
 
-// Two blocks that may come near each other. In a self traversal, a == b stands for the block with
-// itself.
+// Two blocks that may come near each other. In a self traversal, a == b pairs a block with itself.
 struct NodePair {
   BoxNode a, b;
 };
 
 struct DescentQuery {
   const BoxTree* a;
-  const BoxTree* b;           // a itself in a self traversal; it alone may be placed
-  double certificate_margin;  // negative: the certificate is not to be used
+  const BoxTree* b;           // a itself in a self traversal; only b may be placed
+  double certificate_margin;  // negative: the certificate is not used
   float half_margin;          // every box is widened by it
   float sphere_reach;         // spheres this far apart may hold leaves whose widened boxes overlap
   Bound bound;
   bool self;
   bool triangles;        // leaves are triangles, not quads
-  std::uint64_t serial;  // of the query, not 0: tells its leaves from those of others
+  std::uint64_t serial;  // of the query, not 0: identifies the leaves cached for it
 };
 
 struct DescentCounters {
@@ -44,23 +42,23 @@ struct BlockSink {
 
 inline constexpr int largest_expansion = 16;
 
-// The workspace of a thread's descents holds the boxes of leaves used last, on both sides, and
-// lists of pairs, one per level. It is aligned to 64 bytes, and zero when it is new.
+// The workspace of a thread's descents holds the leaf boxes used last, on both sides, and one list
+// of pairs per level. It is aligned to 64 bytes, and zero when new.
 inline constexpr std::size_t leaf_cache_size = 2048;
 inline constexpr int pair_list_size = 1104, list_limit = 18;
 inline constexpr std::size_t descent_workspace =
     2 * leaf_cache_size * (192 + 8) + std::size_t{8} * pair_list_size * list_limit + 64;
 
 struct DescentKernels {
-  // Writes the pairs that follow a pair of blocks whose widened boxes overlap to next[0 .. 15].
+  // Writes the pairs of children of two blocks whose widened boxes overlap to next[0 .. 15].
   // Returns their number, or -1 for two leaf blocks.
   int (*expand)(const DescentQuery& query, const NodePair& pair, NodePair* next,
                 DescentCounters& counters);
-  // Finds all pairs of leaves below such a pair.
+  // Finds all pairs of leaves below a pair of blocks.
   void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
-  // Writes the leaf pairs of `count` pairs of blocks in their order and returns their number. May
-  // write eight more.
+  // Writes the leaf pairs of `count` pairs of blocks in order and returns their number. May write
+  // eight more.
   std::size_t (*number)(const DescentQuery& query, const LeafBlockPair* blocks, std::size_t count,
                         LeafPair* pairs);
 };

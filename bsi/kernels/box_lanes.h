@@ -1,5 +1,5 @@
-// Eight floats at once and boxes in them, for the kernels alone: every function is forced inline
-// into the namespace of the kernels that include it, so that no two instruction sets share one (see
+// Eight floats at once and boxes in them, for kernel files only. Every function is forced inline
+// into the namespace of the kernels that include it: no two instruction sets share one (see
 // instruction_set.h).
 #pragma once
 
@@ -46,12 +46,12 @@ WEFT_INLINE Quad larger(Quad a, Quad b) {
 #endif
 }
 
-// Boxes in lanes, one array a bound, by axis.
+// Boxes in lanes, one vector per bound and axis.
 struct LaneBoxes {
   Lanes low[3], high[3];
 };
 
-// The lanes in which two boxes overlap, closed; bit i for lane i.
+// Returns the lanes in which two closed boxes overlap; bit i for lane i.
 WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 #if defined(__AVX512VL__)
   __mmask8 mask = _mm256_cmp_ps_mask(a.low[0], b.high[0], _CMP_LE_OQ);
@@ -73,12 +73,12 @@ WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 #endif
 }
 
-// Spheres in lanes, one array a component.
+// Spheres in lanes, one vector per component.
 struct LaneSpheres {
   Lanes centre[3], radius;
 };
 
-// The lanes in which two spheres touch; none where a centre is no number.
+// Returns the lanes in which two spheres touch; never those in which a centre is NaN.
 WEFT_INLINE unsigned touch(const LaneSpheres& a, const LaneSpheres& b) {
   const Lanes x = a.centre[0] - b.centre[0], y = a.centre[1] - b.centre[1],
               z = a.centre[2] - b.centre[2];

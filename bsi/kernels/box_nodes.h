@@ -1,4 +1,4 @@
-// Blocks of a box pyramid and the tests of their boxes. For kernel files alone, as box_lanes.h.
+// Blocks of a box pyramid and the tests of their boxes. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
@@ -66,12 +66,12 @@ WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   return result;
 }
 
-// Returns bit 4 i + j where child i of the one overlaps child j of the other.
+// Returns bit 4 i + j if child i of `a` overlaps child j of `b`.
 WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, float half_margin) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   const __m128 half = _mm_set1_ps(half_margin);
-  __mmask16 mask = 0xffff, other = 0xffff;  // two, for each waits for the one before
+  __mmask16 mask = 0xffff, other = 0xffff;  // two shorter chains of dependent operations
   for (int axis = 0; axis < 3; ++axis) {
     const __m512 low_a = _mm512_permutexvar_ps(
         four_times, _mm512_castps128_ps512(_mm_sub_ps(_mm_load_ps(a.low[axis]), half)));
@@ -92,7 +92,7 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
 
 // --- Spheres ---
 
-// Returns four spheres, their radii larger by `reach`, in order, in both halves.
+// Returns four spheres in order in both halves, with radii increased by `reach`.
 WEFT_INLINE LaneSpheres both_halves(const SphereGroup& group, float reach) {
   LaneSpheres spheres;
   for (int axis = 0; axis < 3; ++axis) {
@@ -112,7 +112,7 @@ WEFT_INLINE LaneSpheres each_four_times(const LaneSpheres& spheres) {
   return result;
 }
 
-// Returns bit 4 i + j where child i of the one comes within `reach` of child j of the other.
+// Returns bit 4 i + j if child i of `a` comes within `reach` of child j of `b`.
 WEFT_INLINE unsigned touch_of_children(const SphereGroup& a, const SphereGroup& b, float reach) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
@@ -160,7 +160,7 @@ WEFT_INLINE LaneSpheres sphere_of(const BoxTree& tree, BoxNode node) {
   return {{broadcast(sphere[0]), broadcast(sphere[1]), broadcast(sphere[2])}, broadcast(sphere[3])};
 }
 
-// Returns bit j where child j comes within `reach` of the sphere.
+// Returns bit j if child j comes within `reach` of the sphere.
 WEFT_INLINE unsigned touch_of_sphere(const LaneSpheres& sphere, const SphereGroup& group,
                                      float reach) {
   return touch(sphere, both_halves(group, reach)) & 15U;

@@ -1,6 +1,6 @@
-// Vertex-triangle and edge-edge pairs, one a lane. As in narrow_phase_kernels.cpp, a separation
-// vector bounds the distance from above by its length and from below by the gap between the shadows
-// of both features on its line, however it was found (docs/theory.md, "The narrow phase").
+// Vertex-triangle and edge-edge pairs, one per lane. As in narrow_phase_kernels.cpp, any separation
+// vector bounds the distance: from above by its length, from below by the gap between the shadows
+// of both features on its line (docs/theory.md, "The narrow phase").
 #include "bsi/kernels/feature_kernels.h"
 
 #include "bsi/kernels/nearest_lanes.h"
@@ -11,7 +11,7 @@ namespace {
 
 enum Kind { vertex_triangle, edge_edge };
 
-// Four points in the frame of the first.
+// Four points in the frame of the first one.
 template <class V>
 struct Points {
   Lanes3<V> x[4];
@@ -69,7 +69,8 @@ WEFT_INLINE Nearest<Lanes<Float>> nearest_of(const Lanes3<Lanes<Float>> (&x)[4])
   }
 }
 
-// The gap between the shadows of the features on the line along `direction`, times its length.
+// Returns the gap between the shadows of the features on the line along `direction`, times its
+// length.
 template <Kind kind, class V>
 WEFT_INLINE V shadow_gap(const Lanes3<V> (&x)[4], const Lanes3<V>& direction) {
   V place[4];
@@ -86,7 +87,7 @@ WEFT_INLINE V squared_size(const Lanes3<V> (&x)[4]) {
   return largest(dot(x[1], x[1]), dot(x[2], x[2]), dot(x[3], x[3]));
 }
 
-// Points of pairs, relative to the first of each; the fourth number is the length of its path.
+// Points of pairs, relative to the first of each pair. The fourth number is the length of the path.
 template <class Float>
 struct Staged {
   static constexpr int chunk = 64;
@@ -117,8 +118,8 @@ struct Staged {
   }
 };
 
-// Calls body(k, count) for every vector of lanes of a batch, once its points are staged: the first
-// pair and how many there are.
+// Stages the points of a batch and calls body(k, count) for every vector of lanes, with the index
+// of its first pair and the number of pairs in it.
 template <class Float, class Stage, class Body>
 WEFT_INLINE void for_lanes(int pairs, const Stage& stage, const Body& body) {
   constexpr int chunk = Staged<Float>::chunk, lanes = lane_count<Float>;
@@ -166,8 +167,8 @@ void measure(const FeatureBatch& batch, double* squared_distance, bool* certain,
       });
 }
 
-// In the frame of the first point, which moves; on any fixed line the gap between the shadows is
-// the least of linear functions of time, and so never below both its ends.
+// Works in the moving frame of the first point. On any fixed line the gap between the shadows is
+// the least of linear functions of time, and so never below the smaller of its ends.
 template <Kind kind>
 void find_safe(const FeatureBatch& batch, const double* end, float separation, float end_separation,
                bool* safe) {

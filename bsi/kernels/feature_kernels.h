@@ -1,28 +1,28 @@
-// The inner loops over vertex-triangle and edge-edge pairs, one table for every instruction set. An
+// The inner loops over vertex-triangle and edge-edge pairs, one table per instruction set. An
 // internal header of bsi/.
 #pragma once
 
 namespace weft::bsi {
 
-// Pairs of features: four particles each. `positions` holds x, y, z of every particle.
+// Pairs of features of four particles each. `positions` holds x, y, z of every particle.
 struct FeatureBatch {
   const double* positions;
-  const double* paths;  // how far every particle may be from its position, m; null: nowhere else
+  const double* paths;  // m, distance of every particle from its position; null: 0
   const int (*particles)[4];
   int count;
 };
 
 // Every member has one function per kind: vertex-triangle, edge-edge.
 struct FeatureKernels {
-  // Finds, in float32, the pairs whose distance is certain to be above `reach` plus twice the
-  // longest path of the four particles.
+  // Finds, in float32, the pairs whose distance certainly exceeds `reach` plus twice the longest
+  // path of the four particles.
   void (*find_apart[2])(const FeatureBatch& batch, float reach, bool* apart);
-  // Measures, in float64, the squared distance, whether it is known to be right within rounding
+  // Measures, in float64, the squared distance, whether it is certain to be right within rounding
   // (1e-12 of itself), and twice the longest path.
   void (*measure[2])(const FeatureBatch& batch, double* squared_distance, bool* certain,
                      double* path);
   // Finds, in float32, the pairs that are safe on straight paths to the positions `end`. Their
-  // distance is certain to stay above `separation` and to be above `end_separation`, no less, at
+  // distance certainly stays above `separation`, and exceeds `end_separation`, which is no less, at
   // the end.
   void (*find_safe[2])(const FeatureBatch& batch, const double* end, float separation,
                        float end_separation, bool* safe);

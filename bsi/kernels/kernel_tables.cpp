@@ -1,4 +1,4 @@
-// The tables of kernels that go with the instruction set in use.
+// The tables of kernels for the instruction set in use.
 #include "bsi/instruction_set.h"
 #include "bsi/kernels/block_judge_kernels.h"
 #include "bsi/kernels/box_build_kernels.h"
@@ -8,7 +8,7 @@
 #include "bsi/kernels/point_descent_kernels.h"
 #include "bsi/kernels/vertex_kernels.h"
 
-// One of each per instruction set that this build contains.
+// Each table exists once per instruction set that this build contains.
 #define WEFT_DECLARE_KERNELS(set)                         \
   namespace weft::bsi::set {                              \
   extern const BlockJudgeKernels block_judge_kernels;     \

@@ -1,5 +1,5 @@
-// Vectors of floats or doubles as wide as the instruction set, for kernel files alone (see
-// bsi/instruction_set.h): everything here is compiled once for every set, in its own namespace.
+// Vectors of floats or doubles as wide as the instruction set, for kernel files only (see
+// bsi/instruction_set.h). All of it is compiled once per set, in a namespace of its own.
 //
 // Lanes<F> is a vector of GCC's extension: + - * / act on every lane, and `a < b ? c : d` chooses
 // lane by lane.
@@ -35,7 +35,7 @@ struct RoundingOf;
 template <>
 struct RoundingOf<float> {
   static constexpr float unit = 0x1p-24F;
-  static constexpr float smallest_square = 1e-36F;  // above what underflow of a square can take
+  static constexpr float smallest_square = 1e-36F;  // above what underflow of a square can lose
 };
 template <>
 struct RoundingOf<double> {
@@ -43,8 +43,8 @@ struct RoundingOf<double> {
   static constexpr double smallest_square = 1e-300;
 };
 
-// Return `a < b ? a : b` and `a > b ? a : b`; where one is not a number, b. They are functions,
-// because g++ 12 does not find the instruction in every such choice.
+// Return `a < b ? a : b` and `a > b ? a : b`; if either is NaN, b. They are functions, because g++
+// 12 does not find the instruction for every such choice.
 #if defined(__SSE2__)
 #if defined(__AVX512F__)
 #define WEFT_VECTOR(operation) _mm512_##operation
@@ -83,13 +83,13 @@ WEFT_INLINE V square_root(V a) {
   return a;
 }
 #endif
-// Clamps every lane to [0, 1]; a lane that is not a number becomes 0.
+// Clamps every lane to [0, 1]; NaN becomes 0.
 template <class V>
 WEFT_INLINE V clamped_to_unit(V a) {
   return smaller(larger(a, V{}), V{} + 1);
 }
 
-// A point or a vector of space in every lane.
+// A point or vector in space in every lane.
 template <class V>
 struct Lanes3 {
   V x, y, z;
@@ -133,13 +133,13 @@ struct LaneIndicesUpTo<8> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7> {};
 template <>
 struct LaneIndicesUpTo<16> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15> {};
 
-// The lanes 0, 2, 4... (1, 3, 5... with first = 1) of a and then of b.
+// Returns lanes 0, 2, 4... (with first = 1: 1, 3, 5...) of a followed by b.
 template <int first, class V, int... index>
 WEFT_INLINE V every_second(V a, V b, LaneIndices<index...>) {
   return __builtin_shufflevector(a, b, (2 * index + first)...);
 }
 
-// Points kept as four numbers each: `from` holds one for every lane. The last number goes to
+// Loads one point per lane from points stored as four numbers each. The fourth number goes to
 // `fourth` unless that is null.
 template <class Float>
 WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
@@ -156,7 +156,7 @@ WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
           every_second<1>(xz0, xz1, all)};
 }
 
-// Stores point - origin, the difference taken in doubles; the fourth number is 0.
+// Stores point - origin, subtracted in doubles; the fourth number is 0.
 template <class Float>
 WEFT_INLINE void store_point(const double* point, const double* origin, Float (&to)[4]) {
   typedef double Double4 __attribute__((vector_size(32)));

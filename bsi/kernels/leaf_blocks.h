@@ -1,4 +1,4 @@
-// Leaf blocks and the boxes of their leaves. For kernel files alone, as box_lanes.h.
+// Leaf blocks and the boxes of their leaves. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/box_descent_kernels.h"
@@ -33,7 +33,7 @@ WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQua
   high[1] = join ? larger(high[1], second_high) : second_high;
 }
 
-// Sets the lanes for which there is no leaf to boxes that overlap nothing.
+// Sets the lanes without a leaf to boxes that overlap nothing.
 static void blank_absent_leaves(LaneBoxes& boxes, const LeafQuads& quads, bool triangles) {
   for (int lane = 0; lane < 8; ++lane) {
     const bool there =
@@ -46,7 +46,7 @@ static void blank_absent_leaves(LaneBoxes& boxes, const LeafQuads& quads, bool t
   }
 }
 
-// Makes the boxes of the leaves of a leaf block, widened, one per lane.
+// Makes the widened boxes of the leaves of a leaf block, one per lane.
 static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode node,
                         LaneBoxes& boxes) {
   const BoxPatch& patch = tree.patches[level_of(tree, node).patch];
@@ -106,8 +106,8 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
   }
 #elif defined(__AVX__)
-  // Every lane of the first is compared with all of the second: to leave out those that are nowhere
-  // near it costs more than it saves.
+  // Every lane of the first is compared with all of the second. Skipping those nowhere near it
+  // costs more than it saves.
   const auto all_of = [](const float& value) { return _mm256_broadcast_ss(&value); };
 #pragma GCC unroll 8
   for (int i = 0; i < 8; ++i) {
@@ -123,7 +123,7 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     near |= static_cast<LanePairs>(_mm256_movemask_ps(all)) << (8 * i);
   }
 #else
-  // Lanes of the first that are nowhere near the second as a whole are not looked at.
+  // Lanes of the first that are not near the second as a whole are skipped.
   float whole_low[3], whole_high[3];
   for (int axis = 0; axis < 3; ++axis) {
     whole_low[axis] = b.low[axis][0];

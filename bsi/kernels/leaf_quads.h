@@ -1,11 +1,11 @@
-// The quads of a leaf block and the numbers of its leaves. For kernel files alone, as box_lanes.h.
+// The quads of a leaf block and the numbers of its leaves. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// The quads of a leaf block: the first row and column of quads, and how many of each.
+// The quads of a leaf block: the first row and column, and the number of each.
 struct LeafQuads {
   int row, col, rows, cols;
 };

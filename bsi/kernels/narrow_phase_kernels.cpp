@@ -1,4 +1,4 @@
-// Triangle pairs of a list, one a lane: see triangle_lanes.h.
+// Triangle pairs of a list, one per lane: see triangle_lanes.h.
 #include "bsi/kernels/narrow_phase_kernels.h"
 
 #include "bsi/kernels/triangle_lanes.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr int chunk = 64;  // pairs: whole vectors of every kind
 
-// Corners of pairs, relative to the first: the other two of the first triangle, then three.
+// Corners of pairs, relative to the first corner: the other two of the first triangle, then three.
 template <class Float, int capacity = chunk>
 struct Staged {
   alignas(64) Float corner[5][capacity][4];
@@ -64,8 +64,8 @@ WEFT_INLINE Verdict to_verdict(float number) {
   return static_cast<Verdict>(static_cast<unsigned char>(number));
 }
 
-// Pairs are sifted first. What that leaves open is gathered, so that the whole distance has full
-// vectors to work on.
+// Pairs are sifted first. Those left open are gathered, so that the whole distance is computed with
+// full vectors.
 void judge(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict) {
   constexpr int lanes = lane_count<float>;
   Staged<float> staged;

@@ -1,5 +1,4 @@
-// The inner loops of the narrow phase, one table for every instruction set. An internal header of
-// bsi/.
+// The inner loops of the narrow phase, one table per instruction set. An internal header of bsi/.
 #pragma once
 
 #include "bsi/leaf_pair.h"
@@ -26,9 +25,8 @@ struct TrianglePairs {
 struct NarrowPhaseKernels {
   // Judges in float32. Precondition: `margin_low` <= margin <= `margin_high`.
   void (*judge)(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict);
-  // Judges in float64 and measures the squared distance. `certain` says whether that is known to be
-  // right within rounding (1e-12 of itself). It is 0 where the triangles pierce each other for
-  // certain.
+  // Judges in float64 and measures the squared distance; 0 if the triangles certainly pierce each
+  // other. `certain` is true if that is certain to be right within rounding (1e-12 of itself).
   void (*measure)(const TrianglePairs& pairs, double margin, Verdict* verdict,
                   double* squared_distance, bool* certain);
 };

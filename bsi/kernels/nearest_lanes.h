@@ -1,4 +1,4 @@
-// Functions that the kernels of distances share. For kernel files alone, as lanes.h.
+// Functions that the kernels of distances share. For kernel files only, like lanes.h.
 #pragma once
 
 #include "bsi/kernels/lanes.h"
@@ -29,24 +29,24 @@ struct Nearest {
   }
 };
 
-// Bounds of the rounding (docs/theory.md, "The narrow phase"). `length` bounds that of a separation
-// vector and `shadow` that of the gap between shadows, both in sizes of the pair. `relative` bounds
-// that of products and squares, as a factor.
+// Bounds of the rounding (docs/theory.md, "The narrow phase"). `length` is for a separation vector
+// and `shadow` for the gap between shadows, both relative to the size of the pair. `relative` is a
+// factor for products and squares.
 template <class Float>
 struct Bounds {
   static constexpr Float u = RoundingOf<Float>::unit;
   static constexpr Float length = 24 * u, shadow = 12 * u, relative = 1 + 16 * u;
 };
 
-// Returns the size of a pair from its square. It is infinite, which leaves everything open, where
-// products of coordinates might overflow.
+// Returns the size of a pair from its square. It is infinite if products of coordinates might
+// overflow; every verdict then stays open.
 template <class Float>
 WEFT_INLINE Lanes<Float> safe_size(Lanes<Float> squared) {
   return square_root(16 * squared + RoundingOf<Float>::smallest_square) * Float{0.25};
 }
 
-// Returns whether the distance is certain to be above `reach`, given the gap between the shadows
-// along a vector of this squared length.
+// Returns true if the distance certainly exceeds `reach`, given the gap between the shadows along a
+// vector of this squared length.
 template <class Float>
 WEFT_INLINE auto is_apart(Lanes<Float> gap, Lanes<Float> squared, Lanes<Float> reach,
                           Lanes<Float> size) {

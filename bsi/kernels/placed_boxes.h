@@ -1,8 +1,7 @@
-// Blocks of a tree that was built in the frame of a rigid body, put in place as they are visited.
-// For kernel files alone, as box_lanes.h.
+// Blocks of a tree in the frame of a rigid body, placed in space as they are visited. For kernel
+// files only, like box_lanes.h.
 //
-// The functions are kept out of line: descents of trees that were built where they lie pay one test
-// for each of their pairs.
+// The functions are not inlined: descents of trees built in space then pay only one test per pair.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
@@ -11,9 +10,9 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Bounds four boxes of the frame in space. Centres are turned by R; half extents by |R|, because a
-// corner of a box may turn into any direction. Boxes of two ends are joined. The rounding of the
-// placement is added. A child that is not there keeps low > high.
+// Bounds four boxes of the frame in space. Centres are rotated by R; half extents are multiplied by
+// |R|, because a corner may rotate in any direction. Boxes of both ends are joined, and the
+// rounding of the placement is added. An absent child keeps low > high.
 [[gnu::noinline]] static void place_boxes(const BoxTree& tree, const BoxGroup& own,
                                           BoxGroup& placed) {
   const BoxPlacement& placement = *tree.placement;
@@ -43,8 +42,8 @@ namespace weft::bsi::WEFT_KERNELS {
   }
 }
 
-// Puts four spheres where they are at the end of the path. How far their blocks may reach beyond
-// them is part of DescentQuery::sphere_reach.
+// Places four spheres at the end of the path. DescentQuery::sphere_reach allows for the blocks that
+// exceed them.
 [[gnu::noinline]] static void place_spheres(const BoxTree& tree, const SphereGroup& own,
                                             SphereGroup& placed) {
   const BoxPlacement& placement = *tree.placement;
@@ -62,7 +61,7 @@ struct PlacedVertices {
   float component[3][16];
 };
 
-// Places the vertices in float64 and rounds them as a rebuild would.
+// Places the vertices in float64 and rounds them like a rebuild.
 [[gnu::noinline]] static void place_vertices(const BoxTree& tree, const BoxPatch& patch,
                                              const LeafQuads& quads, int end,
                                              PlacedVertices& vertices) {
@@ -85,7 +84,7 @@ struct PlacedVertices {
   }
 }
 
-// Return the group itself, or what `room` then holds: the group in space.
+// Returns the group itself, or the group placed in space, stored in `room`.
 WEFT_INLINE const BoxGroup& in_space(const BoxTree& tree, const BoxGroup& group, BoxGroup& room) {
   if (__builtin_expect(static_cast<long>(tree.placement == nullptr), 1) != 0) return group;
   place_boxes(tree, group, room);

@@ -1,4 +1,4 @@
-// Compiled once for every instruction set: see instruction_set.h for what that forbids.
+// Compiled once per instruction set: see instruction_set.h for the restrictions.
 #include "bsi/kernels/point_descent_kernels.h"
 
 #include "bsi/kernels/leaf_blocks.h"
@@ -14,7 +14,7 @@ namespace {
 struct PointLists {
   float* value[3];
   std::int32_t* number;
-  float* half;  // by number: by how much its box and those of leaves are to be widened
+  float* half;  // by number: the widening of its box and of those of leaves
 };
 
 WEFT_INLINE PointLists lists_in(void* workspace) {
@@ -41,7 +41,8 @@ WEFT_INLINE Wide joined(Half first, Half second) {
   return joined(first, second, IndicesUpTo<width>::Type{});
 }
 
-// The smallest float32 numbers that are not less than these, which must not be negative.
+// Returns the smallest float32 numbers that are at least `values`. Precondition: no value is
+// negative.
 WEFT_INLINE Half rounded_up(Doubles values) {
   const Half nearest = __builtin_convertvector(values, Half);
   const auto less = __builtin_convertvector(nearest, Doubles) < values;  // -1 where it is
@@ -49,7 +50,7 @@ WEFT_INLINE Half rounded_up(Doubles values) {
                                 __builtin_convertvector(less, HalfBits));
 }
 
-// Components rounded to float32, and their magnitudes rounded up.
+// Rounds components to float32, and their magnitudes up.
 WEFT_INLINE void round_components(const double* from, Wide& nearest, Wide& up) {
   const Doubles first = *reinterpret_cast<const UnalignedDoubles*>(from);
   const Doubles second = *reinterpret_cast<const UnalignedDoubles*>(from + width / 2);
@@ -57,7 +58,7 @@ WEFT_INLINE void round_components(const double* from, Wide& nearest, Wide& up) {
   up = joined(rounded_up(first < 0 ? -first : first), rounded_up(second < 0 ? -second : second));
 }
 
-// half_margin() of points whose largest components are these.
+// Returns half_margin() of points from their largest components.
 WEFT_INLINE Wide half_margins(double reach, float magnitude, const float (&largest)[width]) {
   const auto half_of = [&](const float* from) {
     typedef float UnalignedHalf __attribute__((vector_size(2 * width), aligned(4), may_alias));
@@ -100,14 +101,14 @@ float load_points(const double* positions, int count, double reach, float magnit
 
 // --- The descent ---
 
-// Some points that come near a block.
+// A run of points that come near a block.
 struct PointList {
   BoxNode node;
   std::int32_t first, count;
 };
 
-// Copies point from + i for every bit i of the mask to the places from `to` on and returns their
-// number. May write a whole vector.
+// Copies point from + i for every bit i of the mask to consecutive places from `to` on. Returns
+// their number. May write a whole vector.
 WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, int to) {
 #if defined(__AVX512F__)
   const auto marked = static_cast<__mmask16>(mask);
@@ -128,7 +129,7 @@ WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, in
 #endif
 }
 
-// The points in lanes that lie in a box.
+// Returns the lanes whose points lie in a box.
 WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&point)[3]) {
 #if defined(__AVX512F__)
   __mmask16 mask = 0xffff;
@@ -150,7 +151,7 @@ WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&po
 #endif
 }
 
-// The points in lanes that lie within a sphere, as touch().
+// Returns the lanes whose points lie in a sphere, with the rounding of touch().
 WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide (&point)[3]) {
   const Wide x = point[0] - spheres.centre[0][lane], y = point[1] - spheres.centre[1][lane],
              z = point[2] - spheres.centre[2][lane];
@@ -165,15 +166,15 @@ WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide 
 #endif
 }
 
-// The lists of the children of a block are made one after the other behind its own, each with room
-// for a vector more.
+// The lists of the children of a block, stored one after another behind its own. Each has room for
+// one more vector.
 struct ChildLists {
   std::int32_t first, room, counts[4];
   int end(int child) const { return first + child * room + counts[child]; }
 };
 
-// The bounds of the four children of a block that the query compares, widened by as much as points
-// may be off.
+// The bounds of the four children of a block that the query compares, widened by the largest half
+// margin of the points and the rounding.
 struct ChildBounds {
   Bound bound;
   LaneBoxes boxes;
@@ -196,7 +197,7 @@ WEFT_INLINE unsigned points_near(const ChildBounds& bounds, int child, const Wid
   return near & points_in(bounds.boxes, child, point);
 }
 
-// Shares out many points: a vector of them is compared with one child at a time.
+// Distributes many points: a vector of points is compared with one child at a time.
 WEFT_INLINE void share_vectors(const ChildBounds& bounds, const PointLists& lists,
                                const PointList& list, ChildLists& children) {
   for (int i = 0; i < list.count; i += width) {
@@ -222,7 +223,7 @@ WEFT_INLINE unsigned children_near(const ChildBounds& bounds, const float (&poin
   return near;
 }
 
-// Shares out a few points: one of them is compared with all children at a time.
+// Distributes few points: one point is compared with all children at a time.
 WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& lists,
                                   const PointList& list, ChildLists& children) {
   for (int i = list.first; i < list.first + list.count; ++i) {
@@ -236,7 +237,7 @@ WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& l
   }
 }
 
-// Makes the lists of the children whose bounds hold a point and returns the number of lists.
+// Makes the lists of the children whose bounds contain a point and returns the number of lists.
 int share_points(const ChildBounds& bounds, const BoxLevel& level, const PointLists& lists,
                  const PointList& list, PointList* next) {
   ChildLists children{list.first + list.count + width, list.count + width, {}};
@@ -283,7 +284,7 @@ void descend_points(const DescentQuery& asked, int patch, int count, float large
   const BoxTree& tree = *query.a;
   const PointLists lists = lists_in(workspace);
   // Above the leaves, points are compared with boxes widened for both sides and for the rounding of
-  // both (docs/theory.md, "Points"). A box too many costs time and no more.
+  // both (docs/theory.md, "Points"). A box too many costs only time.
   const float reach = 2 * largest_half + 0x1p-21F * (tree.magnitude + 2 * largest_half);
   query.sphere_reach = root_of_three * reach;
   PointList stack[4 * 18];

@@ -1,4 +1,4 @@
-// The loop that brings points down a box pyramid, one table for each instruction set. An internal
+// The loop that descends a box pyramid with points, one table per instruction set. An internal
 // header of bsi/.
 #pragma once
 
@@ -6,18 +6,18 @@
 
 namespace weft::bsi {
 
-// The most points of a batch: the more there are, the fewer vectors are half empty.
+// Largest number of points in a batch. Larger batches leave fewer vectors half empty.
 inline constexpr int points_a_batch = 65536;
-// Room for the points that come near a block: all of them, and those of four children on each of at
-// most 18 levels, each list with room for a vector more.
+// Room for the points near a block: all of them, and those of four children on each of at most 18
+// levels. Each list has room for one more vector.
 inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_a_batch + 16);
-// Bytes of a workspace: components and numbers of those points, and by how much each point is
-// widened. It must be aligned to 64 bytes. Most of it is never touched.
+// Bytes of a workspace: components and numbers of those points, and the widening of each. It must
+// be aligned to 64 bytes. Most of it is never touched.
 inline constexpr std::size_t point_workspace =
     16 * point_list_length + 4 * std::size_t{points_a_batch + 16};
 
-// A PairSink receives leaf pairs. `flush` is called when there may be no room for the pairs of one
-// more leaf block, and empties the sink.
+// A PairSink receives leaf pairs. `flush` is called when the pairs of one more leaf block might not
+// fit, and empties the sink.
 inline constexpr int pairs_a_flush = 8;
 struct PairSink {
   LeafPair* pairs;
@@ -34,9 +34,9 @@ struct PointDescentKernels {
   float (*load_points)(const double* positions, int count, double reach, float magnitude,
                        void* workspace);
   // Finds the leaves below the root of `patch` whose boxes overlap the box of a point, both widened
-  // by what belongs to the point. Appends them as pairs (first_number + point, leaf), leaf block by
+  // by that point's half margin. Appends them as pairs (first_number + point, leaf), leaf block by
   // leaf block, for the `count` points loaded last. query.half_margin must be 0; `largest_half` is
-  // what load_points returned. `workspace` holds point_workspace bytes.
+  // the result of load_points. `workspace` holds point_workspace bytes.
   void (*descend_points)(const DescentQuery& query, int patch, int count, float largest_half,
                          int first_number, void* workspace, PairSink& sink,
                          DescentCounters& counters);

@@ -1,12 +1,12 @@
-// Which triangles of two leaf blocks share a vertex. For kernel files alone, as box_lanes.h.
+// The triangles of two leaf blocks that share a vertex. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/leaf_blocks.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Lane pairs of shared[R + 2][C + 2]: in a grid, these triangles of a leaf block and of the one
-// that begins R rows and C columns after it share a vertex.
+// shared[R + 2][C + 2] holds the lane pairs of two leaf blocks, the second R rows and C columns
+// after the first, whose triangles share a vertex of the grid.
 struct SharedVertices {
   LanePairs shared[5][5];
 };
@@ -31,7 +31,7 @@ constexpr SharedVertices find_shared_vertices() {
 
 constexpr SharedVertices shared_vertices = find_shared_vertices();
 
-// A leaf block where its leaves are told apart by their particles.
+// A leaf block and its quads, for comparing leaves by their particles.
 struct PlacedLeaves {
   BoxNode node;
   LeafQuads quads;
@@ -66,13 +66,13 @@ static bool share_particle(const BoxTree& tree, const PlacedLeaves& a, int lane_
   return false;
 }
 
-// How the triangles of two leaf blocks that share a particle are told.
+// The pairs of triangles of two leaf blocks that share a particle.
 struct SharedParticles {
   LanePairs lanes;
-  bool look;  // compare the particles themselves instead
+  bool look;  // unknown: the particles must be compared
 };
 
-// From a to b along an axis, the short way round a wrapped one.
+// Returns the offset from a to b along an axis, the short way round a wrapped one.
 WEFT_INLINE int offset(int a, int b, int quads, bool wraps) {
   const int direct = b - a;
   if (!wraps) return direct;
@@ -87,7 +87,7 @@ WEFT_INLINE SharedParticles shared_particles(const DescentQuery& query, const Pl
   if (tree.texel_to_particle != nullptr) return {0, true};
   if (a.node.level != b.node.level) return {0, false};  // patches that are not sewn
   const BoxPatch& patch = tree.patches[level_of(tree, a.node).patch];
-  // Round a ring as short as this, blocks are neighbours on both sides.
+  // On a ring this short, blocks are neighbours on both sides.
   constexpr int short_ring = 8;
   if ((patch.wrap_u != 0 && patch.quad_cols < short_ring) ||
       (patch.wrap_v != 0 && patch.quad_rows < short_ring)) {

@@ -1,4 +1,4 @@
-// The proof that two neighbouring blocks cannot touch. For kernel files alone, as box_lanes.h.
+// The proof that two neighbouring blocks cannot touch. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/box_descent_kernels.h"
@@ -6,7 +6,7 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// The three sides of half a hexagon at once, and one lane more.
+// The three sides of half a hexagon at once; the fourth lane is unused.
 typedef double Sides __attribute__((vector_size(32)));
 struct Sides3 {
   Sides x, y, z;
@@ -35,9 +35,9 @@ WEFT_INLINE Sides square_root(Sides a) {
 }
 
 // Returns true only if all sides of the hexagon, from p to q, lie beyond the margin, seen from the
-// origin along about their perpendiculars. The ends of a side may stray from p and q by `stray_*`
-// along each axis. `size` is no smaller than any component of what was computed on the way to p and
-// q.
+// origin roughly along their perpendiculars. The ends of a side may deviate from p and q by
+// `stray_*` along each axis. `size` is at least every component of the values from which p and q
+// are computed.
 WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3& q,
                             const Sides3& stray_q, const Sides3& size, double margin) {
   const Sides3 side = q - p;
@@ -57,16 +57,16 @@ typedef float StepBounds __attribute__((vector_size(64), may_alias));
 
 // Returns true only if no two points of a rectangle of quads whose steps have these bounds come
 // within the margin of each other. Points on triangles with a common vertex are excepted
-// (docs/theory.md, "The tangent certificate"). The hexagon of the steps along u, along v and along
-// the diagonals must keep clear of the margin. The test needs float64, because a fourth power of a
-// coordinate is out of the range of float32.
+// (docs/theory.md, "The tangent certificate"). The hexagon of the steps along u, v and the
+// diagonals must stay clear of the margin. Float64 is needed, because a fourth power of a
+// coordinate exceeds the range of float32.
 WEFT_INLINE bool certified(StepBounds bound, double margin) {
   typedef double Steps __attribute__((vector_size(64)));
   const Steps minus_low =
       __builtin_convertvector(__builtin_shufflevector(bound, bound, 0, 1, 2, 3, 4, 5, 6, 7), Steps);
   const Steps high = __builtin_convertvector(
       __builtin_shufflevector(bound, bound, 6, 7, 8, 9, 10, 11, 12, 13), Steps);
-  // The mean of the steps along u (x, y, z) and then along v, and how far they stray from it.
+  // The mean of the steps along u (x, y, z) and then along v, and their largest deviation from it.
   alignas(64) double mean[8], stray[8];
   *reinterpret_cast<Steps*>(mean) = 0.5 * (high - minus_low);
   *reinterpret_cast<Steps*>(stray) = 0.5 * (high + minus_low);
@@ -88,8 +88,8 @@ WEFT_INLINE bool certified(StepBounds bound, double margin) {
                     {stray_q[0], stray_q[1], stray_q[2]}, {size[0], size[1], size[2]}, margin);
 }
 
-// Returns whether two blocks of one level are neighbours (or one and the same). `step` is then
-// their distance in blocks along an axis, -1 .. 1.
+// Returns true if two blocks of one level are neighbours (or the same). `step` is then their
+// distance in blocks along an axis, -1 .. 1.
 WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step) {
   step = b - a;
   if (wraps && step == blocks - 1) step = -1;
@@ -97,8 +97,8 @@ WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step)
   return step >= -1 && step <= 1;
 }
 
-// Returns whether the certificate holds for a block with itself, or for the window of up to 2 x 2
-// blocks that holds two neighbours.
+// Returns true if the certificate holds for a block with itself, or for the window of up to 2 x 2
+// blocks that contains two neighbours.
 WEFT_INLINE bool cannot_touch(const DescentQuery& query, const NodePair& pair,
                               DescentCounters& counters) {
   const BoxLevel& level = level_of(*query.a, pair.a);

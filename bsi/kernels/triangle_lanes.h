@@ -1,7 +1,7 @@
 // Distances of triangles, one pair per lane. The verdicts rest on a proof in docs/theory.md ("The
-// narrow phase"): a separation vector, however it was found, proves an upper bound of the distance
-// by its length. It proves a lower bound by the shadows of both triangles on its line. For kernel
-// files alone, as lanes.h.
+// narrow phase"). The length of any separation vector is an upper bound of the distance. The gap
+// between the shadows of both triangles on its line is a lower bound. For kernel files only, like
+// lanes.h.
 #pragma once
 
 #include "bsi/kernels/nearest_lanes.h"
@@ -13,14 +13,14 @@ struct Triangle {
   Lanes3<V> corner[3];
   Lanes3<V> edge[3];  // edge i runs from corner i to the next
   V squared_length[3];
-  V inverse[3];  // of the squared length
+  V inverse[3];  // one over its squared length
 };
 
-// Pairs in one frame: corner 0 of the first triangle is the origin.
+// Pairs of triangles in one frame: corner 0 of the first is the origin.
 template <class V>
 struct Frame {
   Triangle<V> a, b;
-  V size;  // no corner is further from the origin
+  V size;  // no corner is farther from the origin
 };
 
 template <class Float>
@@ -35,8 +35,9 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   }
 }
 
-// Offers the closest points of all pairs of edges: on two lines, then the best on either for the
-// other, each held to its edge. Dot products of neighbouring pairs differ by one of two edges.
+// Offers the closest points of all pairs of edges. They are those of the two lines, then the best
+// on either for the other, each clamped to its edge. Dot products of neighbouring pairs differ by a
+// product of two edges.
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
   V along_b[3];  // b's edge j . (corner i of a - corner j of b)
@@ -60,7 +61,7 @@ WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Ne
   }
 }
 
-// Offers the corners of one triangle over the inside of the other. The pairs of edges cover its
+// Offers the corners of one triangle over the interior of the other. The pairs of edges cover its
 // border.
 template <bool corners_of_a, class Float>
 WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
@@ -84,7 +85,8 @@ WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
   }
 }
 
-// The gap between the shadows of the triangles on the line along `direction`, times its length.
+// Returns the gap between the shadows of the triangles on the line along `direction`, times its
+// length.
 template <class V>
 WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
   const Lanes3<V>* a = frame.a.corner;
@@ -93,7 +95,8 @@ WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
          largest(dot(direction, b[0]), dot(direction, b[1]), dot(direction, b[2]));
 }
 
-// Returns how far from 0 the volumes are whose signs show that an edge of `a` passes through `b`.
+// Returns the distance from 0 of the volumes whose signs show that an edge of `a` passes through
+// `b`.
 template <class V>
 WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&volume)[3][3]) {
   const Lanes3<V> normal = cross(b.edge[0], b.edge[1]);
@@ -156,7 +159,7 @@ WEFT_INLINE Nearest<Lanes<Float>> nearest_points(const Frame<Lanes<Float>>& fram
   return nearest;
 }
 
-// Returns 0, 1 or 2 as in Verdict.
+// Returns 0, 1 or 2, the values of Verdict.
 template <class Float>
 WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
                                     const Nearest<Lanes<Float>>& nearest, Float margin_low,
@@ -170,15 +173,15 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
-// Settles what the corners of one triangle over the other can settle alone, without pairs of edges.
-// They bound the distance from above by points of the triangle near their feet. They bound it from
-// below by its plane, and by the planes across its edges where all three corners are beyond one.
+// Settles the pairs that the corners of one triangle over the other can settle, without pairs of
+// edges. Points of the triangle near their feet bound the distance from above. Its plane bounds it
+// from below, and so does a plane across an edge if all three corners are beyond it.
 struct Sieve {
   using V = Lanes<float>;
-  V squared;  // the least bound from above
+  V squared;  // least upper bound
   V beyond;   // positive where a plane keeps the triangles apart
 
-  // `squared_margin` is the square of the margin and a little more.
+  // `squared_margin` is slightly above the square of the margin.
   WEFT_INLINE void sift(const Lanes3<V>* corner, const Lanes3<V>* triangle, V squared_size,
                         float squared_margin) {
     const Lanes3<V> edge1 = triangle[1] - triangle[0], edge2 = triangle[2] - triangle[0];
@@ -216,11 +219,12 @@ struct Sieve {
     beyond = larger((above * inverse) * above - limit, beyond);
   }
 
-  // Squares of the bounds of the rounding, with the part that the margin gives up for it.
+  // Squares of the bounds of the rounding, including the part that the margin yields to it.
   static constexpr float edge_rounding = 0x1p-21F, plane_rounding = 0x1p-24F;
 };
 
-// Returns 0, 1 or 2 as in Verdict, for pairs with corner 0 of the first triangle at the origin.
+// Returns 0, 1 or 2, the values of Verdict, for pairs with corner 0 of the first triangle at the
+// origin.
 WEFT_INLINE Lanes<float> sifted(const Lanes3<Lanes<float>> (&a)[3],
                                 const Lanes3<Lanes<float>> (&b)[3], float margin_low,
                                 float margin_high) {

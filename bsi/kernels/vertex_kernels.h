@@ -1,4 +1,4 @@
-// Kernels that read the vertices which the pyramids bound, one table for each instruction set. An
+// Kernels that read the vertices which the pyramids bound, one table per instruction set. An
 // internal header of bsi/; it must stay free of inline functions (see instruction_set.h).
 #pragma once
 
@@ -7,8 +7,8 @@
 namespace weft::bsi {
 
 struct VertexKernels {
-  // Rounds `count` positions (three doubles each; picked by `particle` unless null) to float32.
-  // False if one of them reaches `limit` or is not a number.
+  // Rounds `count` positions (three doubles each; selected by `particle` unless null) to float32.
+  // Returns false if one of them reaches `limit` or is NaN.
   bool (*load)(const double* positions, const std::int32_t* particle, int count, float limit,
                float* const component[3]);
 };

@@ -1,4 +1,4 @@
-// Vectors of as many floats as the instruction set holds, for the kernels alone (see lanes.h).
+// Vectors of as many floats as the instruction set holds, for kernel files only (see lanes.h).
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,7 @@ WEFT_INLINE Wide square_root(Wide a) {
 }
 WEFT_INLINE Wide square(Wide x, Wide y, Wide z) { return x * x + y * y + z * z; }
 
-// shuffle<Order>(a, b): lane i is lane Order::of(i) of a followed by b.
+// shuffle<Order>(a, b) gives in lane i the lane Order::of(i) of a followed by b.
 template <int... i>
 struct Indices {};
 template <int count, int... i>
@@ -87,7 +87,7 @@ struct ThirdOfThree {
     return 3 * i + component < 2 * width ? i : 3 * i + component - width;
   }
 };
-// Returns every third of a, b and c in a row, from `component` on.
+// Returns every third number of a, b and c in sequence, from `component` on.
 template <int component>
 WEFT_INLINE Wide every_third(Wide a, Wide b, Wide c) {
   return shuffle<ThirdOfThree<component>>(shuffle<ThirdOfTwo<component>>(a, b), c);
