@@ -10,18 +10,19 @@ namespace weft::bsi {
 namespace {
 
 constexpr int most_queries = 512;
-// The parts of the starting gap where a path is to be left if it must be, and where the search for
-// a proof that all of it is safe is given up.
+// Fractions of the starting gap. A path that must be cut ends at `left_part`; the search for a
+// proof that all of it is safe stops at `hopeless_part`.
 constexpr double left_part = 0.1;
 constexpr double hopeless_part = 0.01;
-// The part of the present gap that each advance aims at. The rest is gained at least, so that the
-// loop must end.
+// Fraction of the present gap that each advance aims at. Each advance uses up at least the rest, so
+// the loop ends.
 constexpr double aimed_part = 0.05;
-// Each projected gap sums a dozen rounded terms, none larger than the size of the pair.
+// Relative rounding of a projected gap: it sums a dozen terms, none larger than the size of the
+// pair.
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
 
-// The pair in the moving frame of its first point, which then rests at the origin: a motion common
-// to all points costs no accuracy and no advance.
+// The pair in the moving frame of its first point, which rests at the origin: a motion common to
+// all points costs neither accuracy nor advances.
 struct Motion {
   std::array<Vec3, 4> position;
   std::array<Vec3, 4> displacement;
@@ -37,16 +38,16 @@ Motion relative_motion(const FourPoints& start, const FourPoints& end) {
     const Vec3 displacement = end[i] - start[i];
     motion.position[i] = start[i] - start[0];
     motion.displacement[i] = displacement - first_displacement;
-    // A sum, not a maximum, which would lose what is not a number.
+    // A sum keeps NaN; a maximum would lose it.
     size += displacement.lpNorm<1>() + motion.position[i].lpNorm<1>();
   }
   motion.rounding = rounding_part * size;
   return motion;
 }
 
-// The shadows of both sides on the line along a direction of any length, whose length scales all
-// results. `first_count` points (1 or 2) make the first side. Each pair of points, one of either
-// side, is a linear function of time; the gap is the least of them.
+// The shadows of both features on the line along `direction`, whose length scales all results. The
+// first `first_count` points (1 or 2) belong to the first feature. The difference of two points,
+// one of each feature, is linear in time; the gap is the least of these.
 template <int first_count>
 struct Shadows {
   std::array<double, 4> place, speed;
@@ -58,7 +59,7 @@ struct Shadows {
     }
   }
 
-  // The gap after another `part` of the path.
+  // Returns the gap after another `part` of the path.
   double gap_after(double part) const {
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < first_count; ++i)
@@ -67,7 +68,7 @@ struct Shadows {
     return least;
   }
 
-  // The part of the path after which the gap is down to `aim`.
+  // Returns the part of the path after which the gap has shrunk to `aim`.
   double advance_to(double aim) const {
     double advance = std::numeric_limits<double>::infinity();
     for (int i = 0; i < first_count; ++i) {
@@ -93,7 +94,7 @@ double safe_fraction(const FourPoints& start, const FourPoints& end, double mini
     const double distance = separation.norm();
     const double gap = distance - least;
     if (query == 0) starting_gap = gap;
-    if (!(starting_gap > 0)) return 0;  // also where the input is not a number
+    if (!(starting_gap > 0)) return 0;  // also if the input is NaN
 
     const Shadows<first_count> shadows(position, motion, separation);
     if (shadows.gap_after(1 - fraction) > least * distance) return 1;

@@ -8,9 +8,9 @@ DetailPatch::DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is)
     : pyramid_(pyramid), patch_(patch), size_(pyramid.atlas().patches()[patch]) {
   vertex_of_.resize(size_.texel_count());
   std::iota(vertex_of_.begin(), vertex_of_.end(), 0);
-  // Fewer than three blocks round a wrap would touch each other on both sides: the surface would be
-  // folded onto itself. On level 2 there are four, no two of which reach round, but where the axis
-  // has fewer than five quads.
+  // Fewer than three blocks round a wrap would touch each other on both sides and fold the surface
+  // onto itself. Level 2 has four blocks, which do not touch round the wrap unless the axis has
+  // fewer than five quads.
   constexpr int fewest_round_a_wrap = 5;
   const bool is_narrow = (size_.wrap_u && size_.quad_cols() < fewest_round_a_wrap) ||
                          (size_.wrap_v && size_.quad_rows() < fewest_round_a_wrap);
@@ -23,7 +23,7 @@ DetailPatch::DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is)
 
 QuadRange DetailPatch::texels_of(const PatchBlock& block) const {
   QuadRange texels = pyramid_.quads(block.patch, block.level, block.u, block.v);
-  // A texel goes with the quad to its lower right; those of an open border go with none.
+  // A texel belongs to the quad to its lower right; texels of an open border belong to none.
   if (!size_.wrap_v) texels.row_begin = std::max(texels.row_begin, 1);
   if (!size_.wrap_u) texels.col_begin = std::max(texels.col_begin, 1);
   return texels;
@@ -80,7 +80,7 @@ void DetailPatch::split(int vertex) {
 }
 
 void DetailPatch::split_to_level(int level) {
-  // Children are added at the end, where the loop comes to them in their turn.
+  // Children are appended, so the loop reaches them later.
   for (int i = 0; i < block_count(); ++i) {
     if (blocks_[i].block.level < level) split(texel_count() + i);
   }

@@ -1,4 +1,4 @@
-// One patch of a surface of reduced detail: which vertex stands for each of its texels. For
+// One patch of a surface of reduced detail: the vertex that replaces each of its texels. For
 // level_of_detail.cpp.
 #pragma once
 
@@ -12,9 +12,9 @@
 
 namespace weft::bsi {
 
-// A corner of a coarse triangle. `vertex` < texel_count: the original vertex at that texel of the
-// patch; beyond: block `vertex` - texel_count. (row, col) is its place in the image, not yet taken
-// round a wrap.
+// A corner of a coarse triangle. A `vertex` below texel_count() is the original vertex at that
+// texel of the patch; a higher one is block number `vertex` - texel_count(). (row, col) is its
+// place in the image before wrapping.
 struct DetailCorner {
   int vertex = 0;
   double row = 0;
@@ -22,34 +22,34 @@ struct DetailCorner {
 };
 using DetailTriangle = std::array<DetailCorner, 3>;
 
-// Twice the area in the image; not positive where the triangle is folded over.
+// Returns twice the area in the image; not positive if the triangle is folded over.
 inline double image_area(const DetailTriangle& triangle) {
   const auto& [a, b, c] = triangle;
   return (b.col - a.col) * (c.row - a.row) - (c.col - a.col) * (b.row - a.row);
 }
 
-// Every texel is given to a vertex: those of a block inside the patch to the block's sphere centre,
-// all others to themselves. The quads' triangles whose corners are given to three different
-// vertices are the coarse surface: the dual of the partition of the image into rectangles.
+// Every texel is assigned a vertex: texels of a block inside the patch get the block's sphere
+// centre, all others their own vertex. The coarse surface consists of the quads' triangles with
+// three different vertices. It is the dual of the partition of the image into rectangles.
 class DetailPatch {
  public:
-  // Blocks of the first level that are small enough round the wraps; none where the patch is to be
-  // left as it is, or no level is.
+  // Starts with the blocks of the first level whose blocks are small enough round the wraps. Starts
+  // without blocks if the patch is to stay `as_it_is` or is too narrow.
   DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is);
 
   int texel_count() const { return size_.texel_count(); }
   const PatchBlock& block(int vertex) const { return blocks_[vertex - texel_count()].block; }
-  // The texel in the middle of the block, or the vertex itself.
+  // Returns the texel in the middle of the block, or the vertex itself.
   int middle_texel(int vertex) const;
   bool is_block(int vertex) const { return vertex >= texel_count(); }
   int block_count() const { return static_cast<int>(blocks_.size()); }
 
   // Replaces every block of a level above `level` by blocks of that level.
   void split_to_level(int level);
-  // Replaces the block by its children, a leaf block by its texels; its number is not used again.
+  // Replaces the block by its children, or a leaf block by its texels. Its number is not reused.
   void split(int vertex);
 
-  // visit(const DetailTriangle&), in the order of the quads.
+  // Calls visit(const DetailTriangle&) for each triangle, in the order of the quads.
   template <class Visit>
   void for_each_triangle(const Visit& visit) const;
 
@@ -60,7 +60,7 @@ class DetailPatch {
     double col = 0;
   };
 
-  // The texels of a block: those of the open borders go with none.
+  // Returns the texels of a block. Texels of open borders belong to no block.
   QuadRange texels_of(const PatchBlock& block) const;
   void add(const PatchBlock& block);
   void release(const PatchBlock& block);
@@ -73,7 +73,8 @@ class DetailPatch {
   std::vector<PlacedBlock> blocks_;
 };
 
-// The vertex of a texel (texel_row, texel_col), either of which may be one past a wrapped axis.
+// Returns the corner for `vertex` at a texel (texel_row, texel_col); either index may be one past a
+// wrapped axis.
 inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col) const {
   DetailCorner place{vertex, 0, 0};
   if (is_block(vertex)) {
@@ -108,7 +109,7 @@ void DetailPatch::for_each_triangle(const Visit& visit) const {
       DetailTriangle upper_left{at[0], at[1], at[2]};
       DetailTriangle lower_right{at[1], at[3], at[2]};
       if (first && second && (image_area(upper_left) <= 0 || image_area(lower_right) <= 0)) {
-        // Unlike four texels, four blocks need not be convex: then the other diagonal is inside.
+        // Four blocks, unlike four texels, need not be convex. The other diagonal is then inside.
         upper_left = {at[0], at[1], at[3]};
         lower_right = {at[0], at[3], at[2]};
       }

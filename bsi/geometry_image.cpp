@@ -24,11 +24,11 @@ void check_axis(const char* name, int vertices, bool wrapped, std::size_t patch)
       (wrapped ? " (wrapped)" : "") + ": at least " + std::to_string(least) + " are needed");
 }
 
-// Number of particles. Throws unless the map is onto 0..max.
+// Returns the number of particles. Throws unless the map is onto 0..max.
 int check_particles(const std::vector<int>& texel_to_particle) {
   const auto texels = static_cast<int>(texel_to_particle.size());
   const int count = *std::ranges::max_element(texel_to_particle) + 1;
-  // Checked before anything is reserved: a map onto all of 0..max cannot exceed its own length.
+  // Checked before memory is reserved: a map onto all of 0..max is at least as long as its range.
   if (count > texels || *std::ranges::min_element(texel_to_particle) < 0) {
     throw std::invalid_argument("a texel's particle index is outside 0.." +
                                 std::to_string(texels - 1));
@@ -42,7 +42,7 @@ int check_particles(const std::vector<int>& texel_to_particle) {
   return count;
 }
 
-// Index of the patch that item `index` belongs to, from the numbers of the patches' first items.
+// Returns the patch of item `index`, given the numbers of the patches' first items.
 int patch_of(const std::vector<int>& first, int index) {
   assert(index >= 0 && index < first.back());
   return static_cast<int>(std::ranges::upper_bound(first, index) - first.begin()) - 1;
@@ -59,7 +59,7 @@ Atlas::Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle)
     check_axis("rows", patch.rows, patch.wrap_v, i);
     check_axis("columns", patch.cols, patch.wrap_u, i);
     texels += static_cast<std::int64_t>(patch.rows) * patch.cols;
-    // Triangles and their corners, up to 6 a texel, are numbered by int too.
+    // Triangles and their corners, up to 6 per texel, are also numbered by int.
     if (texels > std::numeric_limits<int>::max() / 6) {
       throw std::invalid_argument("the atlas has more vertices than can be numbered");
     }
@@ -107,9 +107,9 @@ TexelAddress Atlas::particle_address(int particle) const {
 
 namespace {
 
-// Finds or makes the edges of triangle after triangle. Each particle heads a chain of the edges of
-// which it is the smaller end: chains are short (at most the number of a vertex' neighbours), so
-// that no hashing is needed.
+// Finds or makes the edges of triangle after triangle. Each particle heads a chain of the edges
+// whose smaller end it is. Chains are at most as long as the number of a vertex' neighbours, so no
+// hashing is needed.
 class EdgeBuilder {
  public:
   EdgeBuilder(const Atlas& atlas, Mesh& mesh)
@@ -165,7 +165,7 @@ void own_vertices(const Atlas& atlas, Mesh& mesh) {
   mesh.owned_vertex_start.reserve(static_cast<std::size_t>(atlas.quad_count()) + 1);
   mesh.owned_vertex_start.push_back(0);
   for (int quad = 0; quad < atlas.quad_count(); ++quad) {
-    // The two triangles of the quad hold its four corners.
+    // The two triangles of the quad together have its four corners.
     const auto& first = mesh.triangles[2 * quad];
     for (const int particle : {first[0], first[1], first[2], mesh.triangles[2 * quad + 1][1]}) {
       if (owned[particle]) continue;
@@ -203,7 +203,7 @@ Mesh build_mesh(const Atlas& atlas) {
     builder.add_triangle(2 * quad + 1);
     mesh.owned_edge_start.push_back(static_cast<int>(mesh.edges.size()));
   }
-  // Edges are made in the order of the quads that meet them first, which are their owners.
+  // Edges are made in the order of the first quads that contain them, which own them.
   mesh.owned_edges.resize(mesh.edges.size());
   std::iota(mesh.owned_edges.begin(), mesh.owned_edges.end(), 0);
   own_vertices(atlas, mesh);

@@ -1,5 +1,4 @@
-// Geometry images: surfaces stored as rectangular images of vertices, and the triangles they stand
-// for.
+// Geometry images: surfaces stored as rectangular images of vertices, and their triangles.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,9 +11,8 @@ namespace weft::bsi {
 
 using Vec3 = Eigen::Vector3d;
 
-// One rectangular image of `rows` x `cols` vertices, row-major; u runs along the columns, v along
-// the rows. A wrapped axis is closed: its last vertex is joined to its first, which is not
-// repeated.
+// A rectangular image of `rows` x `cols` vertices, row-major; u runs along the columns, v along the
+// rows. A wrapped axis is closed: its last vertex is connected to its first, which is not repeated.
 struct Patch {
   int rows = 0;
   int cols = 0;
@@ -27,23 +25,22 @@ struct Patch {
   int quad_count() const { return quad_rows() * quad_cols(); }
 };
 
-// The place of a texel. Messages name it, because a user can find it.
+// The place of a texel, by which messages name it.
 struct TexelAddress {
   int patch = 0;
   int row = 0;
   int col = 0;
 };
 
-// One or more patches sewn into a surface. Texels are numbered patch by patch, row by row; texels
-// that replicate one point along a seam share one particle, so that a sewn body cannot come apart.
-// Quads are numbered the same way: patch by patch, row by row. Immutable.
+// One or more patches sewn into a surface. Texels and quads are numbered patch by patch, row by
+// row. Texels at the same point of a seam share one particle: a sewn body cannot come apart.
+// Immutable.
 class Atlas {
  public:
   Atlas() = default;
-  // `texel_to_particle` has one particle index per texel, every index of 0..max used; empty: one
-  // particle per texel, in order. Throws std::invalid_argument, with the reason, on sizes that do
-  // not fit or a patch without a quad (fewer than 2 vertices along an open axis, fewer than 3 along
-  // a wrapped one).
+  // `texel_to_particle` has one particle index per texel and uses every index of 0..max. Empty: one
+  // particle per texel, in order. Throws std::invalid_argument with the reason if sizes do not
+  // match or a patch has no quad: an open axis needs 2 vertices, a wrapped one 3.
   explicit Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle = {});
 
   const std::vector<Patch>& patches() const { return patches_; }
@@ -52,26 +49,27 @@ class Atlas {
   int quad_count() const { return first_quad_.back(); }
   int first_texel(int patch) const { return first_texel_[patch]; }
   int first_quad(int patch) const { return first_quad_[patch]; }
-  // True where particle == texel, so that an image of particles is the image of texels itself.
+  // True if every texel is its own particle. An image of particles is then an image of texels.
   bool is_identity() const { return texel_to_particle_.empty(); }
 
-  // One particle per texel; empty where is_identity().
+  // Returns the particle of each texel; empty if is_identity().
   std::span<const int> texel_to_particle() const { return texel_to_particle_; }
   int particle_of_texel(int texel) const {
     return texel_to_particle_.empty() ? texel : texel_to_particle_[texel];
   }
-  // Particle at (row, col) of a patch; row == rows or col == cols is allowed on a wrapped axis.
+  // Returns the particle at (row, col) of a patch; row == rows or col == cols is allowed on a
+  // wrapped axis.
   int particle(int patch, int row, int col) const {
     const Patch& p = patches_[patch];
     if (row >= p.rows) row -= p.rows;
     if (col >= p.cols) col -= p.cols;
     return particle_of_texel(first_texel_[patch] + row * p.cols + col);
   }
-  // Corners of a quad: (r,c), (r,c+1), (r+1,c), (r+1,c+1).
+  // Returns the corners of a quad: (r,c), (r,c+1), (r+1,c), (r+1,c+1).
   std::array<int, 4> quad_particles(int quad) const;
   TexelAddress quad_address(int quad) const;
   TexelAddress texel_address(int texel) const;
-  // The first texel that holds a particle. O(texels) on a sewn atlas: for messages.
+  // Returns the first texel that holds a particle. O(texels) on a sewn atlas; for messages.
   TexelAddress particle_address(int particle) const;
 
  private:
@@ -82,26 +80,25 @@ class Atlas {
   int particle_count_ = 0;
 };
 
-// The diagonal rule, for physics, collision and pictures alike. Corners as quad_particles gives
-// them: the diagonal runs from (r,c+1) to (r+1,c), in every quad the same way (a uniform diagonal
-// is what makes the bending model free of bias), and both triangles are counter-clockwise seen
-// against u x v (u along columns, v along rows).
+// The diagonal rule, for physics, collision and pictures alike. With corners as from
+// quad_particles(), the diagonal runs from (r,c+1) to (r+1,c) in every quad: a uniform diagonal
+// keeps the bending model free of bias. Both triangles are counter-clockwise seen against u x v (u
+// along columns, v along rows).
 inline std::array<std::array<int, 3>, 2> quad_triangles(const std::array<int, 4>& corner) {
   return {{{corner[0], corner[1], corner[2]}, {corner[1], corner[3], corner[2]}}};
 }
 
-// An edge with the one or two triangles that share it.
+// An edge and the one or two triangles that share it.
 struct Edge {
   std::array<int, 2> vertex{};          // particle indices, in the direction of the first triangle
   std::array<int, 2> triangle{-1, -1};  // triangle indices; second is -1 on the border
   std::array<int, 2> opposite{-1, -1};  // the particle across the edge in each of them
 };
 
-// Triangles, edges and their owners, in particle indices. Triangle t belongs to quad t / 2.
-// Every particle and every edge is owned by exactly one of the quads that contain it, so that pairs
-// made from the owned features of two quads never repeat. Edge e of triangle t
-// (triangle_edges[t][e]) is the one opposite its corner e. The owner is the first quad in order;
-// edges are numbered in the order of their owners.
+// Triangles, edges and their owners, in particle indices. Triangle t belongs to quad t / 2; edge
+// triangle_edges[t][e] is opposite its corner e. Every particle and every edge is owned by the
+// first quad that contains it. Pairs made from the owned features of two quads therefore never
+// repeat. Edges are numbered in the order of their owners.
 struct Mesh {
   std::vector<std::array<int, 3>> triangles;
   std::vector<std::array<int, 3>> triangle_edges;
@@ -119,9 +116,9 @@ struct Mesh {
   }
 };
 
-// O(texels). Throws std::invalid_argument on an edge shared by more than two triangles or by two
-// that run along it the same way (an image that is not an orientable surface), and on a quad that
-// uses one particle twice, naming the place.
+// Builds the mesh of an atlas. O(texels). Throws std::invalid_argument, with the place, if the
+// image is not an orientable surface: an edge has more than two triangles, or two that run along it
+// in the same direction. Also throws on a quad that uses a particle twice.
 Mesh build_mesh(const Atlas& atlas);
 
 }  // namespace weft::bsi

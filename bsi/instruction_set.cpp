@@ -35,7 +35,8 @@ const Available& available() {
   return result;
 }
 
-// A name that is not known or not available is a slip in an experiment: say so, once, and go on.
+// An unknown or unavailable name is reported once, and the widest set is used: it is probably a
+// slip in an experiment.
 InstructionSet choose() {
   const auto sets = available_instruction_sets();
   const char* asked = std::getenv("WEFT_INSTRUCTION_SET");

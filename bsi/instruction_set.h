@@ -1,12 +1,11 @@
-// Which vector instructions the inner loops use: chosen when the program runs, with the same
-// results to the last bit whichever it is.
+// The vector instructions of the inner loops, chosen at run time. Results are the same to the last
+// bit for every set.
 //
 // A kernel file (bsi/*_kernels.cpp, listed by weft_kernels() in bsi/CMakeLists.txt) is compiled
-// once for every set, each time into a namespace of its own (WEFT_KERNELS), and ends in a table of
-// its functions, one constant of that namespace. Its caller picks the table by instruction_set().
-// Such a file includes no header with inline functions that other files use too (no <vector>, no
-// <algorithm>, no Eigen): the linker would keep one copy of them, and it might be one the processor
-// cannot run.
+// once per set, each time into a namespace of its own (WEFT_KERNELS). It ends in a table of its
+// functions, a constant of that namespace, which callers select by instruction_set(). It must not
+// include headers with inline functions that other files use (no <vector>, no <algorithm>, no
+// Eigen). The linker would keep one copy of these, possibly one that the processor cannot run.
 #pragma once
 
 #include <span>
@@ -15,21 +14,21 @@
 namespace weft::bsi {
 
 enum class InstructionSet {
-  portable,  // what the compiler makes of plain code for the oldest processor it targets
-  avx2,      // with fused multiply-add, which is not used: it would round differently
+  portable,  // plain code for the oldest processor that the compiler targets
+  avx2,      // fused multiply-add is required but unused: it rounds differently
   avx512,
 };
 
 std::string_view name(InstructionSet set);
 
-// The sets that this processor has and this build contains, the widest last. O(1).
+// Returns the sets that both this processor and this build support, the widest last. O(1).
 std::span<const InstructionSet> available_instruction_sets();
 
-// The set in use: the widest available one, or the one that the environment variable
-// WEFT_INSTRUCTION_SET names, unless use_instruction_set() was called.
+// Returns the set in use: the last use_instruction_set(), else the one that the environment
+// variable WEFT_INSTRUCTION_SET names, else the widest available one.
 InstructionSet instruction_set();
 
-// For tests and benchmarks. Precondition: available. Not to be called while kernels run.
+// Selects a set, for tests and benchmarks. Precondition: it is available, and no kernels run.
 void use_instruction_set(InstructionSet set);
 
 }  // namespace weft::bsi

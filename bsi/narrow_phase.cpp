@@ -29,7 +29,7 @@ Triangle3 to_points(const std::array<Vec3, 3>& corner) {
   return triangle;
 }
 
-// One thread's work on one chunk of candidates after the other.
+// The work of one thread, on one chunk of candidates after another.
 class Sieve {
  public:
   Sieve(const TriangleSet& first, const TriangleSet& second, const NarrowPhaseOptions& options)
@@ -45,14 +45,14 @@ class Sieve {
     settle(candidates, hits, counters);
   }
 
-  // Sifts all candidates of at most chunk_blocks pairs of blocks.
+  // Settles all candidates of at most chunk_blocks pairs of blocks.
   void sift(const Pyramid& first, const Pyramid& second, bool self,
             std::span<const LeafBlockPair> blocks, TriangleHits& hits,
             NarrowPhaseCounters& counters) {
     listed_.resize(chunk_size + 16);
     const JudgedBlocks judged{&first.tree(), &second.tree(), blocks.data(),
                               static_cast<int>(blocks.size()), self};
-    // Rounding to float32 moves two vertices by no more than this, as in half_margin().
+    // Rounding to float32 moves two vertices by at most this much, as in half_margin().
     const double rounding = 0x1p-23 * (static_cast<double>(first.magnitude()) +
                                        static_cast<double>(second.magnitude())) +
                             0x1p-124;
@@ -85,7 +85,7 @@ class Sieve {
                                      static_cast<int>(candidates.size()), wanted, to.data()));
   }
 
-  // Settles the candidates once all have their verdicts.
+  // Settles the candidates from their verdicts in float32.
   void settle(std::span<const LeafPair> candidates, TriangleHits& hits,
               NarrowPhaseCounters& counters) {
     counters.judged += static_cast<std::int64_t>(candidates.size());
@@ -104,7 +104,7 @@ class Sieve {
     append(candidates, hits);
   }
 
-  // Settles what is open: verdicts and, where they are wanted, squared distances.
+  // Settles the open candidates: their verdicts and, if requested, their squared distances.
   void measure(NarrowPhaseCounters& counters) {
     if (open_.empty()) return;
     narrow_phase_kernels().measure(pairs(open_), options_.margin, open_verdict_.data(),
@@ -134,7 +134,7 @@ class Sieve {
     hits.pairs.insert(hits.pairs.end(), near_.begin(),
                       near_.begin() + static_cast<std::ptrdiff_t>(near));
     if (!options_.distances) return;
-    // All pairs that are near were measured.
+    // All near pairs have been measured.
     for (std::size_t k = 0; k < measured; ++k)
       if (open_verdict_[k] == Verdict::near) hits.distances.push_back(std::sqrt(squared_[k]));
   }
@@ -143,7 +143,7 @@ class Sieve {
   const TriangleSet& second_;
   const NarrowPhaseOptions& options_;
   float margin_low_ = 0, margin_high_ = 0;
-  // There is room for what the kernel writes past the end.
+  // verdict_ has extra entries, because kernels write past the end.
   std::array<Verdict, chunk_size + 16> verdict_{};
   std::array<Verdict, chunk_size> open_verdict_{};
   std::array<double, chunk_size> squared_{};
@@ -151,7 +151,7 @@ class Sieve {
   std::vector<LeafPair> open_, listed_, near_;
 };
 
-// Sifts the candidates in chunks, shared among threads, and appends what it finds in their order.
+// Settles the candidates in chunks, shared among threads, and appends the hits in their order.
 template <class Candidate, class Sift>
 void sift_chunks(const TriangleSet& first, const TriangleSet& second,
                  std::span<const Candidate> candidates, std::size_t size,

@@ -1,4 +1,4 @@
-// The narrow phase in batches: which of a traversal's candidates are near, and how near.
+// The narrow phase in batches: the candidates of a traversal that are near, and their distances.
 #pragma once
 
 #include <array>
@@ -21,45 +21,45 @@ struct TriangleSet {
 
 struct NarrowPhaseOptions {
   double margin = 0;       // m, >= 0
-  bool distances = false;  // wanted too
-  int threads = 0;         // 0: those of OpenMP
+  bool distances = false;  // computed as well
+  int threads = 0;         // 0: as many as OpenMP uses
 };
 
-// Pairs of triangles, and the distance of each (m; 0 where they have a point in common) if wanted.
+// Pairs of triangles and, if requested, their distances (m; 0 if they have a point in common).
 struct TriangleHits {
   std::vector<LeafPair> pairs;
   std::vector<double> distances;
 };
 
-// Numbers of pairs by arithmetic. All pairs are judged in float32. Pairs left open are measured
-// in float64, and those still open by the scalar functions.
+// Numbers of pairs by the arithmetic they reached. All pairs are judged in float32. Pairs left open
+// are measured in float64, and those still open by scalar functions.
 struct NarrowPhaseCounters {
   std::int64_t judged = 0, measured = 0, scalar = 0;
 };
 
-// Appends to `hits` the pairs (a of `first`, b of `second`, which may be the same) that are no more
-// than the margin apart, in the order of the candidates, and so the same for every number of
-// threads and every instruction set.
+// Appends to `hits` the pairs (a of `first`, b of `second`, which may be the same body) that are at
+// most the margin apart. They keep the order of the candidates, for any number of threads and any
+// instruction set.
 //
-// Every verdict is proved with bounds of its rounding (docs/theory.md, "The narrow phase"), but for
-// pairs whose distance is within rounding (1e-14 of their size) of the margin: there the result is
-// that of squared_triangle_distance(). Distances are that function's within rounding (1e-12 of
-// themselves and 1e-15 of the size of the pair). With AVX-512 it takes about 15 ns per candidate,
-// and 60 ns more per hit if distances are wanted (`weft bench narrow-phase`).
+// Every verdict is proved with bounds of its rounding (docs/theory.md, "The narrow phase"), with
+// one exception. Where the distance is within rounding (1e-14 of the pair's size) of the margin,
+// squared_triangle_distance() decides. Distances equal that function's within rounding (1e-12 of
+// themselves and 1e-15 of the size of the pair). With AVX-512 a candidate takes about 15 ns, and a
+// hit 60 ns more if distances are requested (`weft bench narrow-phase`).
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
                         std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
                         TriangleHits& hits, NarrowPhaseCounters& counters);
 
-// A body's triangles with the pyramid that was built of these positions, not swept.
+// A body's triangles, and the pyramid built from their positions, not swept.
 struct PyramidTriangles {
   const Pyramid& pyramid;
   TriangleSet triangles;
 };
 
-// These find the same hits among the candidates between leaf blocks that a dual traversal of the
-// two bodies, or a self traversal, found. Vertices are read a block at a time, and from float32: a
-// quarter faster. Where rounding to float32 (2^-23 of the coordinates' size) is not far below the
-// margin, more pairs are left to float64.
+// Finds the same hits among the candidates that a dual traversal of the two bodies, or a self
+// traversal, found as pairs of leaf blocks. Vertices are read block by block and in float32, which
+// is a quarter faster. If the margin is not well above the rounding to float32 (2^-23 of the
+// coordinates' size), more pairs are left to float64.
 void find_triangle_hits(const PyramidTriangles& first, const PyramidTriangles& second,
                         std::span<const LeafBlockPair> candidates,
                         const NarrowPhaseOptions& options, TriangleHits& hits,
@@ -73,17 +73,17 @@ struct TriangleMeeting {
   TriangleIntersection intersection;  // never of kind none
 };
 
-// Appends the pairs that have a point in common, in the order of the candidates, with what they
-// have in common. Both are exact, for coordinates as in exact_predicates.h. The candidates are
-// sifted as above with a margin of 0, and those that are left are intersected one by one.
+// Appends the pairs that have a point in common, in the order of the candidates, with their
+// intersections. Both are exact for coordinates as in exact_predicates.h. The candidates are judged
+// as above with a margin of 0; the remaining ones are intersected one by one.
 void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,
                                  std::span<const LeafPair> candidates, int threads,
                                  std::vector<TriangleMeeting>& meetings,
                                  NarrowPhaseCounters& counters);
 
-// Returns the squared distance of two triangles. It is 0 where they have a point in common, which
-// is decided exactly (coordinates as in exact_predicates.h). Otherwise it is the least of the six
-// of a vertex and a triangle and the nine of two edges (proximity.h). Scalar: some 300 ns.
+// Returns the squared distance of two triangles. It is 0 if they have a point in common, which is
+// decided exactly (coordinates as in exact_predicates.h). Otherwise it is the least of six
+// vertex-triangle and nine edge-edge distances (proximity.h). Scalar: some 300 ns.
 double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
 }  // namespace weft::bsi

@@ -9,7 +9,7 @@ namespace weft::bsi {
 namespace {
 
 // Below this squared sine (of a triangle's corner, of the angle between two edges) rounding may
-// misjudge which feature is closest, so that every one of them is tried.
+// misjudge which feature is closest. All features are then tried.
 constexpr double thin_squared_sine = 1e-12;
 // Below this squared sine two directions count as one: a second one would make E^T E singular.
 constexpr double parallel_squared_sine = 1e-20;
@@ -19,7 +19,7 @@ struct OnEdge {
   Vec3 separation = Vec3::Zero();
 };
 
-// The point of an edge closest to a point given relative to the start of that edge.
+// Returns the point of an edge closest to a point, which is given relative to the edge's start.
 inline OnEdge closest_on_edge(const Vec3& from_start, const Vec3& edge) {
   const double along = from_start.dot(edge);
   const double squared_length = edge.squaredNorm();
@@ -31,7 +31,7 @@ inline OnEdge closest_on_edge(const Vec3& from_start, const Vec3& edge) {
 
 inline bool inside(double parameter) { return parameter > 0 && parameter < 1; }
 
-// The best point found so far on the border of a triangle, on the edge start -> end.
+// The closest point found so far on the border of a triangle, on the edge start -> end.
 struct BorderPoint {
   double squared_distance = std::numeric_limits<double>::infinity();
   OnEdge on_edge;
@@ -68,7 +68,7 @@ inline Closest at_interior(const Vec3& separation, double weight2, double weight
   return result;
 }
 
-// The best pair of points found so far on two edges, at parameters s and t.
+// The closest pair of points found so far on two edges, at parameters s and t.
 struct EdgePair {
   double squared_distance = std::numeric_limits<double>::infinity();
   Vec3 separation = Vec3::Zero();
@@ -106,12 +106,12 @@ Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, 
   const double area1 = scale - area2 - area3;
   const bool interior = area1 > 0 && area2 > 0 && area3 > 0;
   const bool thin = !(scale > thin_squared_sine * squared_lengths);
-  // Along the normal the separation keeps its direction even where it is nearly zero.
+  // The separation along the normal keeps its direction even where it is nearly zero.
   if (interior && !thin)
     return at_interior((from1.dot(normal) / scale) * normal, area2 / scale, area3 / scale);
 
-  // Outside, the closest point lies on an edge that the foot is beyond: a point's nearest point of
-  // a convex polygon is on an edge that faces it.
+  // From outside, the closest point lies on an edge whose line separates the foot from the
+  // triangle: the closest point of a convex polygon is on an edge that faces the point.
   BorderPoint best;
   if (thin || area3 <= 0) best.offer(from1, edge2, 1, 2);
   if (thin || area2 <= 0) best.offer(from1, edge3, 1, 3);
@@ -130,7 +130,7 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
   const Vec3 normal = first.cross(second);
   const double scale = normal.squaredNorm();
   const double squared_lengths = first.squaredNorm() * second.squaredNorm();
-  // The parameters where the lines are closest, times `scale`.
+  // The parameters at which the lines are closest, times `scale`.
   const double scaled_s = second.cross(from2).dot(normal);
   const double scaled_t = first.cross(from2).dot(normal);
   const bool interior = scaled_s > 0 && scaled_s < scale && scaled_t > 0 && scaled_t < scale;
@@ -141,8 +141,9 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
     return at_edge_pair(best);
   }
 
-  // Otherwise an end is one of the closest points: an end that the lines' pair is beyond (the
-  // square of parameters is convex, and the squared distance a metric on it).
+  // Otherwise one of the closest points is an end: one beyond which the lines' closest pair lies.
+  // This holds because the square of parameters is convex and the squared distance is a metric on
+  // it.
   const auto offer_end = [&](const Vec3& from_start, const Vec3& edge, bool end_of_first,
                              double end_parameter) {
     const OnEdge found = closest_on_edge(from_start, edge);
@@ -156,7 +157,7 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
   if (thin || scaled_t <= 0) offer_end(-from2, first, false, 0);
   if (thin || scaled_t >= scale) offer_end(x3 - x0, first, false, 1);
   if (thin && interior && scale > parallel_squared_sine * squared_lengths) {
-    // s is poor here, but with t the best one for it the distance is not.
+    // s is inaccurate here, but the distance is not, once t is the best one for that s.
     const double s = scaled_s / scale;
     const OnEdge found = closest_on_edge(from2 + s * first, second);
     if (inside(found.parameter)) best.offer(found.separation, s, found.parameter);

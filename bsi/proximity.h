@@ -11,26 +11,28 @@ namespace weft::bsi {
 // another.
 using FourPoints = std::array<Vec3, 4>;
 
-// The closest points of a vertex and a triangle, or of two edges. With the four points x_i as
-// given, the vector between the closest points is separation = sum_i weight[i] * x_i, and
-// squared_distance its square. The weights of each side sum to +1 and -1.
+// The closest points of a vertex and a triangle, or of two edges, given by four points x_i. The
+// vector between the closest points is separation = sum_i weight[i] * x_i, and squared_distance its
+// square. The weights of each feature sum to +1 and -1.
 //
 // The first derivative of the distance follows from the weights: d|s|/dx_i = weight_i s/|s|.
 struct Closest {
   double squared_distance = 0;
   Vec3 separation = Vec3::Zero();
   std::array<double, 4> weight{};
-  // Directions in which the closest points may slide: 0 between two points, 1 along an edge, 2 in
-  // the interior of a triangle or of two edges.
+  // Number of directions in which the closest points may slide: 0 between two points, 1 along an
+  // edge, 2 in the interior of a triangle or of two edges.
   int free_directions = 0;
 };
 
-// x0 against the triangle (x1, x2, x3): weight[0] = 1. Degenerate triangles (a corner's sine below
-// 1e-10) are treated as their edges. Finite points wanted. No allocation; 20-30 ns.
+// Returns the closest points of x0 and the triangle (x1, x2, x3): weight[0] = 1. Degenerate
+// triangles (a corner's sine below 1e-10) are treated as their edges. Precondition: finite points.
+// No allocation; 20-30 ns.
 Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
-// The edge (x0, x1) against the edge (x2, x3): weight[0] + weight[1] = 1. Parallel edges (a sine
-// below 1e-10) and degenerate ones give one of their closest pairs, which holds an end of an edge,
-// so that at most one direction is free. Finite points wanted. No allocation; 20-30 ns.
+// Returns the closest points of the edges (x0, x1) and (x2, x3): weight[0] + weight[1] = 1.
+// Parallel edges (a sine below 1e-10) and degenerate ones give one of their closest pairs that
+// contains an end of an edge: at most one direction is then free. Precondition: finite points. No
+// allocation; 20-30 ns.
 Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
 
 }  // namespace weft::bsi

@@ -16,7 +16,7 @@ namespace weft::bsi {
 
 namespace {
 
-// So that no vector load is split between two rows.
+// This alignment keeps vector loads from being split between two rows.
 constexpr std::size_t row_alignment = plane_padding;
 
 std::size_t aligned(std::size_t count) {
@@ -25,7 +25,7 @@ std::size_t aligned(std::size_t count) {
 
 std::size_t blocks_along(int log) { return std::size_t{1} << log; }
 
-// A patch of fewer quads is bounded by one thread.
+// Patches with fewer quads are bounded by a single thread.
 constexpr int quads_worth_a_thread = 1 << 13;
 constexpr int strip_log_limit = 4;
 
@@ -123,7 +123,7 @@ void Pyramid::add_strips(int patch) {
   }
 }
 
-// Moving the vectors leaves their arrays where they are.
+// The views stay valid when the pyramid is moved: moving the vectors keeps their arrays in place.
 void Pyramid::point_views() {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const bool leaf = i + 1 == levels_.size() || levels_[i].patch != levels_[i + 1].patch;
@@ -232,8 +232,8 @@ std::optional<TexelAddress> Pyramid::rebuild_all(int ends, int threads) {
   return std::nullopt;
 }
 
-// Rounds the rows of vertices of the strip to float32 and bounds its blocks, row after row of
-// leaves; a parent's row is made as soon as those of its children are there, while they are in the
+// Rounds the vertices of the strip to float32 and bounds its blocks, one row of leaves after
+// another. A row of parents is made as soon as its children's rows exist, while they are in the
 // cache.
 void Pyramid::rebuild_strip(Strip& strip) {
   const BoxPatch& image = patches_[strip.patch];
@@ -272,8 +272,9 @@ void Pyramid::bound_leaf_row(Strip& strip, int v) {
                        blocks_u(strip.patch, level), row(strip, level, v));
 }
 
-// The bounds of steps begin with row v of the parents of leaves: from the vertices of the whole
-// row, gathered by the columns of leaves and then by those of their parents.
+// Bounds the steps of row v of the parents of leaves, the finest level that has such bounds. Steps
+// of the vertices of the whole row are gathered by the columns of leaves, then by those of their
+// parents.
 void Pyramid::bound_step_row(Strip& strip, int v, BoundRow out) {
   const BoxBuildKernels& kernels = box_build_kernels();
   const BoxPatch& image = patches_[strip.patch];
@@ -291,8 +292,8 @@ void Pyramid::bound_step_row(Strip& strip, int v, BoundRow out) {
                 blocks_u(strip.patch, level), out);
 }
 
-// Vertices of row `row` of the closed image at one end of their paths. The row that the next strip
-// begins with goes into a place of this strip's own.
+// Loads the vertices of row `row` of the closed image at one end of their paths. Returns false if
+// one is not finite. The first row of the next strip is stored in this strip.
 bool Pyramid::load_row(Strip& strip, int row, int end) {
   const BoxPatch& image = patches_[strip.patch];
   const VertexRows place = vertex_rows(strip, row, row, end);
@@ -330,7 +331,7 @@ VertexRows Pyramid::vertex_rows(const Strip& strip, int first_row, int last_row,
   return rows;
 }
 
-// Above the strip's own top there is one row.
+// Levels above the strip's own top have one row.
 BoundRow Pyramid::row(Strip& strip, int level, int v) const {
   const std::size_t stride = aligned(blocks_along(level_of(strip.patch, level).log_u));
   const std::size_t second = level > strip_log_[strip.patch] ? v & 1 : 0;
@@ -355,7 +356,7 @@ void Pyramid::finish_row(Strip& strip, int v) {
   }
 }
 
-// The levels above the tops of the strips, each row kept by the first of its strips.
+// Makes the levels above the tops of the strips. The first strip of each row stores it.
 void Pyramid::join_strips(std::span<Strip> strips) {
   const int patch = strips[0].patch;
   const int top = strip_log_[patch];
@@ -374,7 +375,7 @@ void Pyramid::join_strips(std::span<Strip> strips) {
   }
 }
 
-// Row v of a level from the rows of its children; lower.plane is null where v is not split.
+// Makes row v of a level from the rows of its children; lower.plane is null if v is not split.
 void Pyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v,
                                 BoundRow out) {
   const BoxBuildKernels& kernels = box_build_kernels();
@@ -383,7 +384,7 @@ void Pyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRow l
   const std::size_t first = static_cast<std::size_t>(v) << parent.log_u;
   BoxGroup* groups = &groups_[places_[patches_[patch].first_level + level].groups + first];
   kernels.store_groups(upper, lower, parent.split_u != 0, blocks, groups);
-  // The leaves have no bounds of steps to be merged.
+  // Leaves have no bounds of steps to merge.
   const bool steps = parts_.tangents && level < levels(patch) - 2;
   const PlaneRange planes{0, steps ? step_planes.end : box_planes.end};
   kernels.merge(upper, lower.plane != nullptr ? lower : upper, planes, parent.split_u != 0, blocks,
@@ -403,7 +404,7 @@ TexelAddress Pyramid::first_unbounded() const {
     assert(texel < atlas_.texel_count());
     for (int end = 0; end <= tree_.swept; ++end) {
       const Eigen::Vector3f rounded = ends_[end][atlas_.particle_of_texel(texel)].cast<float>();
-      // Not a maximum, which swallows NaN.
+      // A maximum would swallow NaN.
       if (!(rounded.array().abs() < coordinate_limit).all()) return atlas_.texel_address(texel);
     }
   }
@@ -418,8 +419,8 @@ void Pyramid::order_patches() {
   }
 }
 
-// Sorts the patches of a group along the longest side of the box around their centres, so that the
-// group's two parts lie side by side.
+// Sorts the patches of a group along the longest side of the box around their centres. The group's
+// two halves then lie side by side.
 void Pyramid::split_patches(int level, int u) {
   const auto centre = [this](int patch, int axis) {
     const BoxPatch& tree = patches_[patch];

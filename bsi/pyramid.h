@@ -1,5 +1,5 @@
-// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image,
-// rebuilt from the deformed image in one pass, which the traversals descend.
+// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image. It
+// is rebuilt from the deformed image in one pass, and the traversals descend it.
 #pragma once
 
 #include <array>
@@ -16,65 +16,64 @@
 
 namespace weft::bsi {
 
-// Bounds of vertices rounded to float32, metres.
+// A box of vertices rounded to float32, m.
 struct Box {
   std::array<float, 3> low{};
   std::array<float, 3> high{};
   bool operator==(const Box&) const = default;
 };
 
-// Block (u, v) of a level of a patch: see Pyramid.
+// Block (u, v) of a level of a patch (see Pyramid).
 struct PatchBlock {
   int patch = 0, level = 0, u = 0, v = 0;
   bool operator==(const PatchBlock&) const = default;
 };
 
 struct PyramidParts {
-  // Bounds of the steps between vertices, by which whole blocks are excused from looking for
-  // contact with themselves (docs/theory.md, "The tangent certificate"); they take more than half
-  // of a rebuild.
+  // Bounds of the steps between vertices. With them, self traversals skip whole blocks that cannot
+  // touch themselves (docs/theory.md, "The tangent certificate"). They take more than half of a
+  // rebuild.
   bool tangents = true;
-  // Traversals whose bound is not `box` need spheres, and so do pictures.
+  // Spheres, for pictures and for traversals whose bound is not `box`.
   bool spheres = false;
 };
 
-// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks, each axis stopping at
-// blocks of one or two quads; block boundaries are block_boundary(k, quads, log). The last level
-// holds the leaf blocks. No block is empty. Above the patch tops of a body of several patches stand
-// groups: level k has 2^k of them, never empty, whose numbers of patches differ by one at most.
-// Groups go by place: each is split along the longest side of the box around its patches' centres,
-// as these lay at the first rebuild.
+// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks. Each axis stops at blocks
+// of one or two quads; boundaries are block_boundary(k, quads, log). The last level holds the leaf
+// blocks. No block is empty. Above the patch tops of a body of several patches there are groups:
+// level k has 2^k of them, whose numbers of patches differ by at most one. A group is split along
+// the longest side of the box around its patches' centres, as they lay at the first rebuild.
 //
-// The pyramid holds a box for every block, the vertices in float32, and what PyramidParts names.
-// Boxes lie inside their parents' exactly: a minimum rounds nothing. They bound the vertices
-// rounded to float32; the traversals widen them by what the rounding may have moved.
+// The pyramid holds a box for every block, the vertices in float32, and the parts that PyramidParts
+// names. Boxes lie exactly inside their parents', because minima and maxima round nothing. They
+// bound the vertices rounded to float32; the traversals widen them by the possible rounding.
 //
-// A sphere has its centre in the middle of the box and holds the boxes of all leaf blocks of its
-// block, so that spheres never part what boxes find. Its radius is the lesser of half the diagonal
-// of the box and what holds the spheres of the children, on the four top levels those of the blocks
-// of the sixth. Every float64 vertex lies inside.
+// A sphere is centred in its block's box and contains the boxes of all leaf blocks below. Spheres
+// therefore never separate leaves whose boxes overlap. Its radius is the lesser of half the box's
+// diagonal and the reach of the children's spheres; the four top levels use the spheres of the
+// sixth. Every float64 vertex lies inside.
 //
-// Can be moved, not copied. All const members may be called from many threads at once.
+// Pyramids can be moved, not copied. Const members are safe to call from several threads at once.
 class Pyramid {
  public:
-  // Coordinates of this size (metres) and beyond are treated like those that are not finite.
+  // Coordinates of at least this size (m) are treated as not finite.
   static constexpr float coordinate_limit = 1e18F;
-  // The most quads along an axis of a patch.
+  // Largest number of quads along an axis of a patch.
   static constexpr int quad_limit = 1 << 17;
 
-  // Throws std::invalid_argument, naming the patch, on more than quad_limit quads along an axis.
+  // Throws std::invalid_argument, naming the patch, if an axis has more than quad_limit quads.
   explicit Pyramid(const Atlas& atlas, const PyramidParts& parts = {});
   Pyramid(Pyramid&&) = default;
   Pyramid& operator=(Pyramid&&) = default;
 
-  // Rebuilds everything from the positions (metres) of the atlas' particles, on `threads`
-  // threads (0: those of OpenMP), with the same bits for any number of them. O(quads); allocates
-  // nothing. Returns the first texel whose position is not finite (the pyramid is then not usable
-  // until the next rebuild).
+  // Rebuilds everything from the positions (m) of the atlas' particles on `threads` threads (0: as
+  // many as OpenMP uses). Any number of threads gives the same bits. O(quads); allocates nothing.
+  // Returns the first texel whose position is not finite, if any; the pyramid is then unusable
+  // until the next rebuild.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
                                                     int threads = 0);
-  // Bounds every vertex at both ends of its path, and so all along a straight one. The first call
-  // makes room for the second image.
+  // Bounds every vertex at both ends of its path, and so on the straight path between them. The
+  // first call allocates the second image.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
                                                           std::span<const Vec3> end,
                                                           int threads = 0);
@@ -113,23 +112,23 @@ class Pyramid {
   const BoxTree& tree() const { return tree_; }
 
  private:
-  // A run of rows of leaf blocks of a patch, bounded by one thread, with its rows in the making.
+  // A run of rows of leaf blocks of a patch, bounded by one thread, with the rows being built.
   struct Strip {
     int patch = 0;
     int index = 0;
-    std::vector<float> rows;       // two of every level, and those of the columns of vertices
-    std::vector<std::size_t> row;  // where the rows of a level begin
+    std::vector<float> rows;       // two per level, and those of the columns of vertices
+    std::vector<std::size_t> row;  // start of the rows of each level
     std::size_t columns = 0;
     // The row of vertices shared with the next strip, at both ends of its path.
     std::array<std::vector<float>, 2> boundary;
     bool finite = true;
   };
-  // The indices at which a level begins in the arrays.
+  // The starts of a level in the arrays.
   struct LevelPlace {
     std::size_t groups = 0;
     std::size_t tangents = 0;
   };
-  // A block among the children of another.
+  // The place of a block among the children of its parent.
   struct ChildPlace {
     std::size_t parent = 0;  // among the groups of its level
     int child = 0;
@@ -166,17 +165,17 @@ class Pyramid {
   PyramidParts parts_;
   std::vector<BoxPatch> patches_;
   std::vector<BoxLevel> levels_;
-  std::vector<LevelPlace> places_;         // by level, as levels_
+  std::vector<LevelPlace> places_;         // by level, like levels_
   std::vector<std::size_t> first_vertex_;  // by patch, into vertices_
   std::vector<int> strip_log_;             // by patch: log2 of its number of strips
-  std::vector<std::int32_t> boundaries_;   // of the columns of leaf blocks, patch after patch
+  std::vector<std::int32_t> boundaries_;   // of the columns of leaf blocks, patch by patch
   std::vector<std::size_t> first_boundary_;
   int group_levels_ = 0;
   std::vector<std::int32_t> patch_order_;  // groups are runs of these
   bool is_ordered_ = false;
   std::vector<BoxGroup> groups_;
   std::vector<TangentBounds> tangents_;
-  std::vector<SphereGroup> spheres_;  // as groups_, or none
+  std::vector<SphereGroup> spheres_;  // like groups_, or empty
   std::array<std::vector<float>, 2> vertices_;
   std::vector<Box> group_boxes_;
   std::vector<Strip> strips_;

@@ -12,9 +12,9 @@ namespace weft::bsi {
 
 namespace {
 
-// Bounds, along an axis, what rounding takes from a placed box (docs/theory.md, "A rigid body in
+// Returns a bound of the rounding of a placed box along an axis (docs/theory.md, "A rigid body in
 // its own frame"): 28 units of 2^-24 of the largest coordinate in the frame and 7 of the
-// translation, and some for what underflows.
+// translation, and an allowance for underflow.
 double rounding_of_boxes(double magnitude, double translation) {
   return 0x1p-19 * magnitude + 0x1p-21 * translation + 0x1p-120;
 }
@@ -75,7 +75,7 @@ void RigidPyramid::place(std::span<const RigidFrame> ends, PlacedTree& placed) c
   const RigidFrame &first = ends.front(), &last = ends.back();
   const double way = (last.rotation - first.rotation).norm() * radius_ +
                      (last.translation - first.translation).norm();
-  // Every coordinate of the box of a leaf is within this of each of its vertices.
+  // Every coordinate of the box of a leaf is within this distance of each of its vertices.
   const double side = largest_quad_ + way;
   placed.beyond_spheres = static_cast<double>(root_of_three) * side * (1 + 0x1p-40) +
                           2 * static_cast<double>(placement.rounding);

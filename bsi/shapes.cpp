@@ -18,7 +18,7 @@ void check_size(const char* name, double value) {
                               std::to_string(value));
 }
 
-// Runs through the patch row by row; position(row, col) in metres.
+// Makes a patch row by row; position(row, col) is in m.
 template <typename Position>
 Surface make_patch(const Patch& patch, Position position) {
   Surface surface;
@@ -63,7 +63,7 @@ Surface make_torus(double major_radius, double minor_radius, int rows, int cols)
     const double tube = turn(col, cols);
     const double axis = turn(row, rows);
     const double distance = major_radius + minor_radius * std::cos(tube);
-    // Downwards on the outside, so that u x v points out of the tube.
+    // v runs downwards on the outside, so that u x v points out of the tube.
     return Vec3(distance * std::cos(axis), distance * std::sin(axis),
                 -minor_radius * std::sin(tube));
   });
@@ -73,14 +73,14 @@ namespace {
 
 using Lattice = std::array<int, 3>;
 
-// A point of the cube's surface in whole numbers, -(n - 1) .. n - 1 along each axis, so that texels
-// of different faces are told to be the same without comparing floating-point numbers.
+// Returns a point of the cube's surface in integers, -(n - 1) .. n - 1 along each axis. Texels of
+// different faces are then matched without comparing floating-point numbers.
 Lattice cube_point(int face, int row, int col, int n) {
   const int normal_axis = face / 2;
   const int sign = face % 2 == 0 ? 1 : -1;
   Lattice point{};
   point[normal_axis] = sign * (n - 1);
-  // (u, v, normal) is right-handed on every face: u turns round on the negative ones.
+  // (u, v, normal) is right-handed on every face: u is reversed on the negative ones.
   point[(normal_axis + 1) % 3] = sign * (2 * col - (n - 1));
   point[(normal_axis + 2) % 3] = 2 * row - (n - 1);
   return point;
@@ -94,7 +94,7 @@ Vec3 on_unit_sphere(const Lattice& point, int n) {
   return direction.normalized();
 }
 
-// The texels in groups at the same key, each group in rising order: indices sorted by (key, texel).
+// Sorts texel indices by (key, texel): texels with the same key form a group in ascending order.
 template <typename Less>
 void sort_texels(std::vector<int>& texels, Less less) {
   std::ranges::sort(texels, [&](int a, int b) {
@@ -104,13 +104,13 @@ void sort_texels(std::vector<int>& texels, Less less) {
   });
 }
 
-// Numbers particles in the order of their first texels, given for each texel the first texel that
-// it coincides with.
+// Numbers particles in the order of their first texels. `first_of` names for each texel the first
+// texel that coincides with it.
 std::vector<int> number_particles(std::vector<int> first_of) {
   int count = 0;
   for (std::size_t texel = 0; texel < first_of.size(); ++texel) {
     const auto first = static_cast<std::size_t>(first_of[texel]);
-    // first <= texel: earlier entries hold particle indices by now.
+    // first <= texel: earlier entries already hold particle indices.
     first_of[texel] = first == texel ? count++ : first_of[first];
   }
   return first_of;
@@ -120,8 +120,8 @@ std::vector<int> number_particles(std::vector<int> first_of) {
 
 namespace {
 
-// The cube's six faces of n x n points, each split into split_v x split_u patches of the same size,
-// sewn where points coincide; position(direction) in metres from a unit vector.
+// Makes the cube's six faces of n x n points, each split into split_v x split_u patches of equal
+// size and sewn where points coincide. position(direction) maps a unit vector to m.
 template <typename Position>
 Surface make_cube_sphere(int n, int split_v, int split_u, Position position) {
   const Patch size{(n - 1) / split_v + 1, (n - 1) / split_u + 1};
@@ -167,7 +167,8 @@ Surface make_sphere(double radius, int n) {
 Surface make_blob(double radius, int n) {
   check_size("the blob's radius", radius);
   return make_cube_sphere(4 * (n - 1) + 1, 2, 4, [radius](const Vec3& p) -> Vec3 {
-    // Star-shaped, so it cannot meet itself; no symmetry, so that every patch differs.
+    // The shape is star-shaped, so it cannot intersect itself, and asymmetric, so that every patch
+    // differs.
     const double height = 0.14 * std::sin(3 * p.x() + 1) * std::cos(2 * p.y()) +
                           0.10 * std::sin(5 * p.z() + 2 * p.x()) +
                           0.06 * std::cos(7 * p.y() - 3 * p.z());
@@ -193,8 +194,8 @@ void check_finite(const Atlas& atlas, const std::vector<Vec3>& texels) {
   }
 }
 
-// For each texel the first one it is sewn to, itself where there is no other. Texels of one patch
-// alone are left apart, even at the same place.
+// Returns for each texel the first one it is sewn to, or itself. Texels at one place that all
+// belong to one patch are not sewn.
 std::vector<int> sew(const Atlas& atlas, const std::vector<Vec3>& texels) {
   std::vector<int> first_of(texels.size());
   std::iota(first_of.begin(), first_of.end(), 0);

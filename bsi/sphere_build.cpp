@@ -1,4 +1,4 @@
-// The spheres of a pyramid, made from its boxes, from the leaf blocks up.
+// The spheres of a pyramid, built from its boxes, from the leaf blocks up.
 #include <omp.h>
 
 #include <algorithm>
@@ -13,10 +13,10 @@ namespace weft::bsi {
 
 namespace {
 
-// Levels of fewer blocks are made by one thread.
+// Levels with fewer blocks are built by a single thread.
 constexpr int blocks_worth_a_team = 1 << 12;
 
-// Around the boxes of the children, each of which reaches half its diagonal.
+// Makes spheres around the boxes of the children, with half the diagonals as radii.
 void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
 #pragma omp simd
   for (int child = 0; child < 4; ++child) {
@@ -35,7 +35,7 @@ void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
   }
 }
 
-// How far the spheres of the children of a block reach from the centre of its own.
+// Returns the distance from `centre` to which the spheres of a block's children reach.
 float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
   float reach[4];
 #pragma omp simd
@@ -50,12 +50,12 @@ float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
   return largest * round_up + radius_floor;
 }
 
-// Radii near the top of a patch are loose, as each level adds what its children's spheres reach
-// beyond them. Those of the levels above this one but the last are found from its spheres.
+// Radii near the top of a patch are loose, because each level encloses spheres that already exceed
+// their boxes. Levels 0 to tight_level - 2 are therefore found from the spheres of tight_level.
 constexpr int tight_level = 5;
 
-// How far the blocks below block (u, v) of a level reach from a centre. `parents` is the level
-// above theirs.
+// Returns the distance from `centre` to which blocks below block (u, v) of a level reach. `parents`
+// is the level above those blocks.
 float reach_of_descendants(const BoxLevel& level, const BoxLevel& parents, int u, int v,
                            const float (&centre)[3]) {
   const int log_u = parents.log_u - level.log_u, log_v = parents.log_v - level.log_v;
@@ -69,7 +69,7 @@ float reach_of_descendants(const BoxLevel& level, const BoxLevel& parents, int u
   return largest;
 }
 
-// The spheres of the children of block (u, v) of a level.
+// Makes the spheres of the children of block (u, v) of a level.
 void bound_children(const BoxLevel& level, const BoxLevel& below, int u, int v,
                     SphereGroup& spheres) {
   surround_boxes(level.groups[(static_cast<std::size_t>(v) << level.log_u) + u], spheres);
@@ -104,7 +104,7 @@ void Pyramid::rebuild_spheres(int patch, int threads) {
       }
     }
   }
-  // The whole patch is a child of nothing: it is bounded as the first child of a block would be.
+  // The whole patch has no parent: it is bounded like the first child of a block.
   BoxGroup box{};
   for (int axis = 0; axis < 3; ++axis) {
     box.low[axis][0] = whole.low[axis];

@@ -7,8 +7,8 @@ namespace weft::bsi {
 
 namespace {
 
-// A number for the face, edge or vertex of the mesh that holds a triangle's closest point. The
-// weights tell which: those of the corners that take part are not zero.
+// Returns a number of the face, edge or vertex of the mesh that contains a triangle's closest
+// point. Its corners are those with nonzero weights.
 int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
   if (closest.free_directions == 2) return 3 * triangle;
   for (int k = 0; k < 3; ++k) {
@@ -17,10 +17,10 @@ int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
     if (closest.free_directions == 0 && closest.weight[k + 1] != 0)
       return 3 * mesh.triangles[triangle][k] + 2;
   }
-  return 3 * triangle;  // a weight of an edge has underflowed
+  return 3 * triangle;  // a weight has underflowed
 }
 
-// The closest point on the edge of a triangle that is opposite to its corner.
+// Returns the closest point on the edge of a triangle opposite `corner`.
 Closest closest_on_edge_opposite(int corner, const Vec3& point, const std::array<Vec3, 3>& x) {
   const int from = (corner + 1) % 3, to = (corner + 2) % 3;
   const Vec3 edge = x[to] - x[from];
@@ -45,7 +45,7 @@ Closest closest_at_corner(int corner, const Vec3& point, const Vec3& x) {
   return closest;
 }
 
-// Adds up the terms of each feature; they share its closest point.
+// Sums the terms of each feature, all of which have the same closest point.
 class Collector {
  public:
   Collector(const Mesh& mesh, double reach, std::vector<SurfaceTerm>& terms)
@@ -122,7 +122,7 @@ void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangl
     const auto& corners = mesh_.triangles[t];
     const std::array<Vec3, 3> x{position[corners[0]], position[corners[1]], position[corners[2]]};
     collector.add(t, 1, closest_vertex_triangle(point, x[0], x[1], x[2]));
-    // An edge or a vertex within reach has all its triangles within reach: the first one adds it.
+    // If an edge or a vertex is within reach, so are all its triangles; the first one adds it.
     for (int k = 0; k < 3; ++k) {
       const int edge = mesh_.triangle_edges[t][k];
       if (mesh_.edges[edge].triangle[0] == t && is_inner_edge(edge, own))

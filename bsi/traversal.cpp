@@ -25,8 +25,7 @@ std::size_t count_pairs(std::span<const LeafBlockPair> blocks) {
 
 namespace {
 
-// A larger margin would change nothing, for no coordinate is larger than the limit, and might
-// overflow.
+// Returns the margin, limited to a size beyond which it changes nothing and might overflow.
 double largest_margin_that_counts(double margin) {
   return std::min(margin, 4.0 * static_cast<double>(Pyramid::coordinate_limit));
 }
@@ -36,8 +35,8 @@ std::uint64_t next_serial() {
   return ++last;
 }
 
-// `second`: the tree of a second pyramid, or that tree in space. The spheres that the bound needs
-// must be there.
+// Makes a query. `second` is the tree of a second pyramid, or that tree in space. Precondition: the
+// spheres that the bound needs exist.
 DescentQuery query_of(const Pyramid& first, const BoxTree& second, bool self,
                       const TraversalOptions& options) {
   assert(first.is_built());
@@ -73,7 +72,7 @@ bool overlap(const Box& a, const Box& b, float half) {
   return true;
 }
 
-// The pairs of patches that descents start with, found through the groups above the patch tops.
+// The pairs of patches from which descents start, found through the groups above the patch tops.
 class PatchPairs {
  public:
   PatchPairs(const Pyramid& first, const Pyramid& second, const DescentQuery& query)
@@ -85,7 +84,7 @@ class PatchPairs {
   }
 
  private:
-  // Group u of a level, or, on level == levels, patch u.
+  // Group u of a level or, if level == levels, patch u.
   struct Node {
     int level, u, levels;
     bool is_patch() const { return level == levels; }
@@ -113,7 +112,7 @@ class PatchPairs {
     if (query_.b->placement != nullptr) box_b = placed_box(*query_.b, box_b);
     if (!overlap(box_of(first_, a), box_b, query_.half_margin)) return;
     if (a.is_patch() && b.is_patch()) {
-      // Within one body, pairs name the lower patch first; groups have them in any order.
+      // Within one body, pairs name the lower patch first; groups hold patches in any order.
       const bool is_turned = query_.self && a.u > b.u;
       found_.push_back({{first_.tree().patches[is_turned ? b.u : a.u].first_level, 0, 0},
                         {second_.tree().patches[is_turned ? a.u : b.u].first_level, 0, 0}});
@@ -139,7 +138,7 @@ void add(TraversalCounters& total, const DescentCounters& part) {
   total.certified += part.certified;
 }
 
-// Replaces every pair that can be expanded and that `keep` does not hold back; false if none was.
+// Replaces every pair that can be expanded unless `keep` keeps it. Returns false if there is none.
 template <class Keep>
 bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, DescentCounters& counters,
                 const Keep& keep) {
@@ -160,7 +159,8 @@ bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, Descent
   return expanded;
 }
 
-// Enough pairs of blocks to share out among threads, always the same ones.
+// Returns enough pairs of blocks to share among threads. They do not depend on the number of
+// threads.
 std::vector<NodePair> frontier(const Pyramid& first, const Pyramid& second,
                                const DescentQuery& query, DescentCounters& counters) {
   constexpr std::size_t enough = 256;
@@ -171,7 +171,7 @@ std::vector<NodePair> frontier(const Pyramid& first, const Pyramid& second,
   return pairs;
 }
 
-// Collects what a descent finds. Sink: BlockSink or PairSink; Found: what it holds.
+// Collects the results of a descent. Sink: BlockSink or PairSink; Found: the type of its elements.
 template <class Sink, class Found>
 class Collector {
  public:
@@ -212,9 +212,9 @@ void collect(int count, int chunk, int threads, std::vector<Found>& found,
     return;
   }
   const int chunks = (count + chunk - 1) / chunk;
-  // Kept by the calling thread: memory that is new to each query costs half as much as the query.
+  // The calling thread keeps this memory: allocating it anew would add half the cost of a query.
   thread_local std::vector<std::vector<Found>> kept;
-  std::vector<std::vector<Found>>& parts = kept;  // within the teams, too
+  std::vector<std::vector<Found>>& parts = kept;  // the teams' threads use it, too
   parts.resize(std::max<std::size_t>(parts.size(), chunks));
   std::vector<DescentCounters> tests(chunks);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(team)
@@ -241,13 +241,13 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
               std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
-  // A team of threads would cost more than it saves on fewer starts than this.
+  // Below this number of starts, a team of threads costs more than it saves.
   constexpr std::size_t few = 64;
   if (starts.size() < few) threads = 1;
   const DescentKernels& kernels = descent_kernels();
   collect<BlockSink>(static_cast<int>(starts.size()), 4, threads, blocks, tests,
                      [&](int i, BlockSink& sink, DescentCounters& own) {
-                       // Kept by the thread: it would cost more to make than to use.
+                       // Each thread keeps its workspace, which costs more to make than to use.
                        thread_local AlignedVector<std::byte> workspace(descent_workspace);
                        kernels.descend(query, starts[i], workspace.data(), sink, own);
                      });
@@ -286,7 +286,7 @@ void append_numbers(const DescentQuery& query, std::span<const LeafBlockPair> bl
     }
     return;
   }
-  // The pairs of chunk c belong at place[c] and on.
+  // The pairs of chunk c start at place[c].
   std::vector<std::size_t> place(chunks + 1, pairs.size());
   for (int c = 0; c < chunks; ++c) place[c + 1] = place[c] + count_pairs(chunk(c));
   pairs.resize(place[chunks]);
@@ -306,7 +306,7 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
   append_numbers(query, blocks, options.threads, pairs);
 }
 
-// Frees aligned memory. Unlike a vector, this memory is not touched before it is needed.
+// Frees aligned memory. Unlike the memory of a vector, it is not touched before it is needed.
 struct FreeAligned {
   void operator()(std::byte* memory) const {
     CacheLineAllocator<std::byte>().deallocate(memory, 0);
@@ -322,7 +322,7 @@ void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQ
                      int level, std::vector<BlockPair>& pairs, TraversalCounters& counters) {
   DescentCounters tests{};
   std::vector<NodePair> nodes = PatchPairs(first, second, query).find();
-  // Both sides of a pair go down together, so those of one level are never reached by halves.
+  // Both blocks of a pair descend together, so a pair reaches a level with both or none.
   for (int i = 0; i < level; ++i) {
     if (!expand_all(query, nodes, tests, [](const NodePair&) { return false; })) break;
   }
@@ -335,7 +335,7 @@ void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQ
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
   margin = largest_margin_that_counts(margin);
-  // Rounding moves a coordinate by at most 2^-24 of the magnitude, or 2^-126 where it is flushed to
+  // Rounding moves a coordinate by at most 2^-24 of the magnitude, or by 2^-126 if it is flushed to
   // zero.
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
@@ -350,7 +350,7 @@ float sphere_reach(float half, float magnitude_a, float magnitude_b) {
 }
 
 double certificate_margin(double margin, float magnitude) {
-  // Rounding of vertices to float32 and of the steps between them takes less than 2^-20 of the
+  // Rounding of vertices to float32, and of the steps between them, takes less than 2^-20 of the
   // magnitude from a distance (docs/theory.md, "The tangent certificate").
   return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
@@ -379,7 +379,7 @@ void single_traversal(const Pyramid& pyramid, std::span<const Vec3> points, doub
                     [&](int i, PairSink& sink, DescentCounters& own) {
                       const std::size_t first = points.size() * i / batches;
                       const int count = static_cast<int>(points.size() * (i + 1) / batches - first);
-                      // Kept by the thread: it would cost more to make than to use.
+                      // Each thread keeps its workspace, which costs more to make than to use.
                       thread_local const std::unique_ptr<std::byte, FreeAligned> workspace(
                           CacheLineAllocator<std::byte>().allocate(point_workspace));
                       const PointDescentKernels& kernels = point_descent_kernels();

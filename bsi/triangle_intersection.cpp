@@ -19,7 +19,7 @@ int projected_orientation(const Point3& a, const Point3& b, const Point3& c, int
                      projected(c, dropped_axis));
 }
 
-// Does the box of the segment p-q overlap that of the other points?
+// Returns true if the box of the segment p-q overlaps that of the other points.
 template <class Points>
 bool boxes_overlap(const Point3& p, const Point3& q, const Points& points) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -40,14 +40,14 @@ bool segments_meet(const Point3& p, const Point3& q, const Point3& a, const Poin
     const int side_b = projected_orientation(p, q, b, axis);
     const int side_p = projected_orientation(a, b, p, axis);
     const int side_q = projected_orientation(a, b, q, axis);
-    // A projection that shows an area is one-to-one on the plane of the four points.
+    // A projection in which some area is not zero is one-to-one on the plane of the four points.
     if (side_a != 0 || side_b != 0 || side_p != 0 || side_q != 0)
       return side_a * side_b <= 0 && side_p * side_q <= 0;
   }
-  return true;  // all on one line, where boxes that overlap are segments that overlap
+  return true;  // all on one line: segments overlap if their boxes do
 }
 
-// Returns whether a point on the plane of a triangle is in it; false for triangles without area.
+// Returns true if a point on the plane of a triangle is in it; false for triangles without area.
 bool is_inside(const Point3& point, const Triangle3& triangle) {
   for (int axis = 0; axis < 3; ++axis) {
     const int whole = projected_orientation(triangle[0], triangle[1], triangle[2], axis);
@@ -61,7 +61,7 @@ bool is_inside(const Point3& point, const Triangle3& triangle) {
   return false;
 }
 
-// Returns on which side of the plane of `triangle` each corner of the other lies; 0 is on it.
+// Returns the side of the plane of `triangle` on which each corner of the other lies; 0 is on it.
 std::array<int, 3> sides_of(const Triangle3& triangle, const Triangle3& other) {
   std::array<int, 3> side;
   for (int corner = 0; corner < 3; ++corner)
@@ -69,7 +69,7 @@ std::array<int, 3> sides_of(const Triangle3& triangle, const Triangle3& other) {
   return side;
 }
 
-// Decides for the segment p-q, whose ends are on these sides of the plane of the triangle.
+// Decides for the segment p-q, whose ends are on the given sides of the triangle's plane.
 bool segment_meets_triangle(const Point3& p, const Point3& q, int side_p, int side_q,
                             const Triangle3& triangle) {
   if (side_p * side_q > 0) return false;
@@ -79,8 +79,8 @@ bool segment_meets_triangle(const Point3& p, const Point3& q, int side_p, int si
     return is_inside(p, triangle) || segments_meet(p, q, a, b) || segments_meet(p, q, b, c) ||
            segments_meet(p, q, c, a);
   }
-  // It meets the plane in one point, which is in the triangle unless the line passes two edges on
-  // different sides.
+  // The segment meets the plane in one point, which is in the triangle unless the line passes two
+  // edges on different sides.
   const int side_ab = orientation(p, q, a, b);
   const int side_bc = orientation(p, q, b, c);
   if (side_ab * side_bc < 0) return false;
@@ -128,8 +128,8 @@ bool has_area(const Triangle3& triangle) {
   return false;
 }
 
-// Returns whether the insides of two triangles in one plane overlap; both have an area. They do
-// unless the line of an edge has all of the other triangle across it or on it.
+// Returns true if the interiors of two triangles in one plane overlap; both have an area. They do
+// unless the line of an edge has the whole other triangle beyond it or on it.
 bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   int axis = 0;
   while (projected_orientation(a[0], a[1], a[2], axis) == 0) ++axis;
@@ -149,7 +149,7 @@ bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   return !separates(a, b) && !separates(b, a);
 }
 
-// Returns whether a point is in the triangle. If that has an area, the point must be on its plane.
+// Returns true if a point is in the triangle. If that has an area, the point must be on its plane.
 bool contains(const Triangle3& triangle, const Point3& point) {
   if (is_inside(point, triangle)) return true;
   for (int edge = 0; edge < 3; ++edge)
@@ -159,7 +159,7 @@ bool contains(const Triangle3& triangle, const Point3& point) {
 
 Vec3 to_vector(const Point3& point) { return {point[0], point[1], point[2]}; }
 
-// Returns the point between p and q whose distances from them are in the proportion of these.
+// Returns the point between p and q whose distances from them have the ratio from_p : from_q.
 Point3 point_between(const Point3& p, const Point3& q, double from_p, double from_q) {
   const double sum = from_p + from_q;
   const double t = sum > 0 ? from_p / sum : 0.5;
@@ -167,7 +167,7 @@ Point3 point_between(const Point3& p, const Point3& q, double from_p, double fro
   return {point.x(), point.y(), point.z()};
 }
 
-// Returns where p-q, whose ends are strictly on two sides of the plane of the triangle, passes it.
+// Returns the point where p-q passes the plane of the triangle; its ends are strictly on two sides.
 Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) {
   const Vec3 corner = to_vector(triangle[0]);
   const Vec3 normal = (to_vector(triangle[1]) - corner).cross(to_vector(triangle[2]) - corner);
@@ -175,14 +175,14 @@ Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) 
                        std::abs(normal.dot(to_vector(q) - corner)));
 }
 
-// Returns where p-q crosses the line of a-b; both lie in one plane.
+// Returns the point where p-q crosses the line of a-b; both lie in one plane.
 Point3 crossing_point(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   const Vec3 along = to_vector(b) - to_vector(a);
   return point_between(p, q, along.cross(to_vector(p) - to_vector(a)).norm(),
                        along.cross(to_vector(q) - to_vector(a)).norm());
 }
 
-// Do the segments, in one plane, cross inside both?
+// Returns true if the segments, which lie in one plane, cross in the interior of both.
 bool segments_cross(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   for (int axis = 0; axis < 3; ++axis) {
     const int pq = projected_orientation(p, q, a, axis) * projected_orientation(p, q, b, axis);
@@ -192,7 +192,7 @@ bool segments_cross(const Point3& p, const Point3& q, const Point3& a, const Poi
   return false;
 }
 
-// The border of a triangle, by its corners: three edges, or the segment that one without area is.
+// The border of a triangle by its corners: three edges or, without area, one segment.
 struct Border {
   std::array<std::array<int, 2>, 3> edge{{{0, 1}, {1, 2}, {2, 0}}};
   int count = 3;
@@ -206,9 +206,10 @@ struct Border {
   }
 };
 
-// The points that make the intersection of two triangles where it has no area: corners of one in
-// the other, insides of edges through the inside of the other and through insides of its edges.
-// Points of different kinds or from different edges are never the same point.
+// The points that determine the intersection of two triangles if it has no area. They are corners
+// of one in the other, and points where the interior of an edge passes through the interior of the
+// other or of one of its edges. Points of different kinds or from different edges are never the
+// same.
 class CommonPoints {
  public:
   CommonPoints(const Triangle3& a, const Triangle3& b) {
@@ -233,7 +234,7 @@ class CommonPoints {
     if (count_ == 0) return {};
     if (count_ == 1) return {IntersectionKind::point, {point_[0], point_[0]}};
     TriangleIntersection found{IntersectionKind::edge, {point_[0], point_[1]}};
-    double longest = 0;  // three and more are on one line
+    double longest = 0;  // three or more points are on one line
     for (int i = 0; i < count_; ++i) {
       for (int j = i + 1; j < count_; ++j) {
         const double length = (to_vector(point_[i]) - to_vector(point_[j])).squaredNorm();
@@ -260,7 +261,7 @@ class CommonPoints {
     }
   }
 
-  // A line passes the inside of a triangle where it passes all edges on the same side.
+  // A line passes the interior of a triangle if it passes all edges on the same side.
   void add_piercings(const Triangle3& edges, const Border& border, const std::array<int, 3>& sides,
                      const Triangle3& triangle, const int (&volume)[3][3]) {
     for (int i = 0; i < border.count; ++i) {

@@ -7,28 +7,29 @@
 
 namespace weft::bsi {
 
-// Triangles are closed sets; those without area are the segment or point that they are.
+// A triangle is a closed set. Without area it is a segment or a point.
 using Triangle3 = std::array<Point3, 3>;
 
-// Do the triangles have a point in common?
+// Returns true if the triangles have a point in common.
 bool triangles_meet(const Triangle3& a, const Triangle3& b);
-// Do triangles with the same first corner meet beyond it? Decides whether the edge across from it
-// in one meets the other triangle.
+// Returns true if triangles with the same first corner meet at any other point. Decides whether the
+// edge opposite that corner in one meets the other triangle.
 bool triangles_meet_beyond_corner(const Triangle3& a, const Triangle3& b);
 
-// The kind of an intersection: nothing, one point, a segment (`edge`) or an area of the plane that
+// The kind of an intersection: none, one point, a segment (`edge`) or an area of the plane that
 // both triangles share (`surface`).
 enum class IntersectionKind { none, point, edge, surface };
 
 struct TriangleIntersection {
   IntersectionKind kind = IntersectionKind::none;
-  std::array<Point3, 2> ends{};  // point: the same twice; edge: its ends; else unused
+  std::array<Point3, 2> ends{};  // point: the same twice; edge: its ends; otherwise unused
 };
 
-// The kind is exact: none just where triangles_meet() is false. A corner that touches makes a
-// point. Triangles of one mesh that share an edge and are not folded onto each other make an edge.
-// Ends that are corners equal them to the bit. Other ends are rounded, to within 1e-14 of the size
-// of the pair where the triangles do not meet at a grazing angle. Takes about 0.3 us.
+// Returns the intersection. Its kind is exact: none if and only if triangles_meet() is false. A
+// touching corner gives a point. Triangles of one mesh that share an edge and are not folded onto
+// each other give an edge. Ends that are corners equal them to the bit. Other ends are rounded, to
+// within 1e-14 of the size of the pair unless the triangles meet at a grazing angle. Takes about
+// 0.3 us.
 TriangleIntersection intersect_triangles(const Triangle3& a, const Triangle3& b);
 
 }  // namespace weft::bsi

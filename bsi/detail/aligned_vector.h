@@ -1,4 +1,5 @@
-// Vectors whose elements start at a cache line, so that no wide vector store is split by it.
+// Vectors whose elements start at a cache line, so that wide vector stores at the start stay within
+// one line.
 #pragma once
 
 #include <cstddef>

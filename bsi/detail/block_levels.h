@@ -1,5 +1,5 @@
-// How the quads of a patch are split into the nested blocks of a pyramid: the numbers alone, for
-// the CPU and the device.
+// The numbers of the nested blocks into which a pyramid splits the quads of a patch, for the CPU
+// and the device.
 #pragma once
 
 #include <bit>
@@ -8,17 +8,17 @@
 
 namespace weft::bsi {
 
-// ceil(log2(count)), count >= 1.
+// Returns ceil(log2(count)), count >= 1.
 inline int ceil_log2(int count) {
   return static_cast<int>(std::bit_width(static_cast<unsigned>(count) - 1));
 }
 
-// Boundary k of 2^log nested blocks of `count` items: floor(k * count / 2^log).
+// Returns boundary k of 2^log nested blocks of `count` items: floor(k * count / 2^log).
 inline int block_boundary(int k, int count, int log) {
   return static_cast<int>((static_cast<std::int64_t>(k) * count) >> log);
 }
 
-// Quads [row_begin, row_end) x [col_begin, col_end) of a patch.
+// The quads [row_begin, row_end) x [col_begin, col_end) of a patch.
 struct QuadRange {
   int row_begin = 0, row_end = 0;
   int col_begin = 0, col_end = 0;
@@ -26,8 +26,8 @@ struct QuadRange {
   bool operator==(const QuadRange&) const = default;
 };
 
-// The 2^log_u x 2^log_v blocks of one level of a patch (u along columns, v along rows), numbered
-// row by row from `first` on, in the order of patches and levels.
+// The 2^log_u x 2^log_v blocks of one level of a patch (u along columns, v along rows). They are
+// numbered row by row from `first` on, in the order of patches and levels.
 struct BlockLevel {
   std::size_t first = 0;
   int log_u = 0;

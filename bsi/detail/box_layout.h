@@ -1,5 +1,5 @@
-// How a box pyramid lies in memory: plain structures for the kernels that build and descend it. An
-// internal header of bsi/; it must stay free of inline functions (see instruction_set.h).
+// The memory layout of a box pyramid: plain structures for the kernels that build and descend it.
+// An internal header of bsi/; it must stay free of inline functions (see instruction_set.h).
 #pragma once
 
 #include <cstddef>
@@ -7,39 +7,38 @@
 
 namespace weft::bsi {
 
-// The boxes of the four children of a block, one array a bound, by axis. Child 2 j + i is the one
-// at column i, row j of the 2 x 2; one that is not there (an axis that is split no more) has low >
-// high.
+// The boxes of the four children of a block, one array per bound and axis. Child 2 j + i is at
+// column i, row j of the 2 x 2. An absent child (on an axis that is not split) has low > high.
 struct alignas(32) BoxGroup {
   float low[3][4];
   float high[3][4];
 };
 
-// The spheres of the four children of a block, one array a component; one that is not there has no
-// number for a centre (NaN), so that every comparison with it is false.
+// The spheres of the four children of a block, one array per component. An absent child has NaN as
+// its centre, so that every comparison with it is false.
 struct alignas(64) SphereGroup {
   float centre[3][4];
   float radius[4];
 };
 
-// Bounds of the steps from vertex to vertex inside a block: along u (x, y, z), then along v. The
-// lower ones are held with their sign changed, so that a union is one maximum.
+// Bounds of the steps between neighbouring vertices in a block: along u (x, y, z), then along v.
+// Lower bounds have their sign changed, so that a union is a maximum.
 struct alignas(64) TangentBounds {
   float bound[16];  // 6 lower ones with their sign changed, 6 upper ones, 4 unused
 };
 
-// Rows of float32 vertices, one array a component, wrapped axes closed by a copy of their first
-// vertices. Four floats past the end of any row may be read.
+// Rows of float32 vertices, one array per component. Wrapped axes are closed by a copy of their
+// first vertices. Four floats past the end of any row may be read.
 struct VertexImage {
   const float* component[3];
   std::size_t stride;
 };
 
-// One level of a patch. The last one holds the leaf blocks, of up to 2 x 2 quads.
+// One level of a patch. The last level holds the leaf blocks, of up to 2 x 2 quads.
 struct BoxLevel {
-  const BoxGroup* groups;         // one a block: its children's boxes; null on the last level
-  const TangentBounds* tangents;  // one a block; null where the level has none
-  const SphereGroup* spheres;     // one a block: its children's spheres; null as groups, or if none
+  const BoxGroup* groups;         // one per block: its children's boxes; null on the last level
+  const TangentBounds* tangents;  // one per block; null if the level has none
+  const SphereGroup* spheres;     // one per block: its children's spheres; null if there are none
   std::int32_t log_u, log_v;      // 2^log_u x 2^log_v blocks
   std::int32_t split_u, split_v;  // 1 where the next level halves the axis, else 0
   std::int32_t patch;
@@ -48,7 +47,7 @@ struct BoxLevel {
 struct BoxPatch {
   VertexImage vertices[2];  // at both ends of the paths; twice the same unless swept
   float low[3], high[3];    // of the whole patch
-  float centre[3], radius;  // of its sphere, where there are spheres
+  float centre[3], radius;  // of its sphere, if there are spheres
   std::int32_t quad_rows, quad_cols;
   std::int32_t wrap_u, wrap_v;  // 1 or 0
   std::int32_t first_level;     // into BoxTree::levels
@@ -58,31 +57,31 @@ struct BoxPatch {
   std::int32_t rows, cols;  // of the image
 };
 
-// The place in space of a tree that was built in the frame of a rigid body: a point p of the frame
-// is at R p + t, at one or both ends of its path.
+// The place in space of a tree built in the frame of a rigid body: a point p of the frame is at R p
+// + t, at one or both ends of its path.
 struct BoxPlacement {
   const double* positions;        // x, y and z of every particle in the frame, m
   double rotation[2][3][3];       // by end, row and column
   double translation[2][3];       // by end, m
-  float rotation_float[2][3][3];  // the same, rounded
+  float rotation_float[2][3][3];  // rotation, rounded
   float translation_float[2][3];
-  float rounding;  // m, no less than what float32 takes from a box of a block (rigid_pyramid.cpp)
+  float rounding;  // m, at least the float32 rounding of a block's box (rigid_pyramid.cpp)
 };
 
-// All that a descent reads.
+// All data that a descent reads.
 struct BoxTree {
   const BoxLevel* levels;
   const BoxPatch* patches;
   const std::int32_t* texel_to_particle;  // null: the particle is the texel
-  const BoxPlacement* placement;          // null: the tree was built where it lies
+  const BoxPlacement* placement;          // null: the tree was built in space
   std::int32_t swept;                     // 1 or 0
   float magnitude;                        // the largest |coordinate| of a vertex, m
 };
 
-// No less than the ratio of a distance to its largest component.
+// At least the ratio of a distance to its largest component.
 inline constexpr float root_of_three = 1.7320511F;
 
-// A block: its level, counted through all patches, and its place there.
+// A block, by its level, counted through all patches, and its position there.
 struct BoxNode {
   std::int32_t level;
   std::uint16_t u, v;

@@ -1,5 +1,5 @@
 // Compiled without contraction of a * b + c into one rounding (see CMakeLists.txt): the sums below
-// must round as they are written.
+// must round as written.
 #include "bsi/detail/exact_predicates.h"
 
 #include <cmath>
@@ -8,12 +8,12 @@ namespace weft::bsi {
 
 namespace {
 
-// Half the distance from 1 to the next double; Shewchuk's bounds are 3 and 7 of it (and a little
-// for the rounding of the bound itself).
+// Half the distance from 1 to the next double. Shewchuk's bounds are 3 and 7 of it, plus a little
+// for the rounding of the bound itself.
 constexpr double unit = 1.1102230246251565e-16;
 constexpr double plane_bound = 4 * unit, space_bound = 8 * unit;
 
-// The rounded result of an operation and what rounding took from it: their sum is exact.
+// The rounded result of an operation and its rounding error: their sum is exact.
 struct Exact {
   double rounded = 0, lost = 0;
 };
@@ -31,8 +31,8 @@ Exact exact_product(double a, double b) {
   return {product, std::fma(a, b, -product)};
 }
 
-// An exact sum of doubles, kept as terms that do not overlap, smallest first, zeros left out. The
-// largest term outweighs all others, so that its sign is that of the sum.
+// An exact sum of doubles, kept as terms that do not overlap, smallest first, without zeros. The
+// largest term outweighs all others, so its sign is that of the sum.
 class Expansion {
  public:
   // Shewchuk's GROW-EXPANSION.
@@ -75,7 +75,7 @@ class Expansion {
   }
 
  private:
-  // Six products of three differences, each 2 x 2 x 2 products of three doubles of 4 terms.
+  // Six products of three differences, each of 2 x 2 x 2 products of three doubles of 4 terms.
   static constexpr int most_terms = 6 * 8 * 4;
   std::array<double, most_terms> term_;
   int count_ = 0;
@@ -111,8 +111,8 @@ int orientation_by_expansion(const Point3& a, const Point3& b, const Point3& c, 
   return determinant.sign();
 }
 
-// Returns whether the sign of the rounded determinant is certain. An error bound of zero means that
-// every product has a factor that is exactly zero, as on flat surfaces at the start of a run.
+// Returns true if the sign of the rounded determinant is certain. An error bound of zero means that
+// every product has a factor that is exactly zero, for example on flat surfaces at the start.
 bool is_decided(double determinant, double error_bound) {
   return std::abs(determinant) > error_bound || error_bound == 0;
 }

@@ -32,7 +32,7 @@ void for_chunks(std::span<const FourParticles> pairs, const Body& body) {
     body(first, pairs.subspan(first, std::min(chunk_size, pairs.size() - first)));
 }
 
-// Squared distances and paths of a chunk.
+// The squared distances (m^2) and paths (m) of a chunk.
 struct Measured {
   std::array<double, chunk_size> squared_distance;
   std::array<double, chunk_size> path;

@@ -6,7 +6,7 @@
 
 namespace weft::bsi {
 
-// Returns the smallest float32 number that is certain not to be less.
+// Returns the smallest float32 number that is at least `value`.
 inline float rounded_up(double value) {
   const auto rounded = static_cast<float>(value);
   if (static_cast<double>(rounded) >= value) return rounded;
