@@ -12,7 +12,7 @@ namespace weft::gpu {
 
 class Background {
  public:
-  // `up` is unit.
+  // `up` is a unit vector.
   Background(const Perspective& perspective, const Vec3& up, const SrgbTable& srgb);
   // Writes one row of the picture, 3 bytes of sRGB per pixel.
   void draw_row(int row, std::span<std::uint8_t> rgb) const;

@@ -1,4 +1,4 @@
-// Places a camera so that points or a box are seen whole.
+// The placement of a camera so that points or a box are seen whole.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>

@@ -48,8 +48,8 @@ struct Tangent {
 // block of the top one, including that block. With `from_image`, the lowest level consists of leaf
 // blocks and is made from the vertices; otherwise it is already bounded.
 std::string bound_boxes();
-// Bounds blocks by spheres; the boxes must be there. `rounds_like_the_cpu` states that the device's
-// arithmetic rounds so; otherwise radii are slightly larger.
+// Bounds blocks by spheres; their boxes must already be bounded. `rounds_like_the_cpu` states that
+// the device rounds like the CPU; otherwise radii are slightly larger.
 std::string bound_spheres(bool rounds_like_the_cpu);
 // Bounds the steps between vertices (bsi::TangentBounds) on all but the last levels.
 std::string bound_tangents();

@@ -19,7 +19,7 @@ GLuint link_program(const GlFunctions& gl,
 // Throws std::runtime_error("OpenGL cannot TASK: ...") if there was an error since the last call.
 void check_gl(const GlFunctions& gl, const char* task);
 
-// Largest number of bytes of a buffer that a shader can access.
+// Returns the largest number of bytes of a buffer that a shader can access.
 std::size_t buffer_limit(const GlFunctions& gl);
 
 // A shader storage buffer.

@@ -1,4 +1,4 @@
-// Draws the rows of a picture: the surfaces seen in each pixel, lit, over the background.
+// The rows of a picture: the surfaces seen in each pixel, lit, over the background.
 #pragma once
 
 #include <span>

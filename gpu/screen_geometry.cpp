@@ -164,8 +164,8 @@ void Projection::set_up(const BatchTriangle& triangle) {
   }
 }
 
-// Lines fade out where the surface turns away: they crowd there, and those of the far side would
-// show through.
+// Lines fade out where the surface is seen edge-on: they crowd there, and those of the far side
+// would show through.
 float Projection::line_darkness(std::uint32_t vertex) const {
   const Vec3 view = perspective_->eye - batch_->vertices[vertex].position().matrix().cast<double>();
   const Vec3 normal = batch_->vertices[vertex].normal().matrix().cast<double>();

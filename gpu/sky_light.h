@@ -5,8 +5,8 @@
 
 namespace weft::gpu {
 
-// Returns the distance from the origin within which the batch can shadow the sky, at most `reach`;
-// vertices beyond that are left out. It changes in steps, and so seldom while things move.
+// Returns the distance (m) from the origin within which the batch can shadow the sky, at most
+// `reach`; vertices beyond that are ignored. It changes in steps, hence rarely while surfaces move.
 // O(vertices).
 double sky_reach(const TriangleBatch& batch, double reach);
 

@@ -38,8 +38,8 @@ struct TriangleBatch {
   void assemble(std::span<const DrawnSurface> surfaces, const Vec3& origin);
 };
 
-// Unit normals by vertex: the normalised sum of the area vectors of the triangles around it. Zero
-// where that sum is zero.
+// Returns unit normals by vertex: the normalised sum of the area vectors of the triangles around
+// it, or zero if that sum is zero.
 std::vector<Vec3> vertex_normals(const DrawnSurface& surface);
 // Returns the normals of the original surface at the detail's vertices, so that a surface of
 // reduced detail is lit like the original. O(triangles of the original).

@@ -7,7 +7,7 @@
 
 namespace weft::gpu {
 
-// Right, up and backward of a camera, in world coordinates; orthonormal.
+// The directions right, up and backward of a camera, in world coordinates; orthonormal.
 struct ViewFrame {
   Vec3 right, up, backward;
 };
@@ -24,7 +24,7 @@ struct Perspective {
   double focal_length;  // pixels
   double nearest;       // m; anything nearer to the eye is cut off
 
-  // Coordinates of a point relative to the eye: right, up and forward, m.
+  // Returns the coordinates of a point relative to the eye: right, up and forward, m.
   Vec3 seen(const Vec3& position) const {
     const Vec3 ray = position - eye;
     return {frame.right.dot(ray), frame.up.dot(ray), -frame.backward.dot(ray)};
