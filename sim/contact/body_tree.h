@@ -1,4 +1,4 @@
-// Which bodies may meet: a tree of boxes, one for each body.
+// The pairs of bodies that may meet, found by a tree of boxes, one per body.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,21 +7,21 @@
 
 namespace weft::sim {
 
-// Boxes in a binary tree, halved at the median of the longest axis. A body that leaves its box gets
-// a new one: the boxes above it grow, and once as many bodies have moved as there are, the tree is
-// built anew. Finding the neighbours of n bodies that lie apart costs n log n.
+// A binary tree of boxes, halved at the median of the longest axis. A body that leaves its box gets
+// a new one, and the boxes above it grow. Once as many bodies have moved as there are, the tree is
+// rebuilt. Finding the neighbours of n bodies that lie apart costs n log n.
 class BodyTree {
  public:
   using Box = Eigen::AlignedBox3d;
 
-  // Body i has the box boxes[i], m. A body with an empty box has no neighbours.
+  // Builds the tree. Body i has the box boxes[i], m. A body with an empty box has no neighbours.
   void build(std::vector<Box> boxes);
   bool is_built() const { return !boxes_.empty(); }
   const Box& box(int body) const { return boxes_[body]; }
-  // These bodies have been given new boxes: boxes[i] is that of bodies[i].
+  // Replaces the boxes of these bodies: boxes[i] is that of bodies[i].
   void move(std::span<const int> bodies, std::span<const Box> boxes);
-  // Calls visit(other) for every other body whose box meets that of `body`. Returns how many boxes
-  // were compared.
+  // Calls visit(other) for every other body whose box meets that of `body`. Returns the number of
+  // boxes compared.
   template <class Visit>
   int visit_neighbours(int body, const Visit& visit) const;
 
@@ -36,7 +36,7 @@ class BodyTree {
 
   std::vector<Box> boxes_;  // by body
   std::vector<Node> nodes_;
-  std::vector<int> leaf_of_;  // node, by body
+  std::vector<int> leaf_of_;  // by body: its node
   std::size_t moved_ = 0;     // bodies that have moved since the tree was built
 };
 

@@ -10,10 +10,11 @@ namespace weft::sim {
 
 struct ComputeChoice {
   ComputeBackend backend = ComputeBackend::cpu;  // never `automatic`
-  std::string device;                            // of OpenGL; empty on the CPU
+  std::string device;                            // OpenGL's name of it; empty on the CPU
   std::string reason;
 
-  // "CPU: there is no graphics processor", for `weft check`, logs and trajectories.
+  // Returns, for example, "CPU: there is no graphics processor", for `weft check`, logs and
+  // trajectories.
   std::string text() const;
 };
 
@@ -24,7 +25,7 @@ struct ChosenSearch {
 
 // Chooses by compute.backend of the case. `auto` takes a graphics processor if there is one and it
 // is faster on the bodies of this scene, which is measured (a fraction of a second). Otherwise it
-// takes the CPU. Throws CaseError when the case asks for a device that is not there.
+// takes the CPU. Throws CaseError if the case names a device that is missing.
 ChosenSearch choose_search(const Scene& scene);
 
 }  // namespace weft::sim

@@ -1,5 +1,5 @@
-// One contact: two features, or a vertex and a term of a surface, with their forces and the slopes
-// of these.
+// One contact: two features, or a vertex and a term of a surface, with their forces and the
+// derivatives of these.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,53 +13,53 @@
 
 namespace weft::sim {
 
-// The law of contact (materials/contact.h) of one pair.
+// The contact law (materials/contact.h) of one pair.
 struct ContactLaw {
   double range = 0;           // m
-  double stiffness = 0;       // N/m: of the barrier, for the pair's share of the area
+  double stiffness = 0;       // N/m, of the barrier, for the pair's share of the area
   double damping_time = 0;    // s
   double friction = 0;        // Coulomb coefficient
   double friction_speed = 0;  // m/s
 };
 
-// Friction acts on the sliding velocity u, across the normal, and with the forces lever_i^T f where
-// lever_i = du / dv_i. u is the velocity of the first side's closest point, less that of the second
-// side's, both taken at one place: one side is carried on to the other as if it were rigid. Against
-// an obstacle that is the obstacle, which is. Of two dynamic sides it is the second, by how its
-// edges turn: then no rigid motion of all four points makes u, so that friction takes no power from
-// one, and has neither a resultant nor a torque.
+// Friction acts on the tangential sliding velocity u. Its forces are lever_i^T f, where lever_i =
+// du / dv_i. u is the velocity of the first feature's closest point less that of the second's, both
+// taken at one place: one feature is extended to the other as a rigid body. Against an obstacle,
+// the obstacle is extended, because it is rigid. Of two dynamic features the second is extended,
+// with the rotation of its edges. No rigid motion of all four points then makes u, so friction
+// takes no power from one, and has neither a resultant nor a torque.
 struct Sliding {
   std::array<Mat3, 4> lever;
-  Vec3 force{0, 0, 0};        // N, on the first side
+  Vec3 force{0, 0, 0};        // N, on the first feature
   Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m: semi-definite across the normal, with the
                               // coefficient's sign
 };
 
 struct ContactPair {
   std::array<int, 4> nodes{};      // particles
-  std::array<double, 4> weight{};  // of bsi::Closest: +1 in all on the first side, -1 on the second
-  Vec3 normal{0, 0, 0};            // from the second side's closest point to the first's
-  double coefficient = 1;          // how often the pair counts: negative where others overlap
+  std::array<double, 4> weight{};  // of bsi::Closest: sum +1 on the first feature, -1 on the second
+  Vec3 normal{0, 0, 0};            // from the second feature's closest point to the first's
+  double coefficient = 1;          // factor of the pair in the sum; negative where others overlap
   double gap = 0;                  // m
   double energy = 0;               // J
   double push = 0;                 // N along the normal, barrier and damping
   double stiffness = 0, damping = 0;  // of the push: -d/dgap, -d/drate
-  int sliding = -1;                   // place of its friction in the list of these; -1: none
+  int sliding = -1;                   // index of its friction in the list of Sliding; -1: none
 };
 
-// Fills weights, normal, gap, energy, push and its slopes from a closest pair of points whose gap
-// is positive; the barrier is multiplied by `mollifier`. `velocity`: of all particles, m/s. Returns
-// the push of the barrier alone, N.
+// Fills weights, normal, gap, energy, push and its derivatives from a closest pair of points whose
+// gap is positive. The barrier is multiplied by `mollifier`. `velocity` (m/s) is that of all
+// particles. Returns the push of the barrier alone, N.
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair);
 
-// The angular velocity (rad/s) of a triangle that moves as a rigid body; zero of one without area.
+// Returns the angular velocity (rad/s) of a triangle that moves as a rigid body; zero without area.
 Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity);
 
-// Friction of a pair whose push is known; nothing where there is none, or where the four points do
-// not span a surface. `obstacle_spin`: angular velocity (rad/s) of the side that is an obstacle, if
-// one is. `barrier_push`: what apply_push returned; with the damping in it, which leaps
-// at an impact, Newton's iteration fails far more often.
+// Returns the friction of a pair whose push is known, or nothing if there is none or the four
+// points do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of the feature that
+// belongs to an obstacle, if any. `barrier_push` is the result of apply_push(), without damping:
+// the damping jumps at an impact, and Newton's iteration would fail far more often.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,

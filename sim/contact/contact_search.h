@@ -1,4 +1,4 @@
-// Which features may touch: candidate lists from the pyramids, kept while nothing can have moved
+// The features that may touch: candidate lists from the pyramids, kept until bodies may have moved
 // into reach.
 #pragma once
 
@@ -18,14 +18,14 @@
 
 namespace weft::sim {
 
-// A vertex and a triangle, or two edges, by their numbers in the meshes of their bodies.
+// A vertex and a triangle, or two edges, by their indices in the meshes of their bodies.
 struct FeaturePair {
   int a = 0;
   int b = 0;
-  float distance = 0;  // a lower bound, m, where the list was built
+  float distance = 0;  // m, a lower bound at the positions of the list's construction
 };
 
-// Two bodies, a <= b; one with itself where they are equal.
+// Two bodies, a <= b; equal for a body with itself.
 struct BodyPair {
   int a = 0;
   int b = 0;
@@ -33,8 +33,8 @@ struct BodyPair {
   auto operator<=>(const BodyPair&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-// The candidates of two bodies (or of one with itself). Each list is sorted by (a, b), so that the
-// pairs in reach come in the same order however the list was found.
+// The candidates of two bodies, or of one with itself. Each list is sorted by (a, b): the pairs in
+// reach then have the same order however the list was found.
 struct CandidateList {
   int body_a = 0;
   int body_b = 0;
@@ -42,46 +42,45 @@ struct CandidateList {
   std::vector<FeaturePair> vertex_triangle;  // vertex of a, triangle of b
   std::vector<FeaturePair> triangle_vertex;  // vertex of b, triangle of a; empty for self
   std::vector<FeaturePair> edge_edge;        // edge of a, edge of b; for self a < b
-  double drift = 0;  // how far any distance can have changed since the list was built, m
+  double drift = 0;  // m, upper bound of the change of any distance since the list was built
 
   bool is_self() const { return body_a == body_b; }
 };
 
-// One empty list for every pair of bodies that may touch, near or far: O(bodies^2).
+// Returns an empty list for every pair of bodies that may touch, near or far. O(bodies^2).
 std::vector<CandidateList> searched_pairs(const Scene& scene);
-// One empty list for every pair whose bodies are close enough at the start that contact looks at
-// them.
+// Returns an empty list for every pair of bodies whose boxes at the start come within thickness +
+// range + slack of each other.
 std::vector<CandidateList> neighbours_at_start(const Scene& scene);
-// How far beyond thickness + range the lists reach, m.
+// Returns the distance (m) by which lists reach beyond thickness + range.
 double search_slack(const Scene& scene);
 
-// Keeps, for every pair of bodies that may touch, all feature pairs closer than
-// thickness + range at the positions last given to update(). Lists are built with a slack and
-// remain valid until the bodies have moved by it, translations of a whole body (for self pairs) and
-// common translations (for two) taken out.
+// Keeps, for every pair of bodies that may touch, all feature pairs closer than thickness + range
+// at the positions last passed to update(). Lists are built with a slack and remain valid until the
+// bodies have moved by it. Translations of a whole body (for self pairs) and common translations
+// (for two bodies) do not count.
 //
 // Every body has a box with room to move in. Pairs whose boxes do not meet have no list and are not
-// walked; a body that leaves its box gets a new one and, from a tree, new neighbours. Two
-// neighbours whose bounding spheres lie further apart than the slack reach have an empty list until
-// they could have met.
+// visited. A body that leaves its box gets a new one and, from a tree, new neighbours. Two
+// neighbours whose bounding spheres are farther apart than the slack reach have an empty list until
+// they might have met.
 //
-// Obstacles that move as rigid bodies may be given by their poses. How far they have moved, and
-// where they are, is then bounded from these; their vertices are put in place only where lists are
-// built from them.
+// Obstacles that move as rigid bodies may be given by their poses, which bound their positions and
+// displacements. Their vertices are placed only where lists are built from them.
 //
-// Pairs all of whose vertices follow prescribed paths are left out: no force could part them.
+// Pairs whose vertices all follow prescribed paths are left out: no force could separate them.
 class ContactSearch {
  public:
   ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
-  // Makes the lists complete at `position` (all particles). Returns a particle that is not finite,
-  // if any.
+  // Makes the lists complete at these positions of all particles. Returns a particle whose position
+  // is not finite, if any.
   [[nodiscard]] std::optional<int> update(const PlacedParticles& now);
   [[nodiscard]] std::optional<int> update(std::span<const Vec3> position) {
     return update(PlacedParticles(position));
   }
-  // Makes them complete for every point of the straight paths start -> end, and of all paths whose
-  // points are never further from these than `stray` (m, by body; empty: zero).
+  // Makes the lists complete for every point of the straight paths start -> end, and for all paths
+  // that deviate from these by at most `stray` (m, by body; empty: zero).
   [[nodiscard]] std::optional<int> update_path(const PlacedParticles& start,
                                                const PlacedParticles& end,
                                                std::span<const double> stray = {});
@@ -91,16 +90,16 @@ class ContactSearch {
     return update_path(PlacedParticles(start), PlacedParticles(end), stray);
   }
 
-  // The lists of neighbours, sorted by (body_a, body_b).
+  // Returns the lists of neighbours, sorted by (body_a, body_b).
   std::span<const CandidateList> lists() const { return lists_; }
   const RigidObstacles& obstacles() const { return obstacles_; }
   double slack() const { return slack_; }
-  // The device that the search runs on. It changes once at the most: a device that fails hands over
-  // to the CPU, whose answers are the same.
+  // Returns the device that runs the search. It changes at most once: if a device fails, the CPU
+  // takes over, with the same results.
   const ComputeChoice& compute() const { return search_.choice; }
 
  private:
-  // How far a body has moved since a snapshot: |x - x_snapshot - mean| <= residual.
+  // The displacement of a body since a snapshot: |x - x_snapshot - mean| <= residual.
   struct Displacement {
     Vec3 mean{0, 0, 0};
     double residual = 0;
@@ -108,18 +107,18 @@ class ContactSearch {
   };
   using Box = BodyTree::Box;
   struct Tracked {
-    // Positions at which the lists were built, or the end of the path for which they were; empty
-    // for a body that does not move or has never had a list.
+    // Positions at which the lists were built, or at the end of their path. Empty for a body that
+    // does not move or has never had a list.
     std::vector<Vec3> snapshot;
-    std::vector<Vec3> path_start;  // the start of that path; empty where it was a point
-    // A rigid obstacle that was given by its pose has poses here in place of both.
+    std::vector<Vec3> path_start;  // start of that path; empty if it was a point
+    // The poses of a rigid obstacle given by its pose, instead of both.
     std::optional<RigidPose> pose, path_start_pose;
-    double path_length = 0;  // displacements summed over the snapshots left behind, m
-    Displacement now;        // at the end of the path that is asked about
-    Displacement at_start;   // at its start; without a path, the same
+    double path_length = 0;  // m, displacements summed over earlier snapshots
+    Displacement now;        // at the end of the present path
+    Displacement at_start;   // at its start; without a path, equal to `now`
     double largest() const { return std::max(now.largest(), at_start.largest()); }
-    Box box;           // around its points now, or their paths, without the stray
-    double stray = 0;  // how far its points may be from the path that is asked about, m
+    Box box;           // around its present points or their paths, without the stray
+    double stray = 0;  // m, largest deviation of its points from the present path
     bool pyramid_built = false;
     bsi::Sphere
         bounds;  // of the body at its snapshot (of its path, after update_path); unset: radius < 0
@@ -134,8 +133,8 @@ class ContactSearch {
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
-  // Finds where all moving bodies are now, seen from the ends, or from the starts, of the paths of
-  // the lists. Extends their boxes.
+  // Finds the displacements of all moving bodies relative to the ends, or to the starts, of the
+  // paths of the lists. Extends their boxes.
   std::optional<int> track(const PlacedParticles& now, bool from_start = false);
   bool track_pose(const RigidObstacle& obstacle, const PlacedParticles& now, bool from_start);
   bool track_points(int body, std::span<const Vec3> now, bool from_start);
@@ -144,7 +143,7 @@ class ContactSearch {
   static Displacement displacement(const RigidObstacle& obstacle, const RigidPose& snapshot,
                                    const RigidPose& now);
   std::optional<int> find_lost(std::span<const Vec3> position, int body) const;
-  // Gives bodies that have left their boxes new ones, and brings the lists up to date with them.
+  // Gives bodies that have left their boxes new ones, and updates the lists accordingly.
   void find_neighbours(std::span<const Vec3> position);
   void place_all(std::span<const Vec3> position);
   Box needed_box(int body) const;
@@ -179,8 +178,8 @@ class ContactSearch {
   PlacedMarks marks_;
   std::vector<Tracked> tracked_;
   std::vector<int> moving_;   // bodies
-  BodyTree tree_;             // of boxes with room to move in and half of the reach
-  std::vector<char> placed_;  // by body: has a new box in this update
+  BodyTree tree_;             // of boxes with room to move and half of the reach
+  std::vector<char> placed_;  // by body: nonzero if it got a new box in this update
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;  // of the lists
   ChosenSearch search_;

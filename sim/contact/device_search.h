@@ -1,4 +1,4 @@
-// The pair search on a device of OpenGL.
+// The pair search on an OpenGL device.
 #pragma once
 
 #include <memory>
@@ -10,12 +10,12 @@ namespace weft::sim {
 
 struct DeviceSearch {
   std::unique_ptr<PairSearch> search;
-  std::string device;  // as OpenGL names it
+  std::string device;  // as named by OpenGL
 };
 
-// `backend`: gpu or osmesa (EGL software where OSMesa is missing). Throws std::runtime_error with
-// the reason when there is no such device, or it cannot hold the bodies of the scene; the functions
-// of the search throw it too, when the device fails.
+// `backend` is gpu or osmesa (EGL software if OSMesa is missing). Throws std::runtime_error with
+// the reason if there is no such device, or if it cannot hold the bodies of the scene. The
+// functions of the search throw the same if the device fails.
 DeviceSearch make_device_search(const Scene& scene, ComputeBackend backend);
 
 // True if the machine has a device that may be a graphics processor. Loads no library.

@@ -1,5 +1,5 @@
 // The search for quads of bodies that come near each other, on which the contact search is based.
-// It runs on the CPU or on a device of OpenGL, with the same results.
+// It runs on the CPU or on an OpenGL device, with the same results.
 #pragma once
 
 #include <array>
@@ -13,19 +13,19 @@
 
 namespace weft::sim {
 
-// A body's particles, m: at rest at `end`, or on straight paths from `start` to `end`.
+// The positions of a body's particles, m: at rest at `end`, or on straight paths from `start` to
+// `end`.
 struct BodyPath {
   int body = 0;
-  std::span<const Vec3> start;  // the same span as `end`: at rest
+  std::span<const Vec3> start;  // at rest: the same span as `end`
   std::span<const Vec3> end;
-  // A rigid obstacle and its place at both ends; `start` and `end` then tell only whether it is
-  // swept.
+  // A rigid obstacle and its place at both ends. `start` and `end` then only tell if it is swept.
   const RigidObstacle* obstacle = nullptr;
   std::array<bsi::RigidFrame, 2> frames{};
   bool is_swept() const { return start.data() != end.data(); }
 };
 
-// Two bodies of the scene, or one with itself.
+// Two bodies of the scene, or the same body twice.
 struct PairQuery {
   int body_a = 0;
   int body_b = 0;
@@ -36,14 +36,15 @@ class PairSearch {
  public:
   virtual ~PairSearch() = default;
 
-  // Can paths name rigid obstacles? Otherwise all of their positions must be given.
+  // True if paths may name rigid obstacles. Otherwise all of their positions must be given.
   virtual bool takes_frames() const { return false; }
-  // Remembers where these bodies are; the others stay where they were. All positions finite.
-  // Returns how many pyramids were built for it: a rigid obstacle that has one is placed.
+  // Stores the positions of these bodies, all finite; other bodies keep theirs. Returns the number
+  // of pyramids built: a rigid obstacle that has one is only placed.
   virtual int rebuild(std::span<const BodyPath> paths) = 0;
   // Sets found[i] to the quad pairs of query i (bsi/traversal.h, with the tangent certificate), in
-  // any order; pairs may be missing that end farther apart than the margin and twice the longest
-  // path of their corners. All bodies asked for have been rebuilt. Counters are added to.
+  // any order. Pairs may be missing if they end farther apart than the margin plus twice the
+  // longest path of their corners. Precondition: all bodies of the queries have been rebuilt.
+  // Counters are added to.
   virtual void find(std::span<const PairQuery> queries,
                     std::vector<std::vector<bsi::LeafPair>>& found,
                     bsi::TraversalCounters& counters) = 0;
