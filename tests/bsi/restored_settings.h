@@ -1,4 +1,4 @@
-// For tests that change OpenMP's number of threads, or the instruction set.
+// A guard for tests that change OpenMP's number of threads or the instruction set.
 #pragma once
 
 #include <omp.h>
