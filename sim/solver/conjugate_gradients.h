@@ -11,10 +11,10 @@
 
 namespace weft::sim {
 
-// Without contact, which single precision omits, products with A are first in single precision.
-// That phase ends at convergence or at negative curvature, which rounding can feign for a stiff
-// body. The residual of A itself is then formed in double. If it exceeds the goal, or is more than
-// twice the single-precision one, iterations go on with products in double.
+// Without contact, products with A are first in single precision, which has no contact terms. That
+// phase ends at convergence or at negative curvature, which rounding can feign for a stiff body.
+// The residual of A itself is then formed in double. If it exceeds the goal, or is more than twice
+// the single-precision one, iterations go on with products in double.
 class ConjugateGradients {
  public:
   struct Outcome {

@@ -9,8 +9,8 @@
 namespace weft::sim {
 
 // Factorises A = M + gamma D + gamma^2 K, contact included, as a sparse LDL^T; pinned particles
-// keep only their mass. Serves systems that conjugate gradients cannot solve. One kind is long
-// pseudo-steps, where A is nearly a pure stiffness whose entries span many orders of magnitude.
+// keep only their mass. Serves systems that conjugate gradients cannot solve, such as long
+// pseudo-steps: there A is nearly a pure stiffness whose entries span many orders of magnitude.
 class DirectSolver {
  public:
   explicit DirectSolver(Dynamics& dynamics);

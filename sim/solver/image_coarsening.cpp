@@ -30,8 +30,9 @@ struct Axis {
   }
 };
 
-// Returns the number of intervals on the next coarser level. From the finest level it is the number
-// nearest to half by ratio among those that halve often: (4 .. 7) 2^k, 2 and 3.
+// Returns the number of intervals on the next coarser level. On coarser levels this is half. From
+// the finest level it is the number of the form (4 .. 7) 2^k, 2 or 3 whose ratio to half the quads
+// is nearest to one: such numbers can be halved often.
 int fewer_intervals(const Axis& axis) {
   if (axis.intervals != axis.quads) return axis.intervals / 2;
   int best = axis.quads >= 5 ? 3 : 2;

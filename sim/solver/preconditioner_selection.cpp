@@ -8,8 +8,8 @@ namespace {
 // (docs/decisions/0016).
 constexpr double multigrid_break_even = 6;
 
-// Number of assemblies of K, after coarse matrices wore out within a solve, before their successors
-// are reused across assemblies.
+// After coarse matrices have worn out within a solve, every new K gets new ones until this many
+// assemblies later.
 constexpr int assemblies_to_rebuild = 10;
 
 }  // namespace
