@@ -8,8 +8,8 @@
 
 namespace weft::sim {
 
-// Upper bound of the first step. Methods lengthen a first step that is a thousand times too short
-// at once; a body at rest may meet something soon.
+// Upper bound of the first step. A body at rest may soon meet another. Methods correct a first step
+// that is a thousand times too short at once, so a small bound costs little.
 inline constexpr double longest_first_step = 1e-3;  // s
 
 // Returns the length (s) of the first step of a method with error control, from `time` (s)

@@ -20,8 +20,8 @@ std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics&
 std::unique_ptr<Integrator> make_euler_integrator(const Scene& scene, Dynamics& dynamics);
 
 // Equilibrium under loads that grow with time: gravity times t / duration, and the prescribed
-// motions at t. Each frame is a load. Pseudo-steps of one Newton iteration each lead to it; they
-// grow until they are Newton's method (static_integrator.cpp).
+// motions at t. Each frame is a load. It is reached by pseudo-steps of one Newton iteration each,
+// which turn into Newton's method as they grow (static_integrator.cpp).
 std::unique_ptr<Integrator> make_static_integrator(const Scene& scene, Dynamics& dynamics);
 
 // Implicit midpoint rule by KINSOL, of order 2, in steps of `time.step`: y1 = y0 + h f(t + h/2, (y0

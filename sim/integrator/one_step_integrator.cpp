@@ -37,7 +37,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
 
 double OneStepIntegrator::grid_time() const {
   const double time = static_cast<double>(completed_steps_ + 1) * *step_;
-  // The load ends at 1, and the time at the duration.
+  // A search for equilibria ends at the duration, where the load is 1.
   if (!traits_of(scene_.source.time.method).finds_equilibria()) return time;
   return std::min(static_cast<double>(completed_steps_ + 1) / scene_.source.time.frames_per_second,
                   scene_.source.time.duration);
@@ -163,7 +163,7 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
 void OneStepIntegrator::restart(double time, std::span<const double> y) {
   accepted_.restart(time, y);
   if (step_) {
-    // The times of the grid stay. The next one must be at least a minimum step away.
+    // The grid keeps its times. The next one must be at least a minimum step away.
     const double share = (time + scene_.source.time.minimum_step) / *step_;
     completed_steps_ = static_cast<std::int64_t>(std::floor(share));
   }

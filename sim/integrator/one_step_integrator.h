@@ -50,7 +50,7 @@ class OneStepIntegrator : public Integrator {
   virtual void forget() {}
   // Writes or reads the members of this class.
   void transfer_steps(StateArchive& archive);
-  // Called before the first step. A failure refuses to begin.
+  // Called before the first step. If it returns a failure, the run does not begin.
   virtual std::optional<Failure> refusal() { return std::nullopt; }
 
   bool is_fixed() const { return step_.has_value(); }

@@ -24,8 +24,8 @@ constexpr double linear_error = 3e-2;
 
 // Relative error allowed in the linear solves of a given number of corrections, for a gamma of
 // `longest_gamma` (s). With a single correction it changes the error of steps of 1/60 s by 1 to 5 %
-// (docs/benchmarks.md). The allowed error is proportional to shorter gammas: errors of short steps
-// add up, and their sum must decrease with the step.
+// (docs/benchmarks.md). For a shorter gamma it is proportional to gamma: errors of short steps add
+// up, and their sum must decrease with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
 // Residual velocity of a particle, as a fraction of the fastest velocity, that a given number of
@@ -296,8 +296,8 @@ bool StageSolver::Implementation::is_driven() const {
                      });
 }
 
-// Returns true if the residual velocities are small against the fastest velocity of the scene,
-// prescribed ones included.
+// Returns true if the residual velocities are small compared with the fastest velocity of the
+// scene, prescribed ones included.
 bool StageSolver::Implementation::leaves_little(std::span<const double> residual) {
   dynamics.expand_all(time, right_side, position, velocity);
   double fastest = 0, largest = 0;

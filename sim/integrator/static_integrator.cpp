@@ -224,7 +224,7 @@ class StaticIntegrator final : public OneStepIntegrator {
     return std::sqrt(force / mass_) <= fraction * gravity_;
   }
 
-  // Returns the fraction of its stiffness at which the stiffest body, hung up, would stretch by a
+  // Returns the factor of the stiffness at which the stiffest body, hung up, would stretch by a
   // hundredth.
   double least_hardness() const {
     double hardness = 1;
