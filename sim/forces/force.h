@@ -42,7 +42,7 @@ class Force {
   virtual std::string_view name() const = 0;
   // True if the force resists stretching of the surface.
   virtual bool is_membrane() const { return false; }
-  // True if the force changes with velocities: it then adds to D.
+  // True if the force depends on velocities: it then adds to D.
   virtual bool has_damping() const = 0;
   // True if the force exchanges energy with what is not simulated, such as air.
   virtual bool is_external() const { return false; }

@@ -8,10 +8,10 @@
 
 namespace weft::sim {
 
-// Adds the results of batches that are runs (stencil_nodes.h). Among nodes that follow each other,
-// only the first is added to memory: each addition would wait for the one before. The last
-// stencil's value at a node that follows belongs to a particle of the next batch. It is added with
-// that batch if it comes next, otherwise by finish().
+// Adds the results of batches that are runs (stencil_nodes.h). Values at nodes that follow each
+// other are summed in registers and added to memory once: separate additions would wait for each
+// other. The last stencil's value at a node that follows belongs to a particle of the next batch.
+// It is added with that batch if it comes next, otherwise by finish().
 template <int Nodes, class Layout>
 class RunScatter {
  public:

@@ -57,7 +57,8 @@ class StencilBlocks {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // Pairs with an absent node get the block of the first node's diagonal; zero is added there.
+  // A pair with an absent node refers to the diagonal block of the stencil's first node, to which
+  // it adds zero.
   static int place_of(const typename Stencils::Stencil& stencil, int a, int b,
                       const BlockPattern& pattern) {
     if (a == no_node || b == no_node) return pattern.upper_diagonal(stencil[0]);
