@@ -8,8 +8,8 @@
 namespace weft::sim {
 
 // A binary tree of boxes, halved at the median of the longest axis. A body that leaves its box gets
-// a new one, and the boxes above it grow. Once as many bodies have moved as there are, the tree is
-// rebuilt. Finding the neighbours of n bodies that lie apart costs n log n.
+// a new one, and the boxes above it grow. Once the number of moves reaches the number of bodies,
+// the tree is rebuilt. Finding the neighbours of n bodies that lie apart costs n log n.
 class BodyTree {
  public:
   using Box = Eigen::AlignedBox3d;

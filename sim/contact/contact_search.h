@@ -62,8 +62,8 @@ double search_slack(const Scene& scene);
 //
 // Every body has a box with room to move in. Pairs whose boxes do not meet have no list and are not
 // visited. A body that leaves its box gets a new one and, from a tree, new neighbours. Two
-// neighbours whose bounding spheres are farther apart than the slack reach have an empty list until
-// they might have met.
+// neighbours whose bounding spheres are farther apart than their list reaches have an empty list
+// until they might have met.
 //
 // Obstacles that move as rigid bodies may be given by their poses, which bound their positions and
 // displacements. Their vertices are placed only where lists are built from them.
@@ -79,8 +79,9 @@ class ContactSearch {
   [[nodiscard]] std::optional<int> update(std::span<const Vec3> position) {
     return update(PlacedParticles(position));
   }
-  // Makes the lists complete for every point of the straight paths start -> end, and for all paths
-  // that deviate from these by at most `stray` (m, by body; empty: zero).
+  // Makes the lists complete for every point of the straight paths start -> end. They are then
+  // complete, too, for all paths that deviate from these by at most `stray` (m, by body; empty:
+  // zero).
   [[nodiscard]] std::optional<int> update_path(const PlacedParticles& start,
                                                const PlacedParticles& end,
                                                std::span<const double> stray = {});
