@@ -7,8 +7,8 @@ namespace weft::bsi {
 
 namespace {
 
-// Returns a number of the face, edge or vertex of the mesh that contains a triangle's closest
-// point. Its corners are those with nonzero weights.
+// Returns a number that identifies the face, edge or vertex of the mesh which contains a triangle's
+// closest point. Its corners are those with nonzero weights.
 int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
   if (closest.free_directions == 2) return 3 * triangle;
   for (int k = 0; k < 3; ++k) {

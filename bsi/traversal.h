@@ -31,12 +31,12 @@ struct TraversalCounters {
   std::int64_t certified = 0;          // of these, skipped
 };
 
-// Returns half of the margin in float32, rounded up so that boxes of float32 vertices, each widened
-// by it, overlap if points of the float64 surfaces come within `margin` of each other.
-// `magnitude_*` is Pyramid::magnitude of the two, m.
+// Returns half of the margin in float32, rounded up to cover all rounding. Boxes of float32
+// vertices, each widened by it, overlap if points of the float64 surfaces come within `margin` of
+// each other. `magnitude_*` is Pyramid::magnitude of the two, m.
 float half_margin(double margin, float magnitude_a, float magnitude_b);
 
-// Returns the distance (m) that boxes may have which overlap when widened by `half`: twice `half`
+// Returns the largest distance (m) between boxes that overlap when widened by `half`: twice `half`
 // along each axis, plus the rounding of the four widened bounds. Spheres are widened by it.
 float sphere_reach(float half, float magnitude_a, float magnitude_b);
 

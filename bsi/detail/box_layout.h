@@ -57,7 +57,7 @@ struct BoxPatch {
   std::int32_t rows, cols;  // of the image
 };
 
-// The place in space of a tree built in the frame of a rigid body: a point p of the frame is at R p
+// The place in space of a tree built in the frame of a rigid body. A point p of the frame is at R p
 // + t, at one or both ends of its path.
 struct BoxPlacement {
   const double* positions;        // x, y and z of every particle in the frame, m
@@ -78,7 +78,7 @@ struct BoxTree {
   float magnitude;                        // the largest |coordinate| of a vertex, m
 };
 
-// At least the ratio of a distance to its largest component.
+// Upper bound of the ratio of a distance to its largest component.
 inline constexpr float root_of_three = 1.7320511F;
 
 // A block, by its level, counted through all patches, and its position there.

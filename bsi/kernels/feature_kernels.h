@@ -17,13 +17,12 @@ struct FeatureKernels {
   // Finds, in float32, the pairs whose distance certainly exceeds `reach` plus twice the longest
   // path of the four particles.
   void (*find_apart[2])(const FeatureBatch& batch, float reach, bool* apart);
-  // Measures, in float64, the squared distance, whether it is certain to be right within rounding
-  // (1e-12 of itself), and twice the longest path.
+  // Computes, in float64, the squared distance and twice the longest path. `certain` is true if the
+  // squared distance is certain to be right within rounding (1e-12 of itself).
   void (*measure[2])(const FeatureBatch& batch, double* squared_distance, bool* certain,
                      double* path);
   // Finds, in float32, the pairs that are safe on straight paths to the positions `end`. Their
-  // distance certainly stays above `separation`, and exceeds `end_separation`, which is no less, at
-  // the end.
+  // distance certainly stays above `separation`, and ends above `end_separation` (>= `separation`).
   void (*find_safe[2])(const FeatureBatch& batch, const double* end, float separation,
                        float end_separation, bool* safe);
 };

@@ -25,8 +25,9 @@ struct TrianglePairs {
 struct NarrowPhaseKernels {
   // Judges in float32. Precondition: `margin_low` <= margin <= `margin_high`.
   void (*judge)(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict);
-  // Judges in float64 and measures the squared distance; 0 if the triangles certainly pierce each
-  // other. `certain` is true if that is certain to be right within rounding (1e-12 of itself).
+  // Judges in float64 and computes the squared distance; 0 if the triangles certainly pierce each
+  // other. `certain` is true if the squared distance is certain to be right within rounding (1e-12
+  // of itself).
   void (*measure)(const TrianglePairs& pairs, double margin, Verdict* verdict,
                   double* squared_distance, bool* certain);
 };

@@ -95,8 +95,8 @@ WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
          largest(dot(direction, b[0]), dot(direction, b[1]), dot(direction, b[2]));
 }
 
-// Returns the distance from 0 of the volumes whose signs show that an edge of `a` passes through
-// `b`.
+// Returns a positive number if an edge of `a` passes through `b`: the least magnitude of the
+// volumes whose signs show it. Otherwise the result is not positive.
 template <class V>
 WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&volume)[3][3]) {
   const Lanes3<V> normal = cross(b.edge[0], b.edge[1]);
@@ -219,7 +219,8 @@ struct Sieve {
     beyond = larger((above * inverse) * above - limit, beyond);
   }
 
-  // Squares of the bounds of the rounding, including the part that the margin yields to it.
+  // Squares of the bounds of the rounding, each with the part of the margin that is given up for
+  // it.
   static constexpr float edge_rounding = 0x1p-21F, plane_rounding = 0x1p-24F;
 };
 
