@@ -21,7 +21,7 @@ struct TriangleSet {
 
 struct NarrowPhaseOptions {
   double margin = 0;       // m, >= 0
-  bool distances = false;  // computed as well
+  bool distances = false;  // also compute distances
   int threads = 0;         // 0: as many as OpenMP uses
 };
 

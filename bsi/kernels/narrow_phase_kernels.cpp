@@ -7,7 +7,7 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-constexpr int chunk = 64;  // pairs: whole vectors of every kind
+constexpr int chunk = 64;  // pairs; a multiple of all lane counts
 
 // Corners of pairs, relative to the first corner: the other two of the first triangle, then three.
 template <class Float, int capacity = chunk>

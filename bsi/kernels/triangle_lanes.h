@@ -178,7 +178,7 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
 // from below, and so does a plane across an edge if all three corners are beyond it.
 struct Sieve {
   using V = Lanes<float>;
-  V squared;  // least upper bound
+  V squared;  // smallest upper bound found so far
   V beyond;   // positive where a plane keeps the triangles apart
 
   // `squared_margin` is slightly above the square of the margin.

@@ -37,7 +37,7 @@ class BodyTree {
   std::vector<Box> boxes_;  // by body
   std::vector<Node> nodes_;
   std::vector<int> leaf_of_;  // by body: its node
-  std::size_t moved_ = 0;     // bodies that have moved since the tree was built
+  std::size_t moved_ = 0;     // moves since the tree was built
 };
 
 template <class Visit>

@@ -128,9 +128,9 @@ class ContactSearch {
     bool near = false;  // built from the pyramids; otherwise ruled out by the bounding spheres
     bool built = false;
     double clearance =
-        0;  // of a ruled-out pair: how far both may go before it must be looked at again, m
+        0;  // m, further path of both bodies that keeps a ruled-out pair out of reach
     double path_length = 0;  // of both bodies when it was ruled out
-    double stray = 0;        // by which the list reaches further, m
+    double stray = 0;        // m, additional reach of the list
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;

@@ -95,7 +95,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   N_Vector y_ = nullptr;
   SUNLinearSolver newton_solver_ = nullptr;
   bool implicit_ = true;
-  double arkode_time_ = 0;    // s: ARKODE's own time; not time() after a refused step
+  double arkode_time_ = 0;    // s, ARKODE's own time; not time() after a refused step
   IntegratorCounts earlier_;  // counts of solvers already destroyed
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;

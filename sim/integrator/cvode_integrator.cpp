@@ -85,7 +85,7 @@ struct CvodeIntegrator::Implementation {
   // Local errors of the last two steps, multiplied by their weights.
   N_Vector step_error = nullptr, previous_step_error = nullptr;
   SUNLinearSolver newton_solver = nullptr;
-  double time = 0;  // s: where CVODE stands
+  double time = 0;  // s, CVODE's own time
   AcceptedStep accepted;
   std::int64_t vetoes = 0, restarts = 0;
   IntegratorCounts earlier;                          // counts before CVODE was last reinitialised

@@ -99,8 +99,8 @@ class OneStepIntegrator : public Integrator {
   std::optional<ContactFault> fault_;
   VetoWindow veto_window_;
   double window_start_ = 0;    // s
-  double window_allowed_ = 0;  // s: sum of allowed_ over its steps
-  double allowed_ = 0;         // s: length that motions allow the present step
+  double window_allowed_ = 0;  // s, sum of allowed_ over its steps
+  double allowed_ = 0;         // s, longest present step that motions allow
   int place_ = -1;
   std::optional<Failure> stopped_;  // the reason that ends the present step
 };
