@@ -127,8 +127,7 @@ class ContactSearch {
   struct ListState {
     bool near = false;  // built from the pyramids; otherwise ruled out by the bounding spheres
     bool built = false;
-    double clearance =
-        0;  // m, further path of both bodies that keeps a ruled-out pair out of reach
+    double clearance = 0;    // m, further path of both bodies that keeps a ruled-out pair apart
     double path_length = 0;  // of both bodies when it was ruled out
     double stray = 0;        // m, additional reach of the list
   };
