@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "bsi/detail/patch_order.h"
 #include "bsi/kernels/vertex_kernels.h"
 
 namespace weft::bsi {
@@ -45,7 +46,7 @@ Pyramid::Pyramid(const Atlas& atlas, const PyramidParts& parts) : atlas_(atlas),
   for (int patch = 0; patch < patches; ++patch) add_strips(patch);
   // The last row may be read past its end.
   vertices_[0].resize(vertices_[0].size() + row_alignment);
-  group_levels_ = ceil_log2(patches);
+  group_levels_ = group_levels_above(patches);
   patch_order_.resize(patches);
   std::iota(patch_order_.begin(), patch_order_.end(), 0);
   group_boxes_.resize((std::size_t{1} << group_levels_) - 1);
@@ -414,33 +415,12 @@ TexelAddress Pyramid::first_unbounded() const {
 void Pyramid::order_patches() {
   if (is_ordered_) return;
   is_ordered_ = true;
-  for (int level = 0; level < group_levels_; ++level) {
-    for (int u = 0; u < 1 << level; ++u) split_patches(level, u);
+  std::vector<std::array<float, 3>> places;  // twice the centres
+  for (const BoxPatch& patch : patches_) {
+    places.push_back(
+        {patch.low[0] + patch.high[0], patch.low[1] + patch.high[1], patch.low[2] + patch.high[2]});
   }
-}
-
-// Sorts the patches of a group along the longest side of the box around their centres. The group's
-// two halves then lie side by side.
-void Pyramid::split_patches(int level, int u) {
-  const auto centre = [this](int patch, int axis) {
-    const BoxPatch& tree = patches_[patch];
-    return tree.low[axis] + tree.high[axis];  // twice the centre
-  };
-  const auto group = patches_of_group(level, u);
-  const auto begin = patch_order_.begin() + (group.data() - patch_order_.data());
-  const auto end = begin + static_cast<std::ptrdiff_t>(group.size());
-  float longest = -1;
-  int along = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto [low, high] = std::minmax_element(
-        begin, end, [&](int a, int b) { return centre(a, axis) < centre(b, axis); });
-    const float side = centre(*high, axis) - centre(*low, axis);
-    if (side > longest) along = axis;
-    longest = std::max(longest, side);
-  }
-  std::sort(begin, end, [&](int a, int b) {
-    return std::pair(centre(a, along), a) < std::pair(centre(b, along), b);
-  });
+  patch_order_ = order_by_place(places);
 }
 
 void Pyramid::rebuild_groups() {

@@ -96,9 +96,8 @@ class Pyramid {
   int group_levels() const { return group_levels_; }
   // Returns the patches of the u-th group of a level above the patch tops.
   std::span<const std::int32_t> patches_of_group(int level, int u) const {
-    const int begin = block_boundary(u, patch_count(), level);
-    return std::span(patch_order_)
-        .subspan(begin, block_boundary(u + 1, patch_count(), level) - begin);
+    const auto [begin, end] = group_range(patch_count(), level, u);
+    return std::span(patch_order_).subspan(begin, end - begin);
   }
   const Box& group_box(int level, int u) const {
     return group_boxes_[(std::size_t{1} << level) - 1 + u];
@@ -155,7 +154,6 @@ class Pyramid {
   BoundRow row(Strip& strip, int level, int v) const;
   TexelAddress first_unbounded() const;
   void order_patches();
-  void split_patches(int level, int u);
   void rebuild_groups();
   void rebuild_spheres(int patch, int threads);
   void tighten_spheres(int patch);

@@ -24,10 +24,33 @@ struct ComputePyramid::Device {
     std::size_t block_count = 0;
     std::vector<std::vector<bsi::BlockLevel>> patches;  // by patch: its levels
     std::vector<std::uint32_t> patch_top;               // into the table of levels
+    // Groups of patches: level k has 2^k, and group u of it is number 2^k - 1 + u of the body.
+    int group_levels = 0;
+    std::uint32_t first_group = 0;          // into the table of levels
+    std::size_t first_group_block = 0;      // of the body's blocks
+    std::vector<std::int32_t> patch_order;  // groups are runs of these
+    bool is_ordered = false;
     float magnitude = 0;
     bool swept = false;
     bool tangents = false;
     bool spheres = false;
+
+    std::uint32_t group(int level, int u) const {
+      return (std::uint32_t{1} << level) - 1 + static_cast<std::uint32_t>(u);
+    }
+    std::span<const std::int32_t> patches_of_group(int level, int u) const {
+      const auto [begin, end] = bsi::group_range(static_cast<int>(patches.size()), level, u);
+      return std::span(patch_order).subspan(begin, end - begin);
+    }
+    // The table's number of the group of all patches, or of the only one's top.
+    std::uint32_t top() const { return group_levels > 0 ? first_group : patch_top[0]; }
+    std::size_t top_block() const {
+      return first_block + (group_levels > 0 ? first_group_block : patches[0][0].first);
+    }
+  };
+  // A dispatch over all groups of a level.
+  struct GroupStage {
+    std::uint32_t first = 0, count = 0;
   };
   // A dispatch over all patches that have levels left.
   struct Stage {
@@ -40,21 +63,29 @@ struct ComputePyramid::Device {
   bool rounds_like_the_cpu = context.backend() != GlBackend::hardware;
   std::vector<Body> bodies;
   std::size_t blocks = 0, tangent_blocks = 0, vertices = 0;
-  GlBuffer levels{gl}, map{gl}, tasks{gl};
+  std::vector<shaders::Level> table;  // the content of `levels`
+  GlBuffer levels{gl}, map{gl}, tasks{gl}, groups{gl};
   // The vertices at the starts of all paths, followed by those at their ends, which only swept
   // bodies use.
   GlBuffer coordinates{gl};
   GlBuffer bounds{gl}, tangents{gl}, unbounded{gl};
   ComputeProgram bound_boxes{gl, shaders::bound_boxes()};
+  ComputeProgram bound_groups{gl, shaders::bound_groups()};
   ComputeProgram bound_tangents{gl, shaders::bound_tangents()};
   ComputeProgram bound_spheres{gl, shaders::bound_spheres(rounds_like_the_cpu)};
   // The stages of the last rebuild: for all bodies, for those with tangents, for those with
   // spheres.
   std::vector<Stage> stages, tangent_stages, sphere_stages;
+  std::vector<GroupStage> group_stages;
   std::vector<float> staging;  // a body's positions during the upload
 
   explicit Device(GlContext& gl_context) : context(gl_context) {}
   void upload(const BodyImage& image);
+  // Groups the patches by their places, as bsi::Pyramid does, unless they are grouped already.
+  void order_patches(const BodyImage& image);
+  void write_groups(Body& body);
+  void plan_groups(const std::vector<const Body*>& bounded);
+  void dispatch_groups();
   void plan(std::span<const BodyImage> images);
   static std::vector<Stage> plan_stages(const std::vector<const Body*>& bounded,
                                         std::vector<shaders::Task>& tasks);

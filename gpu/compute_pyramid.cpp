@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "gpu/compute_device.h"
@@ -64,21 +65,39 @@ void append_levels(ComputePyramid::Device::Body& body, std::uint32_t number, std
   }
 }
 
+// Appends the groups of a body, which have no children yet.
+void append_groups(ComputePyramid::Device::Body& body, std::uint32_t number,
+                   std::vector<shaders::Level>& table) {
+  const int patches = static_cast<int>(body.patches.size());
+  body.group_levels = bsi::group_levels_above(patches);
+  body.first_group = static_cast<std::uint32_t>(table.size());
+  body.first_group_block = body.block_count;
+  body.patch_order.resize(patches);
+  std::iota(body.patch_order.begin(), body.patch_order.end(), 0);
+  body.block_count += body.group(body.group_levels, 0);
+  for (std::size_t i = body.first_group_block; i < body.block_count; ++i) {
+    shaders::Level group;
+    group.first = static_cast<std::uint32_t>(body.first_block + i);
+    group.body = number;
+    table.push_back(group);
+  }
+}
+
 }  // namespace
 
 ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* const> bodies) {
   context.make_current();
   device_ = std::make_unique<Device>(context);
   Device& own = *device_;
-  std::vector<shaders::Level> table;
   std::vector<std::uint32_t> map;
   for (const bsi::Atlas* atlas : bodies) {
     Device::Body body;
     body.atlas = *atlas;
     body.first_block = own.blocks;
     body.first_vertex = own.vertices;
-    append_levels(body, static_cast<std::uint32_t>(own.bodies.size()), map.size(),
-                  own.tangent_blocks, table);
+    const auto number = static_cast<std::uint32_t>(own.bodies.size());
+    append_levels(body, number, map.size(), own.tangent_blocks, own.table);
+    append_groups(body, number, own.table);
     if (!atlas->is_identity()) {
       for (int t = 0; t < atlas->texel_count(); ++t) map.push_back(atlas->particle_of_texel(t));
     }
@@ -86,12 +105,13 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
     own.vertices += atlas->particle_count();
     own.bodies.push_back(std::move(body));
   }
-  if (table.size() > level_limit) {
+  if (own.table.size() > level_limit) {
     throw std::runtime_error("the patches of the bodies have more than " +
-                             std::to_string(level_limit) + " levels together");
+                             std::to_string(level_limit) + " levels and groups together");
   }
-  own.levels.reserve(table.size() * sizeof(shaders::Level), "levels of patches");
-  own.levels.write(std::span<const shaders::Level>(table));
+  own.levels.reserve(own.table.size() * sizeof(shaders::Level), "levels of patches");
+  own.levels.write(std::span<const shaders::Level>(own.table));
+  for (Device::Body& body : own.bodies) own.write_groups(body);
   own.map.reserve(map.size() * sizeof(std::uint32_t), "particles of texels");
   own.map.write(std::span<const std::uint32_t>(map));
   own.coordinates.reserve(own.vertices * 2 * sizeof(Vertex), "vertices");
@@ -163,12 +183,13 @@ void ComputePyramid::Device::plan(std::span<const BodyImage> images) {
     if (body->tangents) with_tangents.push_back(body);
     if (body->spheres) with_spheres.push_back(body);
   }
-  std::vector<shaders::Task> table;
-  stages = plan_stages(all, table);
-  tangent_stages = plan_stages(with_tangents, table);
-  sphere_stages = plan_stages(with_spheres, table);
-  tasks.reserve(table.size() * sizeof(shaders::Task), "tasks");
-  tasks.write(std::span<const shaders::Task>(table));
+  std::vector<shaders::Task> planned;
+  stages = plan_stages(all, planned);
+  tangent_stages = plan_stages(with_tangents, planned);
+  sphere_stages = plan_stages(with_spheres, planned);
+  tasks.reserve(planned.size() * sizeof(shaders::Task), "tasks");
+  tasks.write(std::span<const shaders::Task>(planned));
+  plan_groups(all);
   if (!with_tangents.empty()) {
     tangents.reserve(tangent_blocks * sizeof(shaders::Tangent), "bounds of steps");
   }
@@ -198,6 +219,7 @@ void ComputePyramid::rebuild(std::span<const BodyImage> images) {
   own.context.make_current();
   for (const BodyImage& image : images) {
     own.upload(image);
+    own.order_patches(image);
     own.unbounded.write(std::span(&all_bounded, 1), image.body * sizeof(std::uint32_t));
   }
   own.plan(images);
@@ -209,6 +231,7 @@ void ComputePyramid::rebuild_there() {
   own.context.make_current();
   own.unbounded.bind(5);
   own.dispatch(own.bound_boxes, own.stages);
+  own.dispatch_groups();
   if (!own.tangent_stages.empty()) own.dispatch(own.bound_tangents, own.tangent_stages);
   if (!own.sphere_stages.empty()) own.dispatch(own.bound_spheres, own.sphere_stages);
   check_gl(own.gl, "bound bodies");
@@ -233,6 +256,15 @@ int ComputePyramid::levels(int body, int patch) const {
 }
 const bsi::BlockLevel& ComputePyramid::level(int body, int patch, int level) const {
   return device_->bodies[body].patches[patch][level];
+}
+int ComputePyramid::group_levels(int body) const { return device_->bodies[body].group_levels; }
+std::span<const std::int32_t> ComputePyramid::patches_of_group(int body, int level, int u) const {
+  const Device::Body& own = device_->bodies[body];
+  return own.patches_of_group(level, u);
+}
+std::size_t ComputePyramid::group_block(int body, int level, int u) const {
+  const Device::Body& own = device_->bodies[body];
+  return own.first_group_block + own.group(level, u);
 }
 float ComputePyramid::magnitude(int body) const { return device_->bodies[body].magnitude; }
 bool ComputePyramid::is_swept(int body) const { return device_->bodies[body].swept; }

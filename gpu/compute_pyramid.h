@@ -43,7 +43,8 @@ struct BlockBox {
 // The pyramids of bodies on the device. Level l of a patch splits its quads into up to 2^l x 2^l
 // nested blocks; each axis stops at blocks of one or two quads. Block boundaries are
 // bsi::block_boundary(k, quads, log). The last level holds the leaf blocks. No block is empty.
-// These are the blocks of bsi::Pyramid.
+// These are the blocks of bsi::Pyramid. Above the patch tops of a body of several patches stand the
+// groups of bsi::Pyramid, ordered by the places of the patches at the first rebuild.
 //
 // Every block has a box, equal to the bit, on any device, to minima and maxima of its float32
 // vertices. On request, every block has the sphere of bsi::Pyramid, with two exceptions: spheres
@@ -51,7 +52,8 @@ struct BlockBox {
 //
 // Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block. There are
 // about a third as many blocks as quads (up to 4/3, if an axis has one more quad than a power of
-// two). Tangent bounds take 48 bytes per block that is no leaf (a quarter of them).
+// two), and up to two groups per patch. Tangent bounds take 48 bytes per block that is no leaf (a
+// quarter of them).
 //
 // All functions make the context current on the calling thread. They throw std::runtime_error with
 // the reason if OpenGL fails (memory, a buffer beyond what the device allows).
@@ -59,7 +61,7 @@ class ComputePyramid {
  public:
   // Largest number of quads along an axis of a patch: block boundaries are computed in 32 bits.
   static constexpr int quad_limit = 1 << 15;
-  // Largest number of levels of all patches of all bodies together.
+  // Largest number of levels of all patches, and groups of patches, of all bodies together.
   static constexpr int level_limit = 0xFFFF;
 
   // Numbers the bodies in their order. Also throws std::runtime_error if one of the limits is
@@ -70,7 +72,8 @@ class ComputePyramid {
   ComputePyramid& operator=(const ComputePyramid&) = delete;
 
   // Uploads these bodies and bounds them; the others keep their bounds. Makes one dispatch per two
-  // levels, for any number of bodies, and returns without waiting for the device.
+  // levels and one per level of groups, for any number of bodies, and returns without waiting for
+  // the device.
   void rebuild(std::span<const BodyImage> images);
   // Bounds the same bodies again from the positions on the device, to measure the device's part of
   // a rebuild.
@@ -85,12 +88,17 @@ class ComputePyramid {
   int levels(int body, int patch) const;
   // A level of a patch. Its blocks are numbered through the body, in the order of read_boxes().
   const bsi::BlockLevel& level(int body, int patch, int level) const;
+  int group_levels(int body) const;
+  // Returns the patches of the u-th group of a level above the patch tops.
+  std::span<const std::int32_t> patches_of_group(int body, int level, int u) const;
+  // Returns the group's block, numbered through the body.
+  std::size_t group_block(int body, int level, int u) const;
   // Largest |coordinate| of the float32 vertices at the last rebuild, m.
   float magnitude(int body) const;
   bool is_swept(int body) const;
   bool has_tangents(int body) const;
   bool has_spheres(int body) const;
-  // Return the values by block, for tests. They wait for the device.
+  // Return the values by block, for tests. They wait for the device. Groups have no spheres.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;
 

@@ -24,9 +24,10 @@ struct Level {
   uint first, log_u, log_v, leaf;
   uint quad_rows, quad_cols, rows, cols;
   uint first_vertex, first_map, first_quad, first_texel;
-  uint body, first_tangent, unused_0, unused_1;
+  uint body, first_tangent, first_child, second_child;
 };
 layout(std430, binding = 0) readonly buffer Levels { Level levels[]; };
+bool is_group(Level level) { return level.first_child != 0xFFFFFFFFu; }
 )";
 
 const char* const vertices = R"(
@@ -233,6 +234,19 @@ Tangent bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
+const char* const groups_main = R"(
+layout(local_size_x = 64) in;
+layout(std430, binding = 3) readonly buffer Groups { uint groups[]; };
+uniform uint first_group, group_count;
+void main() {
+  if (gl_GlobalInvocationID.x >= group_count) return;
+  Level group = levels[groups[first_group + gl_GlobalInvocationID.x]];
+  Box a = load_box(levels[group.first_child].first), b = load_box(levels[group.second_child].first);
+  bounds[2u * group.first] = vec4(min(a.low, b.low), -1.0);
+  bounds[2u * group.first + 1u] = vec4(max(a.high, b.high), 0.0);
+}
+)";
+
 const char* const bounds_main = R"(
 void main() {
   uvec4 task = find_task();
@@ -292,6 +306,10 @@ std::string bound_spheres(bool rounds_like_the_cpu) {
          ";\nconst float box_rounding = " + exactly(bsi::box_rounding) +
          ";\nconst float radius_floor = " + exactly(bsi::radius_floor) + ";\n" + sphere_bounds +
          bounds_main;
+}
+
+std::string bound_groups() {
+  return std::string("#version 450 core\n") + levels + boxes + groups_main;
 }
 
 std::string bound_tangents() {

@@ -10,8 +10,11 @@
 
 namespace weft::gpu::shaders {
 
-// One level of one patch in the layout of the shaders (std430). The levels of a patch follow each
-// other, patch top first.
+inline constexpr std::uint32_t no_map = 0xFFFFFFFF;
+inline constexpr std::uint32_t no_child = 0xFFFFFFFF;
+
+// One level of one patch in the layout of the shaders (std430), or one group of patches, which has
+// one block. The levels of a patch follow each other, patch top first.
 struct Level {
   std::uint32_t first = 0;  // block
   std::uint32_t log_u = 0, log_v = 0;
@@ -25,9 +28,10 @@ struct Level {
   std::uint32_t body = 0;
   std::uint32_t first_tangent =
       0;  // of the bounds of the steps of its blocks; none on a last level
-  std::uint32_t unused[2]{};
+  // The table's numbers of the children of a group of patches, which are groups or patch tops;
+  // both the same where it has one child. A level of a patch has no_child.
+  std::uint32_t first_child = no_child, second_child = no_child;
 };
-inline constexpr std::uint32_t no_map = 0xFFFFFFFF;
 
 inline constexpr int group_size = 64;  // invocations per work group
 
@@ -51,6 +55,8 @@ std::string bound_boxes();
 // Bounds blocks by spheres; their boxes must already be bounded. `rounds_like_the_cpu` states that
 // the device rounds like the CPU; otherwise radii are slightly larger.
 std::string bound_spheres(bool rounds_like_the_cpu);
+// Bounds groups of patches by the boxes of their children.
+std::string bound_groups();
 // Bounds the steps between vertices (bsi::TangentBounds) on all but the last levels.
 std::string bound_tangents();
 

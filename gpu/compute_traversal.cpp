@@ -11,9 +11,9 @@
 namespace weft::gpu {
 namespace {
 
-// The lists of one run: one list of block pairs per level, the pairs of leaf blocks, the
-// candidates.
-constexpr int pair_lists = 30;
+// The lists of one run: one list of pairs per level of groups and of blocks, the pairs of leaf
+// blocks, the candidates.
+constexpr int pair_lists = 32;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
 // Returns a float32 number that is not less, the smallest one.
@@ -30,6 +30,12 @@ float filter_reach(double margin, const ComputePyramid::Device::Body& a,
                    const ComputePyramid::Device::Body& b) {
   const double largest = static_cast<double>(a.magnitude) + static_cast<double>(b.magnitude);
   return rounded_up(margin + 0x1p-19 * largest + 0x1p-100);
+}
+
+int deepest_patch(const ComputePyramid::Device::Body& body) {
+  std::size_t levels = 0;
+  for (const auto& patch : body.patches) levels = std::max(levels, patch.size());
+  return static_cast<int>(levels);
 }
 
 using Lists = std::array<shaders::List, pair_lists + 2>;
@@ -50,10 +56,11 @@ struct ComputeTraversal::Implementation {
   // Number of items that the lists have room for.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
   int reruns = 0;
+  std::size_t pairs_followed = 0;
   // The input and the result of the latest run.
   std::vector<shaders::Query> query_table;
   std::vector<shaders::BlockPair> starts;
-  int steps = 0;  // levels of the deepest patch
+  int steps = 0;  // levels of groups and levels of the deepest patch
   std::vector<Candidate> candidates;
 
   Implementation(ComputePyramid& pyramids_of_bodies, bsi::Bound compared)
@@ -94,17 +101,10 @@ void ComputeTraversal::Implementation::add_query(const PairQuery& query) {
                 (a.swept ? shaders::query_flags::swept_a : 0) |
                 (b.swept ? shaders::query_flags::swept_b : 0);
   query_table.push_back(entry);
-  for (std::size_t i = 0; i < a.patches.size(); ++i) {
-    const std::uint32_t level_a = a.patch_top[i];
-    const auto block_a = static_cast<std::uint32_t>(a.first_block + a.patches[i][0].first);
-    for (std::size_t j = self ? i : 0; j < b.patches.size(); ++j) {
-      const std::uint32_t level_b = b.patch_top[j];
-      const auto block_b = static_cast<std::uint32_t>(b.first_block + b.patches[j][0].first);
-      starts.push_back({block_a, block_b, level_a | level_b << 16, number});
-      steps = std::max(
-          {steps, static_cast<int>(a.patches[i].size()), static_cast<int>(b.patches[j].size())});
-    }
-  }
+  starts.push_back({static_cast<std::uint32_t>(a.top_block()),
+                    static_cast<std::uint32_t>(b.top_block()), a.top() | b.top() << 16, number});
+  steps = std::max(steps, std::max(a.group_levels, b.group_levels) +
+                              std::max(deepest_patch(a), deepest_patch(b)));
 }
 
 void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball> balls,
@@ -120,12 +120,9 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
     entry.flags = shaders::query_flags::point | (b.swept ? shaders::query_flags::swept_b : 0);
     std::copy_n(centre.data(), 3, entry.point);
     query_table.push_back(entry);
-    for (std::size_t j = 0; j < b.patches.size(); ++j) {
-      const auto block = static_cast<std::uint32_t>(b.first_block + b.patches[j][0].first);
-      starts.push_back({number, block, b.patch_top[j] << 16, number});
-      steps = std::max(steps, static_cast<int>(b.patches[j].size()));
-    }
+    starts.push_back({number, static_cast<std::uint32_t>(b.top_block()), b.top() << 16, number});
   }
+  steps = std::max(steps, b.group_levels + deepest_patch(b));
 }
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
@@ -223,6 +220,8 @@ std::span<const Candidate> ComputeTraversal::Implementation::run(Leaf leaf) {
     reserve(longest, filled[leaf_list].length, filled[result_list].length);
     filled = traverse(leaf);
   }
+  pairs_followed = filled[leaf_list].length;
+  for (int i = 0; i < pair_lists; ++i) pairs_followed += filled[i].length;
   candidates.resize(filled[result_list].length);
   results.read(std::span(candidates));
   return candidates;
@@ -249,6 +248,7 @@ std::span<const Candidate> ComputeTraversal::find_leaves(int body, std::span<con
   return implementation_->run(leaf);
 }
 
+std::size_t ComputeTraversal::pairs_followed() const { return implementation_->pairs_followed; }
 int ComputeTraversal::reruns() const { return implementation_->reruns; }
 
 }  // namespace weft::gpu

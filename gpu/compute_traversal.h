@@ -65,6 +65,8 @@ class ComputeTraversal {
   // Runs single traversals of one body.
   std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
                                          Leaf leaf);
+  // Returns how many pairs of blocks and of groups the latest search followed.
+  std::size_t pairs_followed() const;
   // Returns how often lists were enlarged and the work repeated, since construction.
   int reruns() const;
 

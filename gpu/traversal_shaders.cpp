@@ -52,22 +52,32 @@ layout(std430, binding = 2) writeonly buffer PairsOut { uvec4 pairs_out[]; };
 layout(std430, binding = 7) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 uniform uint list_in, list_out, list_leaves, pair_capacity, leaf_capacity;
 
-// The children of a block in the level below, or the block itself if it is a leaf block. Child i is
-// first + (i & 1), plus (i >> 1) * stride for the next row.
-struct Children { uint level, first, stride, mask_u, count; };
-Children children_of(uint block, uint number) {
+// The children of a block in the level below, or the block itself. Child i is
+// first + (i & mask_u), plus (i >> mask_u) * stride for the next row. Both children of a group have
+// a level of their own; differences of unsigned numbers may be negative.
+struct Children { uint level, level_step, first, stride, mask_u, count; };
+Children children_of_group(Level group) {
+  uint first = levels[group.first_child].first;
+  return Children(group.first_child, group.second_child - group.first_child, first,
+                  levels[group.second_child].first - first, 0u,
+                  group.second_child == group.first_child ? 1u : 2u);
+}
+// In a pair with a group, patches are kept whole.
+Children children_of(uint block, uint number, bool with_group) {
   Level level = levels[number];
-  if (level.leaf != 0u) return Children(number, block, 0u, 0u, 1u);
+  if (is_group(level)) return children_of_group(level);
+  if (with_group || level.leaf != 0u) return Children(number, 0u, block, 0u, 0u, 1u);
   Level below = levels[number + 1u];
   uint split_u = below.log_u - level.log_u, split_v = below.log_v - level.log_v;
   uint place = block - level.first;
   uint u = place & ((1u << level.log_u) - 1u), v = place >> level.log_u;
-  return Children(number + 1u, below.first + (v << split_v << below.log_u) + (u << split_u),
+  return Children(number + 1u, 0u, below.first + (v << split_v << below.log_u) + (u << split_u),
                   1u << below.log_u, split_u, 1u << (split_u + split_v));
 }
 uint child(Children children, uint i) {
   return children.first + (i & children.mask_u) + (i >> children.mask_u) * children.stride;
 }
+uint level_of(Children children, uint i) { return children.level + i * children.level_step; }
 
 // --- The tangent certificate: operation by operation as in bsi/kernels/box_descent_kernels.cpp -----------
 
@@ -110,7 +120,7 @@ int step_between(uint a, uint b, uint blocks, bool wraps) {
 bool cannot_touch(Query query, uvec4 pair) {
   if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
   Level level = levels[pair.z >> 16];
-  if (level.leaf != 0u) return false;
+  if (level.leaf != 0u || is_group(level)) return false;
   uint mask = (1u << level.log_u) - 1u;
   uint a = pair.x - level.first, b = pair.y - level.first;
   uvec2 at_a = uvec2(a & mask, a >> level.log_u), at_b = uvec2(b & mask, b >> level.log_u);
@@ -137,24 +147,34 @@ void expand(uvec4 pair) {
   if (cannot_touch(query, pair)) return;
   bool point = is_point(query);
   bool itself = is_self(query) && pair.x == pair.y;
-  Children a = point ? Children(0u, pair.x, 0u, 0u, 1u) : children_of(pair.x, pair.z & 0xFFFFu);
-  Children b = children_of(pair.y, pair.z >> 16);
+  uint number_a = pair.z & 0xFFFFu, number_b = pair.z >> 16;
+  bool grouped = is_group(levels[number_b]) || (!point && is_group(levels[number_a]));
+  Children a = point ? Children(0u, 0u, pair.x, 0u, 0u, 1u)
+                     : children_of(pair.x, number_a, grouped);
+  Children b = children_of(pair.y, number_b, grouped);
   uint near = 0u;
   for (uint i = 0u; i < a.count; ++i) {
     Box box = point ? point_of(query) : load_box(child(a, i));
     vec4 sphere = point ? vec4(box.low, 0.0) : load_sphere(child(a, i));
     for (uint j = itself ? i : 0u; j < b.count; ++j) {
-      if (uses_spheres && !touch(sphere, load_sphere(child(b, j)), query.sphere_reach)) continue;
-      if (uses_boxes && !overlap(box, load_box(child(b, j)), query.half_margin)) continue;
+      if (uses_spheres && !grouped && !touch(sphere, load_sphere(child(b, j)), query.sphere_reach)) continue;
+      if ((uses_boxes || grouped) && !overlap(box, load_box(child(b, j)), query.half_margin)) {
+        continue;
+      }
       near |= 1u << (4u * i + j);
     }
   }
   if (near == 0u) return;
-  bool leaves = (point || levels[a.level].leaf != 0u) && levels[b.level].leaf != 0u;
+  bool leaves = !grouped && (point || levels[a.level].leaf != 0u) && levels[b.level].leaf != 0u;
   uint place = append(leaves ? list_leaves : list_out, uint(bitCount(near)), leaves ? 4u : 1u);
   for (; near != 0u; near &= near - 1u, ++place) {
     uint bit = uint(findLSB(near));
-    uvec4 next = uvec4(child(a, bit >> 2), child(b, bit & 3u), a.level | b.level << 16, pair.w);
+    uint level_a = level_of(a, bit >> 2), level_b = level_of(b, bit & 3u);
+    uvec4 next = uvec4(child(a, bit >> 2), child(b, bit & 3u), level_a | level_b << 16, pair.w);
+    // Within one body, pairs name the lower patch first; groups have them in any order.
+    if (grouped && is_self(query) && level_a > level_b) {
+      next = uvec4(next.y, next.x, level_b | level_a << 16, pair.w);
+    }
     if (leaves) {
       if (place < leaf_capacity) leaf_pairs[place] = next;
     } else if (place < pair_capacity) {

@@ -38,4 +38,16 @@ struct BlockLevel {
   }
 };
 
+// The number of levels of groups above `patches` patch tops; level k has 2^k groups.
+inline int group_levels_above(int patches) { return ceil_log2(patches); }
+
+// The patches of group `u` of a level: items [begin, end) of the order. No group is empty, and
+// their numbers of patches differ by one at most.
+struct GroupRange {
+  int begin = 0, end = 0;
+};
+inline GroupRange group_range(int patches, int level, int u) {
+  return {block_boundary(u, patches, level), block_boundary(u + 1, patches, level)};
+}
+
 }  // namespace weft::bsi

@@ -12,6 +12,7 @@
 
 #include "bsi/narrow_phase.h"
 #include "bsi/shapes.h"
+#include "tests/gpu/leaf_oracle.h"
 #include "tests/gpu/test_context.h"
 
 namespace weft::gpu {
@@ -19,62 +20,6 @@ namespace {
 
 using bsi::Atlas;
 using bsi::Surface;
-
-// --- The oracle: every leaf against every other, from the contract -----------------------------
-
-struct LeafBox {
-  Eigen::Vector3f low, high;
-  std::vector<int> particles;
-};
-
-std::vector<LeafBox> leaf_boxes(const Atlas& atlas, const BodyImage& image, Leaf leaf) {
-  std::vector<LeafBox> boxes;
-  const auto add = [&](auto begin, auto end) {
-    LeafBox box{Eigen::Vector3f::Constant(std::numeric_limits<float>::max()),
-                Eigen::Vector3f::Constant(-std::numeric_limits<float>::max()),
-                {begin, end}};
-    for (const int particle : box.particles) {
-      for (const std::span<const Vec3> positions : {image.start, image.end}) {
-        if (positions.empty()) continue;
-        const Eigen::Vector3f p = positions[particle].cast<float>();
-        box.low = box.low.cwiseMin(p);
-        box.high = box.high.cwiseMax(p);
-      }
-    }
-    boxes.push_back(std::move(box));
-  };
-  for (int quad = 0; quad < atlas.quad_count(); ++quad) {
-    const auto corners = atlas.quad_particles(quad);
-    if (leaf == Leaf::quad) {
-      add(corners.begin(), corners.end());
-    } else {
-      for (const auto& triangle : bsi::quad_triangles(corners)) {
-        add(triangle.begin(), triangle.end());
-      }
-    }
-  }
-  return boxes;
-}
-
-float largest_coordinate(const std::vector<LeafBox>& boxes) {
-  float largest = 0;
-  for (const LeafBox& box : boxes) {
-    largest = std::max(largest, box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs()).maxCoeff());
-  }
-  return largest;
-}
-
-bool overlap(const LeafBox& a, const LeafBox& b, float half) {
-  const auto wide_low = [half](const LeafBox& box) { return box.low.array() - half; };
-  const auto wide_high = [half](const LeafBox& box) { return box.high.array() + half; };
-  return (wide_low(a) <= wide_high(b)).all() && (wide_low(b) <= wide_high(a)).all();
-}
-
-bool share_particle(const LeafBox& a, const LeafBox& b) {
-  return std::ranges::any_of(a.particles, [&](int particle) {
-    return std::ranges::find(b.particles, particle) != b.particles.end();
-  });
-}
 
 struct Scene {
   std::vector<Surface> bodies;
@@ -94,31 +39,15 @@ std::vector<Candidate> expected_pairs(const Scene& scene, std::span<const PairQu
                                       Leaf leaf) {
   std::vector<Candidate> found;
   for (std::uint32_t q = 0; q < queries.size(); ++q) {
-    const auto& [body_a, body_b, margin, certificate, filter] = queries[q];
-    EXPECT_FALSE(certificate || filter);
-    const auto a = leaf_boxes(scene.bodies[body_a].atlas, scene.images[body_a], leaf);
-    const auto b = leaf_boxes(scene.bodies[body_b].atlas, scene.images[body_b], leaf);
-    const float half = bsi::half_margin(margin, largest_coordinate(a), largest_coordinate(b));
-    const bool self = body_a == body_b;
-    for (std::uint32_t i = 0; i < a.size(); ++i) {
-      for (std::uint32_t j = self ? i : 0; j < b.size(); ++j) {
-        if (!overlap(a[i], b[j], half)) continue;
-        if (self && leaf == Leaf::triangle && share_particle(a[i], b[j])) continue;
-        found.push_back({q, i, j});
-      }
-    }
+    const auto leaves_of = [&](int body) {
+      return leaf_boxes(scene.bodies[body].atlas, scene.images[body], leaf);
+    };
+    const auto& query = queries[q];
+    const auto pairs =
+        pairs_of_leaves(leaves_of(query.body_a), leaves_of(query.body_b), query, q, leaf);
+    found.insert(found.end(), pairs.begin(), pairs.end());
   }
   return found;
-}
-
-bool before(const Candidate& c, const Candidate& d) {
-  return std::tuple(c.query, c.a, c.b) < std::tuple(d.query, d.a, d.b);
-}
-
-std::vector<Candidate> sorted(std::span<const Candidate> candidates) {
-  std::vector<Candidate> result(candidates.begin(), candidates.end());
-  std::ranges::sort(result, before);
-  return result;
 }
 
 Surface moved(Surface surface, const Vec3& by, double noise, std::mt19937& random) {
@@ -209,16 +138,7 @@ TEST_P(ComputeTraversals, FindLeavesNearBalls) {
   }
   for (const int body : {1, 2, 4}) {
     const auto boxes = leaf_boxes(scene.bodies[body].atlas, scene.images[body], leaf());
-    std::vector<Candidate> expected;
-    for (std::uint32_t i = 0; i < balls.size(); ++i) {
-      const Eigen::Vector3f centre = balls[i].centre.cast<float>();
-      const LeafBox point{centre, centre, {}};
-      const float half = bsi::half_margin(0.01 + balls[i].radius, largest_coordinate(boxes),
-                                          centre.cwiseAbs().maxCoeff());
-      for (std::uint32_t j = 0; j < boxes.size(); ++j) {
-        if (overlap(point, boxes[j], half)) expected.push_back({i, i, j});
-      }
-    }
+    const auto expected = leaves_near_balls(balls, 0.01, boxes);
     EXPECT_GT(expected.size(), 5);
     EXPECT_EQ(sorted(search.traversal.find_leaves(body, balls, 0.01, leaf())), expected);
   }
