@@ -76,11 +76,19 @@ struct Ran {
   Counters counters;
 };
 
-Ran run(const Overrides& overrides, bool rebuilds) {
+// The device is the one that the case names.
+enum class Asked { cpu, cpu_rebuilding, device };
+
+ChosenSearch search_of(const Scene& scene, Asked asked) {
+  if (asked == Asked::device) return choose_search(scene);
+  if (asked == Asked::cpu_rebuilding) return {std::make_unique<Rebuilding>(scene), {}};
+  return {make_cpu_search(scene), {}};
+}
+
+Ran run(const Overrides& overrides, Asked asked) {
   const auto scene = scene_of(met_by_two, overrides);
   Statistics statistics;
-  auto search = rebuilds ? std::make_unique<Rebuilding>(*scene) : make_cpu_search(*scene);
-  Dynamics dynamics(*scene, statistics, {std::move(search), {}});
+  Dynamics dynamics(*scene, statistics, search_of(*scene, asked));
   const auto integrator = make_integrator(*scene, dynamics);
   std::vector<double> frame(dynamics.state_size());
   while (integrator->time() < 0.12) {
@@ -101,13 +109,29 @@ TEST(RigidObstacles, MoveBodiesAsIfTheirPyramidsWereRebuilt) {
     SCOPED_TRACE(overrides.front());
     Overrides all = overrides;
     all.emplace_back("contact.bound=box");
-    const Ran expected = run(all, true);
+    const Ran expected = run(all, Asked::cpu_rebuilding);
     for (const char* bound : bounds) {
       all.back() = std::string("contact.bound=") + bound;
-      const Ran found = run(all, false);
+      const Ran found = run(all, Asked::cpu);
       EXPECT_TRUE(found.state == expected.state) << bound;
       EXPECT_EQ(found.counters.candidate_pairs, expected.counters.candidate_pairs);
       EXPECT_LT(found.counters.rebuilds, expected.counters.rebuilds);
+    }
+  }
+}
+
+TEST(RigidObstacles, MoveBodiesOnADeviceAsOnTheCpu) {
+  for (const Overrides& overrides : {method("cvode"), method("euler")}) {
+    SCOPED_TRACE(overrides.front());
+    Overrides all = overrides;
+    all.emplace_back("contact.bound=box");
+    const Ran expected = run(all, Asked::cpu);
+    all.emplace_back("compute.backend=osmesa");
+    for (const char* bound : bounds) {
+      all[1] = std::string("contact.bound=") + bound;
+      const Ran found = run(all, Asked::device);
+      EXPECT_TRUE(found.state == expected.state) << bound;
+      EXPECT_EQ(found.counters.candidate_pairs, expected.counters.candidate_pairs);
     }
   }
 }
@@ -289,6 +313,55 @@ TEST(RigidObstacles, ListsOfPathsAreComplete) {
     }
   }
   EXPECT_GT(in_reach, 1000U);
+}
+
+void expect_same_lists(std::span<const CandidateList> found,
+                       std::span<const CandidateList> expected) {
+  const auto same = [](const std::vector<FeaturePair>& a, const std::vector<FeaturePair>& b) {
+    return std::ranges::equal(a, b, [](const FeaturePair& p, const FeaturePair& q) {
+      return p.a == q.a && p.b == q.b && p.distance == q.distance;
+    });
+  };
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_EQ(found[i].body_a, expected[i].body_a);
+    EXPECT_EQ(found[i].body_b, expected[i].body_b);
+    EXPECT_EQ(found[i].drift, expected[i].drift);
+    EXPECT_TRUE(same(found[i].vertex_triangle, expected[i].vertex_triangle));
+    EXPECT_TRUE(same(found[i].triangle_vertex, expected[i].triangle_vertex));
+    EXPECT_TRUE(same(found[i].edge_edge, expected[i].edge_edge));
+  }
+}
+
+// The device is given the vertices of obstacles where the CPU is given their poses.
+TEST(RigidObstacles, ListsOnADeviceAreThoseOfTheCpu) {
+  for (const char* bound : bounds) {
+    const auto scene =
+        scene_of(small_and_near, {std::string("contact.bound=") + bound, "compute.backend=osmesa"});
+    const RigidObstacles obstacles(*scene);
+    Statistics statistics;
+    ContactSearch on_cpu(*scene, statistics, {make_cpu_search(*scene), {}});
+    ContactSearch on_device(*scene, statistics, choose_search(*scene));
+    Walk walk(*scene, obstacles, 3);
+    std::size_t pairs = 0;
+    for (int k = 0; k < 40; ++k) {
+      SCOPED_TRACE(std::string(bound) + ", " + std::to_string(k));
+      Moment start = walk.now(), start_too = walk.now();
+      walk.step(k % 10 == 9);
+      Moment end = walk.now(), end_too = walk.now();
+      if (k % 2 == 0) {
+        ASSERT_FALSE(on_cpu.update(start.placed()));
+        ASSERT_FALSE(on_device.update(start_too.placed()));
+      } else {
+        ASSERT_FALSE(on_cpu.update_path(start.placed(), end.placed()));
+        ASSERT_FALSE(on_device.update_path(start_too.placed(), end_too.placed()));
+      }
+      expect_same_lists(on_device.lists(), on_cpu.lists());
+      for (const CandidateList& list : on_cpu.lists()) pairs += list.edge_edge.size();
+    }
+    EXPECT_NE(on_device.compute().backend, ComputeBackend::cpu) << on_device.compute().text();
+    EXPECT_GT(pairs, 1000U);
+  }
 }
 
 // Forces and answers to paths are those of a contact that is given every vertex, to the bit.
