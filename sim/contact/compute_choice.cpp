@@ -17,11 +17,13 @@ namespace {
 // Median seconds of a search as the contact search makes them: everything that moves rebuilt, every
 // pair of neighbouring bodies asked for.
 double measure(PairSearch& search, const Scene& scene) {
-  const std::span<const Vec3> all = scene.initial_position;
+  std::vector<Vec3> room;
+  const std::span<const Vec3> all =
+      scene.surface_map.points_of(scene.initial_position, scene.point_count, room);
   std::vector<BodyPath> every, moving;
   for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) {
     const SceneBody& body = scene.bodies[b];
-    const auto position = all.subspan(body.first_particle, body.particle_count());
+    const auto position = all.subspan(body.first_point, body.point_count());
     every.push_back({b, position, position});
     if (body.moves) moving.push_back(every.back());
   }

@@ -2,422 +2,154 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "bsi/continuous_collision.h"
-#include "materials/contact.h"
 #include "sim/base/parallel.h"
-#include "sim/case/case_text.h"
 
 namespace weft::sim {
 
 namespace {
 
-// The share of the range over which pairs that are no samples have their barrier.
-constexpr double short_range = 0.25;
-
-bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
-  return edges ? bsi::closest_edge_edge(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]])
-               : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
-}
-
-// The first place from `i` on where a chunk may begin: the pairs of one sample stay together.
-std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
-  while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
-  return i;
-}
+// Has the functions of a SurfaceMap for points that are particles.
+struct OwnParticles {
+  static const Vec3& apply(int point, std::span<const Vec3> particles) { return particles[point]; }
+  static void add_transpose(int point, double factor, const Vec3& value,
+                            std::span<Vec3> particles) {
+    particles[point] += factor * value;
+  }
+};
 
 }  // namespace
 
-// A point of a feature is a convex combination of its corners, and strays no further than the one
-// of them that strays most.
-double Contact::stray_of(const Pair& pair, const PathStray& stray) const {
-  double side[2] = {0, 0};
-  const int split = pair.edges ? 2 : 1;
-  for (int i = 0; i < 4; ++i) {
-    double& largest = side[i < split ? 0 : 1];
-    const int node = pair.nodes[i];
-    largest = std::max(largest, is_dynamic(node) ? stray.particle[node]
-                                                 : stray.body[scene_.body_index_of_particle(node)]);
-  }
-  return side[0] + side[1];
-}
-
-std::string ContactFault::describe(const Scene& scene) const {
-  const auto name = [&](int particle) { return scene.describe_particle(particle); };
-  switch (kind) {
-    case Kind::not_finite:
-      return "the position of " + name(nodes[0]) + " is not finite";
-    case Kind::touching:
-      return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " (gap " + number_text(gap) + " m)";
-    case Kind::in_reach:
-      return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " are within reach of each other (gap " + number_text(gap) + " m)";
-    case Kind::crossing:
-      return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " would pass through each other";
-  }
-  return "";
-}
-
 Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search)
-    : scene_(scene),
-      statistics_(statistics),
-      search_(scene, statistics, std::move(search)),
-      range_(scene.source.contact.range),
-      stiffness_(scene.source.contact.stiffness),
-      damping_time_(scene.source.contact.damping_time),
-      friction_(scene.source.contact.friction),
-      friction_speed_(scene.source.contact.friction_speed),
-      spins_(scene.bodies.size(), Vec3::Zero()),
-      touched_(scene.bodies.size(), 0) {
-  surfaces_.reserve(scene.bodies.size());
-  for (const SceneBody& body : scene.bodies) {
-    rest_.insert(rest_.end(), body.rest.begin(), body.rest.end());
-    surfaces_.emplace_back(body.mesh, body.particle_count());
-  }
-  for (std::size_t b = scene.dynamic_bodies; b < scene.bodies.size(); ++b) {
-    if (scene.bodies[b].moves) moving_obstacles_.push_back(static_cast<int>(b));
+    : scene_(scene), surface_(scene, statistics, std::move(search)) {}
+
+// Calls use(map) with the scene's map, or with one that costs nothing.
+template <class Use>
+void Contact::with_map(const Use& use) const {
+  if (scene_.surface_map.is_identity()) {
+    use(OwnParticles());
+  } else {
+    use(scene_.surface_map);
   }
 }
 
-std::array<int, 4> Contact::nodes_of(const CandidateList& list, int kind,
-                                     const FeaturePair& features) const {
-  const SceneBody& a = scene_.bodies[list.body_a];
-  const SceneBody& b = scene_.bodies[list.body_b];
-  if (kind == 2) {
-    const auto& e = a.mesh.edges[features.a].vertex;
-    const auto& f = b.mesh.edges[features.b].vertex;
-    return {e[0] + a.first_particle, e[1] + a.first_particle, f[0] + b.first_particle,
-            f[1] + b.first_particle};
-  }
-  const SceneBody& vertices = kind == 0 ? a : b;
-  const SceneBody& triangles = kind == 0 ? b : a;
-  const auto& t = triangles.mesh.triangles[features.b];
-  const int first = triangles.first_particle;
-  return {features.a + vertices.first_particle, t[0] + first, t[1] + first, t[2] + first};
+// Obstacles that have poses are put in place point by point.
+PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) const {
+  const bool has_poses = !now.poses.empty();
+  if (scene_.surface_map.is_identity())
+    return has_poses ? PlacedPoints(now.room, now.velocity, now.poses) : PlacedPoints(now.position);
+  map_bodies(!has_poses, now.position, points.position);
+  if (!has_poses) return PlacedPoints(points.position);
+  return {points.position, points.velocity, now.poses};
 }
 
-// Mean area around the vertices of the side that is simulated; of both sides where both are.
-// Obstacles' resolution then has no say in how stiff the contact is.
-double Contact::pair_area(const std::array<int, 4>& nodes, int split) const {
-  double sum[2] = {0, 0};
-  for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
-  sum[0] /= split;
-  sum[1] /= 4 - split;
-  const bool first = is_dynamic(nodes[0]), second = is_dynamic(nodes[3]);
-  if (first && second) return 0.5 * (sum[0] + sum[1]);
-  return first ? sum[0] : sum[1];
-}
-
-double Contact::range_of(const PairGroup& group) const {
-  return group.samples ? range_ : short_range * range_;
-}
-
-// The candidates that may be closer than thickness + reach: that of samples, or of other pairs.
-std::vector<Contact::PairGroup> Contact::groups_within(double sample_reach, double reach) const {
-  std::vector<PairGroup> groups;
-  for (const CandidateList& list : search_.lists()) {
-    const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
-                                                &list.edge_edge};
-    for (int kind = 0; kind < 3; ++kind) {
-      if (kinds[kind]->empty()) continue;
-      PairGroup& group = groups.emplace_back();
-      group.edges = kind == 2;
-      group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
-      group.thickness = list.thickness;
-      group.body_a = list.body_a;
-      group.body_b = list.body_b;
-      group.surface = kind == 0 ? list.body_b : list.body_a;
-      const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
-      const auto limit =
-          static_cast<float>(list.thickness + (whole_range ? sample_reach : reach) + list.drift) *
-          (1 + 1e-6F);
-      for (const FeaturePair& features : *kinds[kind]) {
-        if (features.distance > limit) continue;
-        group.nodes.push_back(nodes_of(list, kind, features));
-        if (group.samples) group.triangles.push_back(features.b);
-      }
-    }
-  }
-  return groups;
-}
-
-// Calls visit(pair) for each of them.
-template <class Visit>
-void Contact::visit_candidates(double reach, const Visit& visit) const {
-  for (const PairGroup& group : groups_within(reach, reach))
-    for (std::size_t i = 0; i < group.nodes.size(); ++i) visit(group.pair(i));
-}
-
-void Contact::begin_placing() {
-  const std::size_t obstacles = search_.obstacles().all().size();
-  if (obstacles > 0) marks_.begin(scene_.particle_count + static_cast<int>(obstacles));
-}
-
-// Puts the obstacles' nodes of a group in place, each once after begin_placing(). Obstacles of few
-// vertices are put in place as a whole, which costs less than to look at every node.
-void Contact::place_nodes(const PairGroup& group, const PlacedParticles& start,
-                          const PlacedParticles& end) {
-  const int number = search_.obstacles().of_body(group.body_b);
-  if (end.pose(number) == nullptr) return;
-  const RigidObstacle& obstacle = search_.obstacles().all()[number];
-  if (obstacle.held->start.size() <= group.nodes.size()) {
-    if (!marks_.is_new(scene_.particle_count + number)) return;
-    end.place_all(obstacle);
-    if (!start.is_same(end)) start.place_all(obstacle);
+// Finds the points of dynamic bodies, of obstacles that move if asked for, and for the first time
+// of those at rest.
+void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
+                         std::vector<Vec3>& to) const {
+  const SurfaceMap& map = scene_.surface_map;
+  if (to.empty()) {
+    map.points_of(from, scene_.point_count, to);
     return;
   }
-  for (const bsi::FourParticles& nodes : group.nodes) {
-    for (const int node : nodes) {
-      if (node < obstacle.first_particle || !marks_.is_new(node)) continue;
-      end.place(obstacle, node);
-      if (!start.is_same(end)) start.place(obstacle, node);
+  parallel_chunks(scene_.dynamic_points, scene_.threads,
+                  [&](int first, int last) { map.apply(from, to, first, last); });
+  if (!obstacles_too) return;
+  for (const RigidObstacle& obstacle : obstacles().all()) {
+    const int first = obstacle.first_point;
+    map.apply(from, to, first, first + scene_.bodies[obstacle.body].point_count());
+  }
+}
+
+// A point strays no further than its particles do, times their weights.
+PointStray Contact::on_surface(const PathStray& stray) {
+  if (scene_.surface_map.is_identity() || stray.body.empty()) return {stray.body, stray.particle};
+  body_stray_.assign(scene_.bodies.size(), 0.0);
+  point_stray_.assign(scene_.dynamic_points, 0.0);
+  for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+    if (stray.body[b] == 0) continue;
+    const int first = scene_.bodies[b].first_point;
+    for (int point = first; point < first + scene_.bodies[b].point_count(); ++point) {
+      double sum = 0;
+      for (const auto& [particle, weight] : scene_.surface_map.shares(point))
+        sum += std::abs(weight) * (is_dynamic(particle) ? stray.particle[particle] : stray.body[b]);
+      body_stray_[b] = std::max(body_stray_[b], sum);
+      if (point < scene_.dynamic_points) point_stray_[point] = sum;
     }
   }
+  return {body_stray_, point_stray_};
+}
+
+// Names, in place of a point that is not finite or too far away, the particle it is due to.
+std::optional<ContactFault> Contact::on_particles(std::optional<ContactFault> fault,
+                                                  std::span<const Vec3> position) const {
+  if (!fault || fault->kind != ContactFault::Kind::not_finite || scene_.surface_map.is_identity())
+    return fault;
+  const auto shares = scene_.surface_map.shares(fault->nodes[0]);
+  const auto distance = [&](const SurfaceMap::Share& share) {
+    const double square = position[share.particle].squaredNorm();
+    return std::isnan(square) ? INFINITY : square;
+  };
+  fault->nodes[0] = std::ranges::max(shares, {}, distance).particle;
+  return fault;
 }
 
 std::optional<ContactFault> Contact::evaluate(const PlacedParticles& now,
                                               std::span<const Vec3> velocity, int threads) {
-  clear();
-  if (const auto bad = search_.update(now))
-    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
-  PhaseTimer timer(statistics_.phases.narrow_phase);
-  const std::span<const Vec3> position = now.position();
-  if (friction_ > 0) find_spins(now, velocity);
-  begin_placing();
-  for (const PairGroup& group : groups_within(range_, short_range * range_)) {
-    place_nodes(group, now, now);
-    note_touch(group, position);
-    const int count = static_cast<int>(group.nodes.size());
-    statistics_.counters.narrow_phase_calls += count;
-    // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
-    std::vector<Found> found((count + chunk_size - 1) / chunk_size);
-    parallel_chunks(count, threads, [&](int first, int last) {
-      measure_part(group, group_start(group.nodes, group.samples, first),
-                   group_start(group.nodes, group.samples, last), position, velocity,
-                   found[first / chunk_size]);
-    });
-    for (Found& part : found) {
-      if (part.fault) {
-        clear();
-        return part.fault;
-      }
-      join(part);
-    }
-  }
-  statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
-  return std::nullopt;
-}
-
-// A body that sleeps is the second one of a group: it has a higher number than dynamic bodies.
-void Contact::note_touch(const PairGroup& group, std::span<const Vec3> position) {
-  if (!scene_.bodies[group.body_b].sleeps || touched_[group.body_b] != 0) return;
-  const double reach = group.thickness + range_;
-  const bool touches = std::ranges::any_of(group.nodes, [&](const bsi::FourParticles& nodes) {
-    return closest_of(group.edges, nodes, position).squared_distance < reach * reach;
-  });
-  if (touches) touched_[group.body_b] = 1;
-}
-
-// Obstacles are rigid: any of their triangles tells how they turn.
-void Contact::find_spins(const PlacedParticles& now, std::span<const Vec3> velocity) {
-  for (const int b : moving_obstacles_) {
-    const SceneBody& body = scene_.bodies[b];
-    std::array<Vec3, 3> x, v;
-    for (int k = 0; k < 3; ++k) {
-      const int particle = body.mesh.triangles[0][k] + body.first_particle;
-      const int number = search_.obstacles().of_body(b);
-      if (now.pose(number) != nullptr) now.place(search_.obstacles().all()[number], particle);
-      x[k] = now.position()[particle];
-      v[k] = velocity[particle];
-    }
-    spins_[b] = rigid_spin(x, v);
-  }
-}
-
-// The first or the second side may be an obstacle.
-std::optional<Vec3> Contact::obstacle_spin(const std::array<int, 4>& nodes) const {
-  for (const int node : {nodes[0], nodes[3]}) {
-    if (!is_dynamic(node)) return spins_[scene_.body_index_of_particle(node)];
-  }
-  return std::nullopt;
-}
-
-void Contact::clear() {
-  pairs_.clear();
-  sliding_.clear();
-  mollified_.clear();
-}
-
-void Contact::join(Found& part) {
-  const int offset = static_cast<int>(sliding_.size());
-  for (ContactPair& pair : part.pairs) {
-    if (pair.sliding >= 0) pair.sliding += offset;
-    pairs_.push_back(pair);
-  }
-  sliding_.insert(sliding_.end(), part.sliding.begin(), part.sliding.end());
-  mollified_.insert(mollified_.end(), part.mollified.begin(), part.mollified.end());
-}
-
-void Contact::measure_part(const PairGroup& group, std::size_t first, std::size_t last,
-                           std::span<const Vec3> position, std::span<const Vec3> velocity,
-                           Found& found) const {
-  std::vector<bsi::PairInReach> in_reach;
-  bsi::find_in_reach(group.kind(), position, {},
-                     std::span(group.nodes).subspan(first, last - first),
-                     group.thickness + range_of(group), in_reach);
-  SampleScratch scratch;
-  std::size_t begin = 0;
-  while (begin < in_reach.size() && !found.fault) {
-    std::size_t end = begin + 1;
-    if (!group.samples) {
-      measure_pair(group.pair(first + in_reach[begin].pair), position, velocity, found);
-    } else {
-      const auto vertex = [&](std::size_t i) { return group.nodes[first + in_reach[i].pair][0]; };
-      while (end < in_reach.size() && vertex(end) == vertex(begin)) ++end;
-      measure_sample(group, first, std::span(in_reach).subspan(begin, end - begin), position,
-                     velocity, scratch, found);
-    }
-    begin = end;
-  }
-}
-
-// One sample and the triangles of a surface in its range.
-void Contact::measure_sample(const PairGroup& group, std::size_t first,
-                             std::span<const bsi::PairInReach> in_reach,
-                             std::span<const Vec3> position, std::span<const Vec3> velocity,
-                             SampleScratch& scratch, Found& found) const {
-  const SceneBody& body = scene_.bodies[group.surface];
-  const int vertex = group.nodes[first + in_reach[0].pair][0];
-  scratch.triangles.clear();
-  for (const bsi::PairInReach& near : in_reach) {
-    scratch.triangles.push_back(group.triangles[first + near.pair]);
-    const double gap = near.distance - group.thickness;
-    if (gap > 0) continue;
-    found.fault = ContactFault{ContactFault::Kind::touching, group.nodes[first + near.pair], gap};
-    return;
-  }
-  surfaces_[group.surface].find(
-      position[vertex], group.is_self() ? vertex - body.first_particle : -1, scratch.triangles,
-      position.subspan(body.first_particle, body.particle_count()), group.thickness + range_,
-      scratch.terms);
-  const ContactLaw law{range_,
-                       (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
-                       damping_time_, friction_, friction_speed_};
-  for (const bsi::SurfaceTerm& term : scratch.terms) {
-    Pair features{{vertex, 0, 0, 0}, false, group.thickness};
-    for (int k = 0; k < 3; ++k)
-      features.nodes[k + 1] = body.mesh.triangles[term.triangle][k] + body.first_particle;
-    add_pair(law, features, term.closest, 1, term.coefficient, position, velocity, found);
-  }
-}
-
-// Two edges, or an obstacle's vertex and a triangle.
-void Contact::measure_pair(const Pair& pair, std::span<const Vec3> position,
-                           std::span<const Vec3> velocity, Found& found) const {
-  const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
-  const double limit = pair.thickness + short_range * range_;
-  if (closest.squared_distance >= limit * limit) return;
-  const ContactLaw law{
-      short_range * range_,
-      stiffness_ / (short_range * short_range) * pair_area(pair.nodes, pair.edges ? 2 : 1),
-      damping_time_, friction_, friction_speed_};
-  const double mollifier = pair.edges ? mollify(pair, closest, position, law, found) : 1.0;
-  add_pair(law, pair, closest, mollifier, 1, position, velocity, found);
-}
-
-void Contact::add_pair(const ContactLaw& law, const Pair& features, const bsi::Closest& closest,
-                       double mollifier, double coefficient, std::span<const Vec3> position,
-                       std::span<const Vec3> velocity, Found& found) const {
-  const double gap = std::sqrt(closest.squared_distance) - features.thickness;
-  if (!(gap > 0)) {
-    found.fault = ContactFault{ContactFault::Kind::touching, features.nodes, gap};
-    return;
-  }
-  ContactPair pair;
-  pair.nodes = features.nodes;
-  pair.coefficient = coefficient;
-  const double barrier_push =
-      apply_push(law, features.thickness, mollifier, closest, velocity, pair);
-  if (definite_) {
-    pair.stiffness = std::max(pair.stiffness, 0.0);
-    pair.damping = std::max(pair.damping, 0.0);
-  }
-  if (friction_ > 0) {
-    const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
-                                 position[pair.nodes[2]], position[pair.nodes[3]]};
-    const auto kind =
-        features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
-    auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity,
-                               obstacle_spin(pair.nodes), pair);
-    if (sliding) {
-      if (definite_ && coefficient < 0) sliding->slope.setZero();
-      pair.sliding = static_cast<int>(found.sliding.size());
-      found.sliding.push_back(*sliding);
-    }
-  }
-  found.pairs.push_back(pair);
-}
-
-// The mollifier's value; its slope pushes the edges apart from parallel.
-double Contact::mollify(const Pair& pair, const bsi::Closest& closest,
-                        std::span<const Vec3> position, const ContactLaw& law, Found& found) const {
-  const auto& [p0, p1, q0, q1] = pair.nodes;
-  const Vec3 a = position[p1] - position[p0], b = position[q1] - position[q0];
-  const double threshold =
-      1e-3 * (rest_[p1] - rest_[p0]).squaredNorm() * (rest_[q1] - rest_[q0]).squaredNorm();
-  const materials::MollifierDerivatives m =
-      materials::edge_edge_mollifier(a.cross(b).squaredNorm(), threshold);
-  const double gap = std::sqrt(closest.squared_distance) - pair.thickness;
-  if (m.first == 0 || !(gap > 0)) return m.value;
-  const double energy = materials::barrier(gap, law.range, law.stiffness).value;
-  // c = |a x b|^2: dc/da = 2 (|b|^2 a - (a.b) b), dc/db likewise.
-  const double dot = a.dot(b);
-  const Vec3 on_a = -energy * m.first * 2 * (b.squaredNorm() * a - dot * b);
-  const Vec3 on_b = -energy * m.first * 2 * (a.squaredNorm() * b - dot * a);
-  found.mollified.push_back({pair.nodes, {-on_a, on_a, -on_b, on_b}});
-  return m.value;
+  if (scene_.surface_map.is_identity())
+    return surface_.evaluate(on_surface(now, now_), velocity, threads);
+  map_bodies(now.poses.empty(), velocity, now_.velocity);
+  return on_particles(surface_.evaluate(on_surface(now, now_), now_.velocity, threads),
+                      now.position);
 }
 
 void Contact::add_forces(std::span<Vec3> force) const {
-  const int count = static_cast<int>(force.size());
-  for (const ContactPair& pair : pairs_) {
-    const Vec3 push = pair.push * pair.normal;
-    for (int i = 0; i < 4; ++i) {
-      if (pair.nodes[i] < count) force[pair.nodes[i]] += pair.weight[i] * push;
+  const bool all = static_cast<int>(force.size()) > scene_.dynamic_particles;
+  const int count = all ? scene_.point_count : scene_.dynamic_points;
+  with_map([&](const auto& map) {
+    for (const ContactPair& pair : surface_.pairs()) {
+      const Vec3 push = pair.push * pair.normal;
+      for (int i = 0; i < 4; ++i) {
+        if (pair.nodes[i] < count) map.add_transpose(pair.nodes[i], pair.weight[i], push, force);
+      }
+      if (pair.sliding < 0) continue;
+      const Sliding& sliding = surface_.sliding(pair.sliding);
+      for (int i = 0; i < 4; ++i) {
+        if (pair.nodes[i] < count)
+          map.add_transpose(pair.nodes[i], 1, sliding.lever[i].transpose() * sliding.force, force);
+      }
     }
-    if (pair.sliding < 0) continue;
-    const Sliding& sliding = sliding_[pair.sliding];
-    for (int i = 0; i < 4; ++i) {
-      if (pair.nodes[i] < count)
-        force[pair.nodes[i]] += sliding.lever[i].transpose() * sliding.force;
+    for (const MollifierForce& mollified : surface_.mollified()) {
+      for (int i = 0; i < 4; ++i) {
+        if (mollified.nodes[i] < count)
+          map.add_transpose(mollified.nodes[i], 1, mollified.force[i], force);
+      }
     }
-  }
-  for (const MollifierForce& mollified : mollified_) {
-    for (int i = 0; i < 4; ++i) {
-      if (mollified.nodes[i] < count) force[mollified.nodes[i]] += mollified.force[i];
-    }
-  }
+  });
 }
 
 void Contact::find_loaded_obstacles(std::vector<int>& particles) const {
   particles.clear();
   const auto add = [&](const std::array<int, 4>& nodes) {
     for (const int node : nodes) {
-      if (!is_dynamic(node)) particles.push_back(node);
+      if (node < scene_.dynamic_points) continue;
+      if (scene_.surface_map.is_identity()) {
+        particles.push_back(node);
+      } else {
+        for (const auto& share : scene_.surface_map.shares(node))
+          particles.push_back(share.particle);
+      }
     }
   };
-  for (const ContactPair& pair : pairs_) add(pair.nodes);
-  for (const MollifierForce& mollified : mollified_) add(mollified.nodes);
+  for (const ContactPair& pair : surface_.pairs()) add(pair.nodes);
+  for (const MollifierForce& mollified : surface_.mollified()) add(mollified.nodes);
   std::sort(particles.begin(), particles.end());
   particles.erase(std::unique(particles.begin(), particles.end()), particles.end());
 }
 
 double Contact::energy() const {
   double sum = 0;
-  for (const ContactPair& pair : pairs_) sum += pair.energy;
+  for (const ContactPair& pair : surface_.pairs()) sum += pair.energy;
   return sum;
 }
 
@@ -425,37 +157,44 @@ double Contact::energy() const {
 template <class Block>
 void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
                                 std::span<Vec3> out) const {
-  for (const ContactPair& pair : pairs_) {
-    Vec3 sum = Vec3::Zero();
-    for (int i = 0; i < 4; ++i) {
-      if (is_dynamic(pair.nodes[i])) sum += pair.weight[i] * in[pair.nodes[i]];
+  const int count = scene_.dynamic_points;
+  with_map([&](const auto& map) {
+    for (const ContactPair& pair : surface_.pairs()) {
+      Vec3 sum = Vec3::Zero();
+      for (int i = 0; i < 4; ++i) {
+        if (pair.nodes[i] < count) sum += pair.weight[i] * map.apply(pair.nodes[i], in);
+      }
+      const Vec3 product = block(pair) * pair.normal.dot(sum) * pair.normal;
+      for (int i = 0; i < 4; ++i) {
+        if (pair.nodes[i] < count) map.add_transpose(pair.nodes[i], pair.weight[i], product, out);
+      }
     }
-    const Vec3 product = block(pair) * pair.normal.dot(sum) * pair.normal;
-    for (int i = 0; i < 4; ++i) {
-      if (is_dynamic(pair.nodes[i])) out[pair.nodes[i]] += pair.weight[i] * product;
-    }
-  }
+  });
 }
 
 void Contact::add_sliding_products(double factor, std::span<const Vec3> in,
                                    std::span<Vec3> out) const {
-  for (const ContactPair& pair : pairs_) {
-    if (pair.sliding < 0) continue;
-    const Sliding& sliding = sliding_[pair.sliding];
-    Vec3 sum = Vec3::Zero();
-    for (int i = 0; i < 4; ++i) {
-      if (is_dynamic(pair.nodes[i])) sum += sliding.lever[i] * in[pair.nodes[i]];
+  const int count = scene_.dynamic_points;
+  with_map([&](const auto& map) {
+    for (const ContactPair& pair : surface_.pairs()) {
+      if (pair.sliding < 0) continue;
+      const Sliding& sliding = surface_.sliding(pair.sliding);
+      Vec3 sum = Vec3::Zero();
+      for (int i = 0; i < 4; ++i) {
+        if (pair.nodes[i] < count) sum += sliding.lever[i] * map.apply(pair.nodes[i], in);
+      }
+      const Vec3 product = factor * (sliding.slope * sum);
+      for (int i = 0; i < 4; ++i) {
+        if (pair.nodes[i] < count)
+          map.add_transpose(pair.nodes[i], 1, sliding.lever[i].transpose() * product, out);
+      }
     }
-    const Vec3 product = factor * (sliding.slope * sum);
-    for (int i = 0; i < 4; ++i) {
-      if (is_dynamic(pair.nodes[i])) out[pair.nodes[i]] += sliding.lever[i].transpose() * product;
-    }
-  }
+  });
 }
 
 void Contact::add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const {
   add_pair_products([&](const ContactPair& pair) { return normal_block(pair, gamma); }, in, out);
-  if (!sliding_.empty()) add_sliding_products(gamma, in, out);
+  if (surface_.has_sliding()) add_sliding_products(gamma, in, out);
 }
 
 void Contact::subtract_stiffness(double factor, std::span<const Vec3> in,
@@ -463,135 +202,79 @@ void Contact::subtract_stiffness(double factor, std::span<const Vec3> in,
   add_pair_products([&](const ContactPair& pair) { return -factor * pair.stiffness; }, in, out);
 }
 
+Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) const {
+  if (!scene_.surface_map.is_identity()) return joined_stencil(pair, room);
+  if (pair.sliding < 0) return {pair.nodes, pair.weight, {}};
+  return {pair.nodes, pair.weight, surface_.sliding(pair.sliding).lever};
+}
+
+// Adds up what the four points give to one particle.
+Contact::Stencil Contact::joined_stencil(const ContactPair& pair, StencilRoom& room) const {
+  const Sliding* const sliding = pair.sliding < 0 ? nullptr : &surface_.sliding(pair.sliding);
+  room = {};
+  for (int i = 0; i < 4; ++i) {
+    for (const auto& [particle, weight] : scene_.surface_map.shares(pair.nodes[i])) {
+      const auto place = std::ranges::find(room.particles, particle) - room.particles.begin();
+      if (place == std::ssize(room.particles)) {
+        room.particles.push_back(particle);
+        room.weights.push_back(0);
+        if (sliding != nullptr) room.levers.emplace_back(Mat3::Zero());
+      }
+      room.weights[place] += weight * pair.weight[i];
+      if (sliding != nullptr) room.levers[place] += weight * sliding->lever[i];
+    }
+  }
+  return {room.particles, room.weights, room.levers};
+}
+
 void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
-  for (const ContactPair& pair : pairs_) {
+  StencilRoom room;
+  for (const ContactPair& pair : surface_.pairs()) {
     const Mat3 along = normal_block(pair, gamma) * pair.normal * pair.normal.transpose();
-    for (int i = 0; i < 4; ++i) {
-      if (!is_dynamic(pair.nodes[i])) continue;
-      diagonal[pair.nodes[i]] += pair.weight[i] * pair.weight[i] * along;
+    const Stencil of = stencil(pair, room);
+    for (std::size_t i = 0; i < of.particles.size(); ++i) {
+      if (!is_dynamic(of.particles[i])) continue;
+      Mat3& block = diagonal[of.particles[i]];
+      block += of.weights[i] * of.weights[i] * along;
       if (pair.sliding < 0) continue;
-      const Sliding& sliding = sliding_[pair.sliding];
-      diagonal[pair.nodes[i]] +=
-          gamma * sliding.lever[i].transpose() * sliding.slope * sliding.lever[i];
+      block +=
+          gamma * of.levers[i].transpose() * surface_.sliding(pair.sliding).slope * of.levers[i];
     }
   }
 }
 
-Contact::Coupling Contact::definite_coupling(std::size_t index, double gamma) const {
-  const ContactPair& pair = pairs_[index];
+Mat3 Contact::definite_block(const ContactPair& pair, double gamma) const {
   Mat3 block = std::max(normal_block(pair, gamma), 0.0) * pair.normal * pair.normal.transpose();
-  if (pair.sliding >= 0 && pair.coefficient > 0) block += gamma * sliding_[pair.sliding].slope;
-  return {pair.nodes, pair.weight, block};
+  if (pair.sliding >= 0 && pair.coefficient > 0)
+    block += gamma * surface_.sliding(pair.sliding).slope;
+  return block;
 }
 
 std::optional<double> Contact::smallest_gap() const {
-  if (pairs_.empty()) return std::nullopt;
-  return std::min_element(pairs_.begin(), pairs_.end(),
-                          [](const ContactPair& p, const ContactPair& q) { return p.gap < q.gap; })
-      ->gap;
+  if (surface_.pairs().empty()) return std::nullopt;
+  return std::ranges::min(surface_.pairs(), {}, &ContactPair::gap).gap;
 }
 
 std::optional<ContactFault> Contact::check_path(const PlacedParticles& start,
                                                 const PlacedParticles& end,
                                                 const PathStray& stray) {
-  return find_path_fault(start, end, {.gap = true, .stray = stray});
+  const PlacedPoints from = on_surface(start, start_), to = on_surface(end, end_);
+  return on_particles(surface_.check_path(from, to, on_surface(stray)), end.position);
 }
 
 std::optional<ContactFault> Contact::check_crossing(const PlacedParticles& start,
                                                     const PlacedParticles& end) {
-  return find_path_fault(start, end, {.gap = false, .stray = {}});
-}
-
-std::optional<ContactFault> Contact::find_path_fault(const PlacedParticles& start,
-                                                     const PlacedParticles& end,
-                                                     const PathDemand& demand) {
-  if (const auto bad = search_.update_path(start, end, demand.stray.body)) {
-    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
-  }
-  PhaseTimer timer(statistics_.phases.narrow_phase);
-  begin_placing();
-  for (const PairGroup& group : groups_within(0.0, 0.0)) {
-    place_nodes(group, start, end);
-    const int count = static_cast<int>(group.nodes.size());
-    statistics_.counters.narrow_phase_calls += count;
-    statistics_.counters.ccd_calls += count;
-    std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
-    parallel_chunks(count, scene_.threads, [&](int first, int last) {
-      faults[first / chunk_size] =
-          check_part(group, first, last, start.position(), end.position(), demand);
-    });
-    for (const auto& fault : faults)
-      if (fault) return fault;
-  }
-  return std::nullopt;
-}
-
-// The first fault of a part of the pairs: most are proved free of one at a look.
-std::optional<ContactFault> Contact::check_part(const PairGroup& group, std::size_t first,
-                                                std::size_t last, std::span<const Vec3> start,
-                                                std::span<const Vec3> end,
-                                                const PathDemand& demand) const {
-  // Half the thickness: both ends keep all of it, so a path that is refused truly cuts through
-  // something.
-  const double half = demand.gap ? 0.5 * group.thickness : 0.0;
-  const PathStray& stray = demand.stray;
-  // The largest stray of the whole group; pair by pair it may be less.
-  double largest = half;
-  if (!stray.body.empty())
-    largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];
-  std::vector<int> unproved;
-  bsi::find_unproved_paths(group.kind(), start, end,
-                           std::span(group.nodes).subspan(first, last - first), largest,
-                           demand.gap ? std::max(group.thickness, largest) : largest, unproved);
-  for (int i : unproved) {
-    const Pair pair = group.pair(first + i);
-    const bsi::Closest at_end = closest_of(pair.edges, pair.nodes, end);
-    const double gap = std::sqrt(at_end.squared_distance) - pair.thickness;
-    if (demand.gap && !(gap > 0)) {
-      return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
-    }
-    double separation = half;
-    if (!stray.body.empty()) separation += stray_of(pair, stray);
-    bsi::FourPoints from, to;
-    for (int k = 0; k < 4; ++k) {
-      from[k] = start[pair.nodes[k]];
-      to[k] = end[pair.nodes[k]];
-    }
-    const double safe = pair.edges ? bsi::safe_fraction_edge_edge(from, to, separation)
-                                   : bsi::safe_fraction_vertex_triangle(from, to, separation);
-    if (safe < 1) return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
-  }
-  return std::nullopt;
+  const PlacedPoints from = on_surface(start, start_), to = on_surface(end, end_);
+  return on_particles(surface_.check_crossing(from, to), end.position);
 }
 
 std::optional<ContactFault> Contact::check_state(std::span<const Vec3> position,
                                                  double* smallest_gap) {
-  if (const auto bad = search_.update(position))
-    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
-  *smallest_gap = std::numeric_limits<double>::infinity();
-  std::optional<ContactFault> fault;
-  visit_candidates(range_, [&](const Pair& pair) {
-    const double gap =
-        std::sqrt(closest_of(pair.edges, pair.nodes, position).squared_distance) - pair.thickness;
-    if (gap < *smallest_gap) *smallest_gap = gap;
-    if (!(gap > 0) && !fault) fault = ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
-  });
-  return fault;
+  return on_particles(surface_.check_state(all_points(position), smallest_gap), position);
 }
 
 std::optional<ContactFault> Contact::self_pair_in_reach(std::span<const Vec3> position) {
-  if (const auto bad = search_.update(position))
-    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
-  std::optional<ContactFault> found;
-  visit_candidates(range_, [&](const Pair& pair) {
-    if (found) return;
-    const int body = scene_.body_index_of_particle(pair.nodes[0]);
-    if (body != scene_.body_index_of_particle(pair.nodes[3])) return;
-    const double gap =
-        std::sqrt(closest_of(pair.edges, pair.nodes, position).squared_distance) - pair.thickness;
-    if (gap < range_) found = ContactFault{ContactFault::Kind::in_reach, pair.nodes, gap};
-  });
-  return found;
+  return on_particles(surface_.self_pair_in_reach(all_points(position)), position);
 }
 
 }  // namespace weft::sim

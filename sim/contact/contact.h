@@ -1,53 +1,42 @@
-// Contact forces: barrier, contact damping and friction per area of the surfaces in reach, smooth
-// functions of the state, so that the integrator's error control covers them.
+// Contact forces on particles: those of the surface points, and their matrices.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "bsi/detail/feature_batches.h"
-#include "bsi/proximity.h"
-#include "bsi/surface_terms.h"
-#include "sim/base/statistics.h"
-#include "sim/contact/contact_pair.h"
-#include "sim/contact/contact_search.h"
+#include "sim/contact/surface_contact.h"
 #include "sim/matrix/block_matrix.h"
-#include "sim/scene/scene.h"
 
 namespace weft::sim {
 
-// Why a state or a step cannot be taken.
-struct ContactFault {
-  enum class Kind { not_finite, touching, crossing, in_reach };
-  Kind kind = Kind::touching;
-  std::array<int, 4> nodes{-1, -1, -1,
-                           -1};  // the pair (global particles); not_finite: the first only
-  double gap = 0;                // m
-  std::string describe(const Scene& scene) const;
+// Positions of all particles at one time, m. With `poses` (of RigidObstacles::all()), those of
+// obstacles that move need not be given; they, and the velocities if there are any, may be
+// overwritten.
+struct PlacedParticles {
+  // Everything is given.
+  PlacedParticles(std::span<const Vec3> given) : position(given) {}  // NOLINT: implicit
+  PlacedParticles(std::span<Vec3> given, std::span<Vec3> rates, std::span<const RigidPose> places)
+      : position(given), room(given), velocity(rates), poses(places) {}
+
+  std::span<const Vec3> position;
+  std::span<Vec3> room, velocity;
+  std::span<const RigidPose> poses;
 };
 
-// How far (m) points may be from their straight paths, at the most: by body, the largest of its
+// How far (m) particles may be from their straight paths, at the most: by body, the largest of its
 // particles, and by dynamic particle. Both empty where all paths are straight.
 struct PathStray {
   std::span<const double> body, particle;
 };
 
-// Each vertex of a dynamic surface is a sample with the area around it. It meets another surface,
-// or its own beyond the triangles around it, by the signed sum over that surface's features in
-// range (bsi/surface_terms.h), which counts the surface once: the force is one per area, whatever
-// the meshes. Where both surfaces are dynamic the samples of both count half. What samples do not
-// see, two edges, or an obstacle's vertex inside a triangle, has a barrier of its own over the last
-// quarter of the range: as much energy on a shorter way.
+// Turns particles into surface points, x = S x and v = S v (sim/scene/surface_map.h), finds the
+// contact of these (SurfaceContact), and returns its forces by the transpose: f = S^T f. Where all
+// points are particles nothing is copied.
 //
-// A pair (or term) at distance d, with gap g = d - thickness below its range, pushes along its
-// normal with barrier and damping together (materials/contact.h) and rubs across it (Sliding,
-// contact_pair.h). The Newton matrix keeps, per pair, the slopes of push and friction along the
-// closest points. How the mollifier, the normal and the friction's limit change with x is left to
-// the iteration.
+// The Newton matrix S^T A S keeps, per pair, the slopes of push and friction along the closest
+// points. How the mollifier, the normal and the friction's limit change with x is left to the
+// iteration.
 class Contact {
  public:
   Contact(const Scene& scene, Statistics& statistics, ChosenSearch search);
@@ -55,8 +44,7 @@ class Contact {
   Contact(const Scene& scene, Statistics& statistics)
       : Contact(scene, statistics, {make_cpu_search(scene), {}}) {}
 
-  // Finds the pairs in reach and their forces. `position` and `velocity` are of all particles (m,
-  // m/s).
+  // Finds the pairs in reach and their forces. `velocity` is of all particles (m/s).
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedParticles& now,
                                                      std::span<const Vec3> velocity, int threads);
   [[nodiscard]] std::optional<ContactFault> evaluate(std::span<const Vec3> position,
@@ -64,7 +52,7 @@ class Contact {
     return evaluate(PlacedParticles(position), velocity, threads);
   }
   // The rest is about the last evaluate(); arrays are of the dynamic particles. The forces may be
-  // wanted of all, obstacles too: they are added on the first force.size() particles.
+  // wanted of all, obstacles too.
   void add_forces(std::span<Vec3> force) const;
   // Replaces `particles` by those of obstacles on which add_forces() would act, in order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
@@ -79,25 +67,27 @@ class Contact {
   void visit_blocks(double gamma, const Visit& visit) const;
   // From now on, leaves out of the matrix what is negative along a normal, of pairs that part fast
   // and of terms that are subtracted: for long fixed steps.
-  void keep_matrix_definite() { definite_ = true; }
-  const std::array<int, 4>& pair_nodes(std::size_t pair) const { return pairs_[pair].nodes; }
-  double pair_gap(std::size_t pair) const { return pairs_[pair].gap; }  // m
-  // The part of one pair in reach: weight_i weight_j block between its nodes i and j, where these
-  // are dynamic. Made positive semi-definite, for preconditioners; there friction has no levers.
+  void keep_matrix_definite() { surface_.keep_matrix_definite(); }
+  // The part of one pair in reach: weight_i weight_j block between its particles i and j, where
+  // these are dynamic. Made positive semi-definite, for preconditioners; there friction has no
+  // levers.
   struct Coupling {
-    std::array<int, 4> nodes;
-    std::array<double, 4> weight;
+    std::span<const int> particles;  // each once
+    std::span<const double> weights;
     Mat3 block;
   };
-  Coupling definite_coupling(std::size_t pair, double gamma) const;
-  const RigidObstacles& obstacles() const { return search_.obstacles(); }
+  // Calls visit(coupling) for every pair in reach.
+  template <class Visit>
+  void visit_definite_couplings(double gamma, const Visit& visit) const;
+  const RigidObstacles& obstacles() const { return surface_.obstacles(); }
   // The search runs on this.
-  const ComputeChoice& compute() const { return search_.compute(); }
-  std::size_t pairs_in_reach() const { return pairs_.size(); }
-  // Marks, by body: the sleeping bodies that a feature of a dynamic body was in range of in an
-  // evaluation since the last forget_touched().
-  std::span<const char> touched() const { return touched_; }
-  void forget_touched() { std::ranges::fill(touched_, 0); }
+  const ComputeChoice& compute() const { return surface_.compute(); }
+  std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
+  // The pairs in reach; their nodes are surface points.
+  std::span<const ContactPair> pairs() const { return surface_.pairs(); }
+  // Of sleeping bodies, by body: SurfaceContact::touched().
+  std::span<const char> touched() const { return surface_.touched(); }
+  void forget_touched() { surface_.forget_touched(); }
   // Smallest gap of the pairs in reach; nothing where there are none.
   std::optional<double> smallest_gap() const;
 
@@ -123,123 +113,77 @@ class Contact {
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  // Forces that the mollifier of near-parallel edges adds to the forces on the four nodes.
-  struct MollifierForce {
-    std::array<int, 4> nodes{};
-    std::array<Vec3, 4> force;
+  // All surface points at one time, where they are not the particles.
+  struct Points {
+    std::vector<Vec3> position, velocity;
   };
-  struct Pair {
-    std::array<int, 4> nodes{};
-    bool edges = false;
-    double thickness = 0;
+  // A pair as particles feel it: those of its four points, each once, with their weights in the
+  // separation of the closest points and their levers of sliding, if it has friction.
+  struct Stencil {
+    std::span<const int> particles;
+    std::span<const double> weights;
+    std::span<const Mat3> levers;
   };
-  // Candidates of one list and kind.
-  struct PairGroup {
-    bool edges = false;
-    bool samples = false;  // vertices that meet a surface; the others have the short barrier
-    double thickness = 0;
-    int body_a = 0, body_b = 0;
-    int surface = 0;  // the body of the triangles, of samples
-    bool is_self() const { return body_a == body_b; }
-    std::vector<bsi::FourParticles> nodes;
-    std::vector<int> triangles;  // local to the body, of samples
-    bsi::FeatureKind kind() const {
-      return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
-    }
-    Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
-  };
-  // The share of the forces of one part of the candidates.
-  struct Found {
-    std::vector<ContactPair> pairs;
-    std::vector<Sliding> sliding;
-    std::vector<MollifierForce> mollified;
-    std::optional<ContactFault> fault;
+  struct StencilRoom {
+    std::vector<int> particles;
+    std::vector<double> weights;
+    std::vector<Mat3> levers;
   };
 
+  std::span<const Vec3> all_points(std::span<const Vec3> position) {
+    return scene_.surface_map.points_of(position, scene_.point_count, now_.position);
+  }
+  PlacedPoints on_surface(const PlacedParticles& now, Points& points) const;
+  void map_bodies(bool obstacles_too, std::span<const Vec3> from, std::vector<Vec3>& to) const;
+  PointStray on_surface(const PathStray& stray);
+  std::optional<ContactFault> on_particles(std::optional<ContactFault> fault,
+                                           std::span<const Vec3> position) const;
+  template <class Use>
+  void with_map(const Use& use) const;
   template <class Block>
   void add_pair_products(const Block& block, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_sliding_products(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
-  template <class Visit>
-  void visit_candidates(double reach, const Visit& visit) const;
-  std::array<int, 4> nodes_of(const CandidateList& list, int kind,
-                              const FeaturePair& features) const;
-  double pair_area(const std::array<int, 4>& nodes, int split) const;
-  double range_of(const PairGroup& group) const;
+  Stencil stencil(const ContactPair& pair, StencilRoom& room) const;
+  Stencil joined_stencil(const ContactPair& pair, StencilRoom& room) const;
   bool is_dynamic(int particle) const { return particle < scene_.dynamic_particles; }
-  void find_spins(const PlacedParticles& now, std::span<const Vec3> velocity);
-  void begin_placing();
-  void place_nodes(const PairGroup& group, const PlacedParticles& start,
-                   const PlacedParticles& end);
-  std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
-  double normal_block(const ContactPair& pair, double gamma) const {
+  static double normal_block(const ContactPair& pair, double gamma) {
     return gamma * (gamma * pair.stiffness + pair.damping);
   }
-  std::vector<PairGroup> groups_within(double sample_reach, double reach) const;
-  void note_touch(const PairGroup& group, std::span<const Vec3> position);
-  void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
-                    std::span<const Vec3> position, std::span<const Vec3> velocity,
-                    Found& found) const;
-  // Lists of one sample, kept from one to the next for their memory.
-  struct SampleScratch {
-    std::vector<int> triangles;
-    std::vector<bsi::SurfaceTerm> terms;
-  };
-  void measure_sample(const PairGroup& group, std::size_t first,
-                      std::span<const bsi::PairInReach> in_reach, std::span<const Vec3> position,
-                      std::span<const Vec3> velocity, SampleScratch& scratch, Found& found) const;
-  void measure_pair(const Pair& pair, std::span<const Vec3> position,
-                    std::span<const Vec3> velocity, Found& found) const;
-  void add_pair(const ContactLaw& law, const Pair& features, const bsi::Closest& closest,
-                double mollifier, double coefficient, std::span<const Vec3> position,
-                std::span<const Vec3> velocity, Found& found) const;
-  double mollify(const Pair& pair, const bsi::Closest& closest, std::span<const Vec3> position,
-                 const ContactLaw& law, Found& found) const;
-  void join(Found& part);
-  void clear();
-  double stray_of(const Pair& pair, const PathStray& stray) const;
-  // The conditions that a path must meet.
-  struct PathDemand {
-    bool gap = true;  // half the thickness on the way and all of it at the end
-    PathStray stray;
-  };
-  std::optional<ContactFault> find_path_fault(const PlacedParticles& start,
-                                              const PlacedParticles& end, const PathDemand& demand);
-  std::optional<ContactFault> check_part(const PairGroup& group, std::size_t first,
-                                         std::size_t last, std::span<const Vec3> start,
-                                         std::span<const Vec3> end, const PathDemand& demand) const;
+  Mat3 definite_block(const ContactPair& pair, double gamma) const;
 
   const Scene& scene_;
-  Statistics& statistics_;
-  ContactSearch search_;
-  double range_, stiffness_, damping_time_, friction_, friction_speed_;
-  bool definite_ = false;
-  std::vector<Vec3> rest_;                   // of all particles: edge lengths scale the mollifier
-  std::vector<bsi::SurfaceTerms> surfaces_;  // by body
-  std::vector<int> moving_obstacles_;        // bodies
-  PlacedMarks marks_;
-  std::vector<Vec3> spins_;  // rad/s, by body; zero but of moving obstacles
-  std::vector<char> touched_;
-  std::vector<ContactPair> pairs_;
-  std::vector<Sliding> sliding_;
-  std::vector<MollifierForce> mollified_;
+  SurfaceContact surface_;
+  Points now_, start_, end_;                      // the latter two of a path
+  std::vector<double> body_stray_, point_stray_;  // m
 };
 
 template <class Visit>
 void Contact::visit_blocks(double gamma, const Visit& visit) const {
-  for (const ContactPair& pair : pairs_) {
+  StencilRoom room;
+  for (const ContactPair& pair : surface_.pairs()) {
     const Mat3 along = normal_block(pair, gamma) * pair.normal * pair.normal.transpose();
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) {
-        const int row = pair.nodes[i], column = pair.nodes[j];
+    const Stencil of = stencil(pair, room);
+    for (std::size_t i = 0; i < of.particles.size(); ++i) {
+      for (std::size_t j = 0; j < of.particles.size(); ++j) {
+        const int row = of.particles[i], column = of.particles[j];
         if (!is_dynamic(row) || !is_dynamic(column)) continue;
-        Mat3 block = pair.weight[i] * pair.weight[j] * along;
+        Mat3 block = of.weights[i] * of.weights[j] * along;
         if (pair.sliding >= 0) {
-          const Sliding& sliding = sliding_[pair.sliding];
-          block += gamma * sliding.lever[i].transpose() * sliding.slope * sliding.lever[j];
+          block += gamma * of.levers[i].transpose() * surface_.sliding(pair.sliding).slope *
+                   of.levers[j];
         }
         visit(row, column, block);
       }
     }
+  }
+}
+
+template <class Visit>
+void Contact::visit_definite_couplings(double gamma, const Visit& visit) const {
+  StencilRoom room;
+  for (const ContactPair& pair : surface_.pairs()) {
+    const Stencil of = stencil(pair, room);
+    visit(Coupling{of.particles, of.weights, definite_block(pair, gamma)});
   }
 }
 

@@ -36,7 +36,7 @@ struct Sliding {
 };
 
 struct ContactPair {
-  std::array<int, 4> nodes{};      // particles
+  std::array<int, 4> nodes{};      // surface points
   std::array<double, 4> weight{};  // of bsi::Closest: sum +1 on the first feature, -1 on the second
   Vec3 normal{0, 0, 0};            // from the second feature's closest point to the first's
   double coefficient = 1;          // factor of the pair in the sum; negative where others overlap
@@ -49,7 +49,7 @@ struct ContactPair {
 
 // Fills weights, normal, gap, energy, push and its derivatives from a closest pair of points whose
 // gap is positive. The barrier is multiplied by `mollifier`. `velocity` (m/s) is that of all
-// particles. Returns the push of the barrier alone, N.
+// surface points. Returns the push of the barrier alone, N.
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair);
 

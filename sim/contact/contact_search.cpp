@@ -25,11 +25,10 @@ double default_slack(const Scene& scene) {
   double sum = 0;
   std::size_t count = 0;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    const SceneBody& body = scene.bodies[b];
-    for (const bsi::Edge& edge : body.mesh.edges) {
-      sum += (body.rest[edge.vertex[0]] - body.rest[edge.vertex[1]]).norm();
-    }
-    count += body.mesh.edges.size();
+    const std::vector<bsi::Edge>& edges = scene.bodies[b].surface_mesh().edges;
+    const std::vector<Vec3>& rest = scene.bodies[b].surface_rest();
+    for (const bsi::Edge& edge : edges) sum += (rest[edge.vertex[0]] - rest[edge.vertex[1]]).norm();
+    count += edges.size();
   }
   return 0.25 * sum / static_cast<double>(count);
 }
@@ -116,11 +115,13 @@ std::vector<CandidateList> neighbours_at_start(const Scene& scene) {
   std::vector<BodyTree::Box> boxes;
   std::vector<int> all(scene.bodies.size());
   std::iota(all.begin(), all.end(), 0);
+  std::vector<Vec3> room;
+  const std::span<const Vec3> position =
+      scene.surface_map.points_of(scene.initial_position, scene.point_count, room);
   for (const SceneBody& body : scene.bodies) {
     const double reach = half_reach(scene, body) + 0.5 * search_slack(scene);
     BodyTree::Box& box = boxes.emplace_back();
-    extend(box,
-           std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()));
+    extend(box, position.subspan(body.first_point, body.point_count()));
     boxes.back() = widened(box, reach);
   }
   BodyTree tree;
@@ -151,7 +152,7 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
 }
 
 std::span<const Vec3> ContactSearch::of_body(std::span<const Vec3> all, int body) const {
-  return all.subspan(scene_.bodies[body].first_particle, scene_.bodies[body].particle_count());
+  return all.subspan(scene_.bodies[body].first_point, scene_.bodies[body].point_count());
 }
 
 ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> snapshot,
@@ -174,7 +175,7 @@ std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int 
     return !(p.squaredNorm() < lost_distance * lost_distance);
   });
   if (lost == points.end()) return std::nullopt;
-  return scene_.bodies[body].first_particle + static_cast<int>(lost - points.begin());
+  return scene_.bodies[body].first_point + static_cast<int>(lost - points.begin());
 }
 
 // A point p of the obstacle has gone by d + (R1 - R0) (p - middle), where d is the way of its
@@ -190,7 +191,7 @@ ContactSearch::Displacement ContactSearch::displacement(const RigidObstacle& obs
   return moved;
 }
 
-std::optional<int> ContactSearch::track(const PlacedParticles& now, bool from_start) {
+std::optional<int> ContactSearch::track(const PlacedPoints& now, bool from_start) {
   for (const int b : moving_) {
     const int number = obstacles_.of_body(b);
     bool is_finite = false;
@@ -211,7 +212,7 @@ std::optional<int> ContactSearch::track(const PlacedParticles& now, bool from_st
 }
 
 // Returns whether all positions are finite, as the function below.
-bool ContactSearch::track_pose(const RigidObstacle& obstacle, const PlacedParticles& now,
+bool ContactSearch::track_pose(const RigidObstacle& obstacle, const PlacedPoints& now,
                                bool from_start) {
   Tracked& tracked = tracked_[obstacle.body];
   const RigidPose& pose = *now.pose(obstacle.number);
@@ -241,7 +242,7 @@ bool ContactSearch::track_points(int body, std::span<const Vec3> now, bool from_
 // Turns the pose at which lists were built into positions: from now on these are given.
 void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   Tracked& tracked = tracked_[obstacle.body];
-  for (const Vec3& start : obstacle.held->start) {
+  for (const Vec3& start : obstacle.start()) {
     tracked.snapshot.push_back(tracked.pose->place(start));
     if (tracked.path_start_pose)
       tracked.path_start.push_back(tracked.path_start_pose->place(start));
@@ -313,7 +314,7 @@ std::vector<char> ContactSearch::bodies_to_refresh() const {
   return marked;
 }
 
-std::optional<int> ContactSearch::update(const PlacedParticles& now) {
+std::optional<int> ContactSearch::update(const PlacedPoints& now) {
   for (const int b : moving_) {
     tracked_[b].stray = 0;
     tracked_[b].box.setEmpty();
@@ -325,8 +326,7 @@ std::optional<int> ContactSearch::update(const PlacedParticles& now) {
   return std::nullopt;
 }
 
-std::optional<int> ContactSearch::update_path(const PlacedParticles& start,
-                                              const PlacedParticles& end,
+std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const PlacedPoints& end,
                                               std::span<const double> stray) {
   for (const int b : moving_) {
     tracked_[b].stray = stray.empty() ? 0 : stray[b];
@@ -431,13 +431,13 @@ ContactSearch::ListState ContactSearch::first_state(const CandidateList& list) {
   return state;
 }
 
-void ContactSearch::refresh(const PlacedParticles& start, const PlacedParticles& end) {
+void ContactSearch::refresh(const PlacedPoints& start, const PlacedPoints& end) {
   statistics_.counters.body_pairs += static_cast<std::int64_t>(lists_.size());
   if (!are_valid()) renew_lists(start, end);
   for (CandidateList& list : lists_) list.drift = drift(list);
 }
 
-void ContactSearch::renew_lists(const PlacedParticles& start, const PlacedParticles& end) {
+void ContactSearch::renew_lists(const PlacedPoints& start, const PlacedPoints& end) {
   const std::vector<char> marked = bodies_to_refresh();
   std::vector<char> stale(lists_.size(), 0);
   for (std::size_t l = 0; l < lists_.size(); ++l) {
@@ -454,8 +454,7 @@ void ContactSearch::renew_lists(const PlacedParticles& start, const PlacedPartic
   if (!building_.empty()) build_lists(start, end);
 }
 
-void ContactSearch::refresh_body(int body, const PlacedParticles& start,
-                                 const PlacedParticles& end) {
+void ContactSearch::refresh_body(int body, const PlacedPoints& start, const PlacedPoints& end) {
   Tracked& tracked = tracked_[body];
   const int number = obstacles_.of_body(body);
   const bool is_path = !start.is_same(end);
@@ -502,8 +501,8 @@ bool ContactSearch::rule_out(std::size_t l) {
   return true;
 }
 
-BodyPath ContactSearch::path_of(int body, const PlacedParticles& start,
-                                const PlacedParticles& end) const {
+BodyPath ContactSearch::path_of(int body, const PlacedPoints& start,
+                                const PlacedPoints& end) const {
   BodyPath path{body, of_body(start.position(), body), of_body(end.position(), body)};
   const int number = obstacles_.of_body(body);
   const RigidPose *from = start.pose(number), *to = end.pose(number);
@@ -520,7 +519,7 @@ BodyPath ContactSearch::path_of(int body, const PlacedParticles& start,
 }
 
 // Rebuilds the pyramids of bodies whose lists are being built, where they have moved.
-void ContactSearch::rebuild_pyramids(const PlacedParticles& start, const PlacedParticles& end) {
+void ContactSearch::rebuild_pyramids(const PlacedPoints& start, const PlacedPoints& end) {
   PhaseTimer timer(statistics_.phases.rebuild);
   std::vector<BodyPath> paths;
   for (const PairQuery& query : queries_) {
@@ -533,7 +532,7 @@ void ContactSearch::rebuild_pyramids(const PlacedParticles& start, const PlacedP
   statistics_.counters.rebuilds += search_.search->rebuild(paths);
 }
 
-void ContactSearch::find_quad_pairs(const PlacedParticles& start, const PlacedParticles& end) {
+void ContactSearch::find_quad_pairs(const PlacedPoints& start, const PlacedPoints& end) {
   rebuild_pyramids(start, end);
   bsi::TraversalCounters tests;
   PhaseTimer timer(statistics_.phases.traverse);
@@ -542,25 +541,25 @@ void ContactSearch::find_quad_pairs(const PlacedParticles& start, const PlacedPa
 }
 
 // Puts the corners of the quads that were found in place, of obstacles that have poses.
-void ContactSearch::place_found(const PlacedParticles& start, const PlacedParticles& end) {
-  marks_.begin(scene_.particle_count);
+void ContactSearch::place_found(const PlacedPoints& start, const PlacedPoints& end) {
+  marks_.begin(scene_.point_count);
   for (std::size_t i = 0; i < building_.size(); ++i) {
     const int number = obstacles_.of_body(queries_[i].body_b);
     if (end.pose(number) == nullptr) continue;
     const RigidObstacle& obstacle = obstacles_.all()[number];
-    const bsi::Atlas& atlas = scene_.bodies[obstacle.body].atlas;
+    const bsi::Atlas& atlas = scene_.bodies[obstacle.body].surface_atlas();
     for (const bsi::LeafPair& pair : quad_pairs_[i]) {
       for (const int corner : atlas.quad_particles(pair.b)) {
-        const int particle = obstacle.first_particle + corner;
-        if (!marks_.is_new(particle)) continue;
-        end.place(obstacle, particle);
-        if (!start.is_same(end)) start.place(obstacle, particle);
+        const int point = obstacle.first_point + corner;
+        if (!marks_.is_new(point)) continue;
+        end.place(obstacle, point);
+        if (!start.is_same(end)) start.place(obstacle, point);
       }
     }
   }
 }
 
-void ContactSearch::build_lists(const PlacedParticles& start, const PlacedParticles& end) {
+void ContactSearch::build_lists(const PlacedPoints& start, const PlacedPoints& end) {
   queries_.clear();
   for (const std::size_t l : building_) {
     queries_.push_back({lists_[l].body_a, lists_[l].body_b, reach(lists_[l])});

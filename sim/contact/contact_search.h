@@ -68,27 +68,26 @@ double search_slack(const Scene& scene);
 // Obstacles that move as rigid bodies may be given by their poses, which bound their positions and
 // displacements. Their vertices are placed only where lists are built from them.
 //
-// Pairs whose vertices all follow prescribed paths are left out: no force could separate them.
+// Pairs whose points all follow prescribed paths are left out: no force could separate them.
 class ContactSearch {
  public:
   ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
-  // Makes the lists complete at these positions of all particles. Returns a particle whose position
-  // is not finite, if any.
-  [[nodiscard]] std::optional<int> update(const PlacedParticles& now);
+  // Makes the lists complete at these positions of all surface points. Returns a point whose
+  // position is not finite, if any.
+  [[nodiscard]] std::optional<int> update(const PlacedPoints& now);
   [[nodiscard]] std::optional<int> update(std::span<const Vec3> position) {
-    return update(PlacedParticles(position));
+    return update(PlacedPoints(position));
   }
   // Makes the lists complete for every point of the straight paths start -> end. They are then
   // complete, too, for all paths that deviate from these by at most `stray` (m, by body; empty:
   // zero).
-  [[nodiscard]] std::optional<int> update_path(const PlacedParticles& start,
-                                               const PlacedParticles& end,
+  [[nodiscard]] std::optional<int> update_path(const PlacedPoints& start, const PlacedPoints& end,
                                                std::span<const double> stray = {});
   [[nodiscard]] std::optional<int> update_path(std::span<const Vec3> start,
                                                std::span<const Vec3> end,
                                                std::span<const double> stray = {}) {
-    return update_path(PlacedParticles(start), PlacedParticles(end), stray);
+    return update_path(PlacedPoints(start), PlacedPoints(end), stray);
   }
 
   // Returns the lists of neighbours, sorted by (body_a, body_b).
@@ -135,8 +134,8 @@ class ContactSearch {
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
   // Finds the displacements of all moving bodies relative to the ends, or to the starts, of the
   // paths of the lists. Extends their boxes.
-  std::optional<int> track(const PlacedParticles& now, bool from_start = false);
-  bool track_pose(const RigidObstacle& obstacle, const PlacedParticles& now, bool from_start);
+  std::optional<int> track(const PlacedPoints& now, bool from_start = false);
+  bool track_pose(const RigidObstacle& obstacle, const PlacedPoints& now, bool from_start);
   bool track_points(int body, std::span<const Vec3> now, bool from_start);
   void fill_snapshot(const RigidObstacle& obstacle);
   static Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now);
@@ -157,15 +156,15 @@ class ContactSearch {
   bool is_valid(std::size_t list) const;
   bool are_valid() const;
   std::vector<char> bodies_to_refresh() const;
-  void refresh(const PlacedParticles& start, const PlacedParticles& end);
-  void renew_lists(const PlacedParticles& start, const PlacedParticles& end);
-  void refresh_body(int body, const PlacedParticles& start, const PlacedParticles& end);
+  void refresh(const PlacedPoints& start, const PlacedPoints& end);
+  void renew_lists(const PlacedPoints& start, const PlacedPoints& end);
+  void refresh_body(int body, const PlacedPoints& start, const PlacedPoints& end);
   bool rule_out(std::size_t list);
-  BodyPath path_of(int body, const PlacedParticles& start, const PlacedParticles& end) const;
-  void rebuild_pyramids(const PlacedParticles& start, const PlacedParticles& end);
-  void find_quad_pairs(const PlacedParticles& start, const PlacedParticles& end);
-  void place_found(const PlacedParticles& start, const PlacedParticles& end);
-  void build_lists(const PlacedParticles& start, const PlacedParticles& end);
+  BodyPath path_of(int body, const PlacedPoints& start, const PlacedPoints& end) const;
+  void rebuild_pyramids(const PlacedPoints& start, const PlacedPoints& end);
+  void find_quad_pairs(const PlacedPoints& start, const PlacedPoints& end);
+  void place_found(const PlacedPoints& start, const PlacedPoints& end);
+  void build_lists(const PlacedPoints& start, const PlacedPoints& end);
   double reach(const CandidateList& list) const {
     return list.thickness + range_ + slack_ + stray(list);
   }

@@ -18,7 +18,7 @@ std::unique_ptr<gpu::GlContext> make_context(ComputeBackend backend) {
 
 std::vector<const bsi::Atlas*> atlases_of(const Scene& scene) {
   std::vector<const bsi::Atlas*> atlases;
-  for (const SceneBody& body : scene.bodies) atlases.push_back(&body.atlas);
+  for (const SceneBody& body : scene.bodies) atlases.push_back(&body.surface_atlas());
   return atlases;
 }
 

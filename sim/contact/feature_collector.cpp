@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "bsi/detail/feature_batches.h"
+#include "sim/contact/surface_features.h"
 
 namespace weft::sim {
 
@@ -15,30 +16,13 @@ using bsi::FourParticles;
 
 constexpr int quad_pairs_a_chunk = 256;
 
-// The features of one side, in global particle indices.
-struct Side {
-  const SceneBody& body;
-  int first;
-  explicit Side(const SceneBody& from) : body(from), first(from.first_particle) {}
-
-  int vertex(int v) const { return v + first; }
-  std::array<int, 2> edge(int e) const {
-    const auto& [a, b] = body.mesh.edges[e].vertex;
-    return {a + first, b + first};
-  }
-  std::array<int, 3> triangle(int t) const {
-    const auto& [a, b, c] = body.mesh.triangles[t];
-    return {a + first, b + first, c + first};
-  }
-};
-
 // Pairs of features, before their distances are known.
 struct Batch {
-  std::vector<FourParticles> particles;
+  std::vector<FourParticles> points;
   std::vector<FeaturePair> features;
 
   void add(const FourParticles& four, int a, int b) {
-    particles.push_back(four);
+    points.push_back(four);
     features.push_back({a, b, 0});
   }
 };
@@ -48,14 +32,14 @@ using Batches = std::array<Batch, 3>;
 using Lists = std::array<std::vector<FeaturePair>, 3>;
 enum ListIndex { vertex_triangle, triangle_vertex, edge_edge };
 
-// How far each particle of the bodies goes, m; empty where no path is given.
+// How far each point of the bodies goes, m; empty where no path is given.
 std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Vec3> end,
                                  std::initializer_list<const SceneBody*> bodies) {
   std::vector<double> lengths;
   if (start.data() == end.data()) return lengths;
   lengths.resize(end.size());
   for (const SceneBody* body : bodies) {
-    for (int i = body->first_particle; i < body->first_particle + body->particle_count(); ++i)
+    for (int i = body->first_point; i < body->first_point + body->point_count(); ++i)
       lengths[i] = (end[i] - start[i]).norm();
   }
   return lengths;
@@ -72,7 +56,7 @@ class Gatherer {
 
   const Batches& gather(std::span<const bsi::LeafPair> pairs) {
     for (Batch& batch : batches_) {
-      batch.particles.clear();
+      batch.points.clear();
       batch.features.clear();
     }
     for (const bsi::LeafPair& pair : pairs) {
@@ -86,9 +70,9 @@ class Gatherer {
   }
 
  private:
-  void add_vertices(const Side& vertices, int vertex_quad, const Side& triangles, int triangle_quad,
-                    Batch& out) const {
-    for (int v : vertices.body.mesh.vertices_of_quad(vertex_quad)) {
+  void add_vertices(const SurfaceFeatures& vertices, int vertex_quad,
+                    const SurfaceFeatures& triangles, int triangle_quad, Batch& out) const {
+    for (int v : vertices.mesh().vertices_of_quad(vertex_quad)) {
       const int x0 = vertices.vertex(v);
       for (int t : {2 * triangle_quad, 2 * triangle_quad + 1}) {
         const auto [x1, x2, x3] = triangles.triangle(t);
@@ -99,9 +83,9 @@ class Gatherer {
   }
 
   void add_edges(const bsi::LeafPair& pair) {
-    for (int e : a_.body.mesh.edges_of_quad(pair.a)) {
+    for (int e : a_.mesh().edges_of_quad(pair.a)) {
       const auto [x0, x1] = a_.edge(e);
-      for (int f : b_.body.mesh.edges_of_quad(pair.b)) {
+      for (int f : b_.mesh().edges_of_quad(pair.b)) {
         if (self_ && pair.a == pair.b && f <= e) continue;
         const auto [x2, x3] = b_.edge(f);
         if (x0 == x2 || x0 == x3 || x1 == x2 || x1 == x3) continue;
@@ -111,15 +95,15 @@ class Gatherer {
     }
   }
 
-  void add(const FourParticles& particles, int a, int b, Batch& out) const {
-    const bool free = std::any_of(particles.begin(), particles.end(),
-                                  [&](int particle) { return scene_.is_free(particle); });
-    if (free) out.add(particles, a, b);
+  void add(const FourParticles& points, int a, int b, Batch& out) const {
+    const bool free = std::any_of(points.begin(), points.end(),
+                                  [&](int point) { return scene_.is_free_point(point); });
+    if (free) out.add(points, a, b);
   }
 
   const Scene& scene_;
   bool self_;
-  Side a_, b_;
+  SurfaceFeatures a_, b_;
   Batches batches_;
 };
 
@@ -133,7 +117,7 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> p
                    std::span<const double> paths, double reach,
                    std::vector<bsi::PairInReach>& in_reach, std::vector<FeaturePair>& out) {
   in_reach.clear();
-  bsi::find_in_reach(kind, position, paths, batch.particles, reach, in_reach);
+  bsi::find_in_reach(kind, position, paths, batch.points, reach, in_reach);
   for (const bsi::PairInReach& found : in_reach) {
     FeaturePair features = batch.features[found.pair];
     const auto distance = static_cast<float>(found.distance);
@@ -189,9 +173,9 @@ void collect_features(const Scene& scene, std::span<const Vec3> start, std::span
       }
     }
   }
-  join_sorted(found, vertex_triangle, a.particle_count(), list.vertex_triangle);
-  join_sorted(found, triangle_vertex, b.particle_count(), list.triangle_vertex);
-  join_sorted(found, edge_edge, a.mesh.edges.size(), list.edge_edge);
+  join_sorted(found, vertex_triangle, a.point_count(), list.vertex_triangle);
+  join_sorted(found, triangle_vertex, b.point_count(), list.triangle_vertex);
+  join_sorted(found, edge_edge, a.surface_mesh().edges.size(), list.edge_edge);
   for (const Found& chunk : found) counters.narrow_phase_calls += chunk.looked_at;
   for (const auto* features : {&list.vertex_triangle, &list.triangle_vertex, &list.edge_edge})
     counters.candidate_pairs += static_cast<std::int64_t>(features->size());

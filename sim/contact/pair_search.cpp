@@ -60,8 +60,9 @@ class CpuSearch : public PairSearch {
     searched.frames.clear();
     std::optional<bsi::Pyramid>& pyramid = searched.pyramid;
     if (!pyramid)
-      pyramid.emplace(body.atlas, bsi::PyramidParts{.tangents = body.self_contact,
-                                                    .spheres = bound() != bsi::Bound::box});
+      pyramid.emplace(
+          body.surface_atlas(),
+          bsi::PyramidParts{.tangents = body.self_contact, .spheres = bound() != bsi::Bound::box});
     const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
                                      : pyramid->rebuild(path.end, threads());
     assert(!bad && "positions are finite");
@@ -74,7 +75,7 @@ class CpuSearch : public PairSearch {
     const std::size_t ends = path.is_swept() ? 2 : 1;
     searched.frames.assign(path.frames.end() - ends, path.frames.end());
     if (searched.rigid) return 0;
-    searched.rigid.emplace(scene_.bodies[path.body].atlas, path.obstacle->own_positions(),
+    searched.rigid.emplace(scene_.bodies[path.body].surface_atlas(), path.obstacle->own_positions(),
                            bound() != bsi::Bound::box, threads());
     return 1;
   }

@@ -13,8 +13,8 @@
 
 namespace weft::sim {
 
-// The positions of a body's particles, m: at rest at `end`, or on straight paths from `start` to
-// `end`.
+// The positions of a body's surface points, m: at rest at `end`, or on straight paths from `start`
+// to `end`.
 struct BodyPath {
   int body = 0;
   std::span<const Vec3> start;  // at rest: the same span as `end`

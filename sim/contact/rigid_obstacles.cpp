@@ -22,8 +22,8 @@ BodyTree::Box box_around(const Vec3& middle, const Vec3& half, const RigidPose& 
 
 std::vector<Vec3> RigidObstacle::own_positions() const {
   std::vector<Vec3> own;
-  own.reserve(held->start.size());
-  for (const Vec3& p : held->start) own.emplace_back(p - middle);
+  own.reserve(start().size());
+  for (const Vec3& p : start()) own.emplace_back(p - middle);
   return own;
 }
 
@@ -49,12 +49,15 @@ RigidObstacles::RigidObstacles(const Scene& scene) : of_body_(scene.bodies.size(
     obstacle.number = static_cast<int>(all_.size());
     obstacle.body = body;
     obstacle.first_particle = scene.bodies[body].first_particle;
+    obstacle.first_point = scene.bodies[body].first_point;
     obstacle.held = &held;
+    if (const auto& sampled = scene.bodies[body].sampled)
+      sampled->map.points_of(held.start, scene.bodies[body].point_count(), obstacle.sampled_start);
     BodyTree::Box box;
-    for (const Vec3& p : held.start) box.extend(p);
+    for (const Vec3& p : obstacle.start()) box.extend(p);
     obstacle.middle = box.center();
     obstacle.half = 0.5 * box.sizes() * (1 + beyond_rounding);
-    for (const Vec3& p : held.start)
+    for (const Vec3& p : obstacle.start())
       obstacle.radius = std::max(obstacle.radius, (p - obstacle.middle).norm());
     of_body_[body] = obstacle.number;
     all_.push_back(obstacle);
@@ -68,8 +71,9 @@ void RigidObstacles::find_poses(double time, bool before_jump,
     poses.push_back(obstacle.held->motion.pose(time, before_jump));
 }
 
-void PlacedParticles::place_all(const RigidObstacle& obstacle) const {
-  for (const int particle : obstacle.held->particles) place(obstacle, particle);
+void PlacedPoints::place_all(const RigidObstacle& obstacle) const {
+  const int count = static_cast<int>(obstacle.start().size());
+  for (int i = 0; i < count; ++i) place(obstacle, obstacle.first_point + i);
 }
 
 void PlacedMarks::begin(int count) {

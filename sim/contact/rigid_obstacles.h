@@ -20,12 +20,17 @@ BodyTree::Box box_around(const Vec3& middle, const Vec3& half, const RigidPose& 
 struct RigidObstacle {
   int number = 0;  // in RigidObstacles::all()
   int body = 0;
-  int first_particle = 0;
+  int first_particle = 0, first_point = 0;
   const PrescribedMotion* held = nullptr;  // start[i] belongs to particle first_particle + i
+  std::vector<Vec3> sampled_start;         // of surface points; empty: those are the particles
   // The box around its points at the start, m, and their largest distance from its middle.
   Vec3 middle{0, 0, 0}, half{0, 0, 0};
   double radius = 0;
 
+  // Returns the surface points at the start, m: start()[i] belongs to point first_point + i.
+  const std::vector<Vec3>& start() const {
+    return sampled_start.empty() ? held->start : sampled_start;
+  }
   // Returns the points at the start relative to the middle: the frame of the obstacle's pyramid.
   std::vector<Vec3> own_positions() const;
   bsi::RigidFrame frame(const RigidPose& pose) const;
@@ -37,7 +42,7 @@ struct RigidObstacle {
 // All rigid obstacles of a scene that move.
 class RigidObstacles {
  public:
-  // O(their particles). The scene must outlive the object.
+  // O(their points). The scene must outlive the object.
   explicit RigidObstacles(const Scene& scene);
 
   std::span<const RigidObstacle> all() const { return all_; }
@@ -51,33 +56,31 @@ class RigidObstacles {
   std::vector<int> of_body_;
 };
 
-// Positions of all particles at one time, m. Those of rigid obstacles may be missing: their poses
-// are given instead, and single particles are placed when they are needed.
-class PlacedParticles {
+// Positions of all surface points at one time, m. Those of rigid obstacles may be missing: their
+// poses are given instead, and single points are placed when they are needed.
+class PlacedPoints {
  public:
   // All positions are given.
-  PlacedParticles(std::span<const Vec3> position) : position_(position) {}  // NOLINT: implicit
+  PlacedPoints(std::span<const Vec3> position) : position_(position) {}  // NOLINT: implicit
   // `poses` are those of RigidObstacles::all(). The positions of these obstacles, and the
   // velocities if there are any, are written when they are needed.
-  PlacedParticles(std::span<Vec3> position, std::span<Vec3> velocity,
-                  std::span<const RigidPose> poses)
+  PlacedPoints(std::span<Vec3> position, std::span<Vec3> velocity, std::span<const RigidPose> poses)
       : position_(position), room_(position), velocity_(velocity), poses_(poses) {}
 
-  // Returns the positions. Particles of obstacles with a pose are valid only after place().
+  // Returns the positions. Points of obstacles with a pose are valid only after place().
   std::span<const Vec3> position() const { return position_; }
-  bool is_same(const PlacedParticles& other) const {
+  bool is_same(const PlacedPoints& other) const {
     return position_.data() == other.position_.data();
   }
-  // Returns the pose of an obstacle, or null if its particles are given.
+  // Returns the pose of an obstacle, or null if its points are given.
   const RigidPose* pose(int obstacle) const {
     return obstacle < 0 || poses_.empty() ? nullptr : &poses_[obstacle];
   }
-  // Places one particle of an obstacle that has a pose.
-  void place(const RigidObstacle& obstacle, int particle) const {
+  // Places one point of an obstacle that has a pose.
+  void place(const RigidObstacle& obstacle, int point) const {
     Vec3 rate;
-    const Vec3& start = obstacle.held->start[particle - obstacle.first_particle];
-    poses_[obstacle.number].place(start, room_[particle],
-                                  velocity_.empty() ? rate : velocity_[particle]);
+    const Vec3& start = obstacle.start()[point - obstacle.first_point];
+    poses_[obstacle.number].place(start, room_[point], velocity_.empty() ? rate : velocity_[point]);
   }
   void place_all(const RigidObstacle& obstacle) const;
 
@@ -87,7 +90,7 @@ class PlacedParticles {
   std::span<const RigidPose> poses_;
 };
 
-// Detects the first occurrence of each number, for example of a particle, since begin().
+// Detects the first occurrence of each number, for example of a point, since begin().
 class PlacedMarks {
  public:
   // Starts anew for numbers below `count`.

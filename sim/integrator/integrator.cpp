@@ -20,7 +20,7 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynami
 }
 
 Failure frame_failure(const Scene& scene, const ContactFault& fault, double time) {
-  return {Failure::Kind::surfaces, time, fault.nodes[0],
+  return {Failure::Kind::surfaces, time, fault.particle(scene),
           "no frame at t = " + rounded_text(time) +
               " s keeps the surfaces apart: " + fault.describe(scene)};
 }

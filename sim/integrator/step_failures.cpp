@@ -40,7 +40,7 @@ Failure placed_failure(Failure::Kind kind, const std::string& what, const Failur
     where = is_unstable ? ": the motion is fastest at " : ": the error is largest at ";
     where += scene.describe_particle(place.particle);
   }
-  return {kind, place.time, place.fault ? place.fault->nodes[0] : place.particle,
+  return {kind, place.time, place.fault ? place.fault->particle(scene) : place.particle,
           what + " at t = " + rounded_text(place.time) + " s" + where};
 }
 

@@ -20,7 +20,7 @@ std::optional<std::int64_t> VetoWindow::add_step() {
 
 Failure VetoWindow::failure(std::int64_t vetoes, double time, const char* remedy,
                             const Scene& scene) const {
-  return {Failure::Kind::too_many_cuts, time, last_fault_ ? last_fault_->nodes[0] : -1,
+  return {Failure::Kind::too_many_cuts, time, last_fault_ ? last_fault_->particle(scene) : -1,
           number_text(static_cast<double>(vetoes)) + " steps had to be cut in the last " +
               number_text(length) + " to keep surfaces apart at t = " + rounded_text(time) + " s" +
               (last_fault_ ? ": " + last_fault_->describe(scene) : "") + " (" + remedy +

@@ -81,7 +81,7 @@ std::optional<double> MotionLimits::latest_end(double time, double wanted,
 Failure MotionLimits::failure(double time) const {
   constexpr auto kind = Failure::Kind::prescribed_motion;
   if (crossing_) {
-    return {kind, time, crossing_->nodes[0],
+    return {kind, time, crossing_->particle(scene_),
             "prescribed motions leave no room at t = " + rounded_text(time) +
                 " s: " + crossing_->describe(scene_)};
   }
@@ -101,26 +101,33 @@ void MotionLimits::find_approaches(double time, double end, std::span<const doub
     if (!moving.is_obstacle) continue;
     const MotionBounds bounds = moving.held->motion.bounds(time, end, moving.held->radius);
     if (bounds.travel <= stray_part * range_) continue;
-    if (!has_positions) dynamics_.expand(time, y, position_, velocity_);
+    if (!has_positions) find_points(time, y);
     has_positions = true;
     for (int body = 0; body < scene_.dynamic_bodies; ++body)
       add_approaches(moving, body, time, end - time, bounds.travel);
   }
 }
 
+void MotionLimits::find_points(double time, std::span<const double> y) {
+  dynamics_.expand(time, y, position_, velocity_);
+  const SurfaceMap& map = scene_.surface_map;
+  point_position_ = map.points_of(position_, scene_.dynamic_points, position_room_);
+  point_velocity_ = map.points_of(velocity_, scene_.dynamic_points, velocity_room_);
+}
+
 void MotionLimits::make_blocks(int body) {
   std::vector<Block>& blocks = blocks_[body];
   if (!blocks.empty()) return;
   const SceneBody& from = scene_.bodies[body];
-  const std::size_t count = from.mesh.triangles.size();
+  const auto& triangles = from.surface_mesh().triangles;
+  const std::size_t count = triangles.size();
   const std::size_t each = (count + most_blocks - 1) / most_blocks;
   for (std::size_t first = 0; first < count; first += each) {
     Block& block = blocks.emplace_back();
     for (std::size_t t = first; t < std::min(first + each, count); ++t)
-      for (const int p : from.mesh.triangles[t]) block.particles.push_back(p + from.first_particle);
-    std::sort(block.particles.begin(), block.particles.end());
-    block.particles.erase(std::unique(block.particles.begin(), block.particles.end()),
-                          block.particles.end());
+      for (const int p : triangles[t]) block.points.push_back(p + from.first_point);
+    std::sort(block.points.begin(), block.points.end());
+    block.points.erase(std::unique(block.points.begin(), block.points.end()), block.points.end());
   }
 }
 
@@ -131,9 +138,9 @@ void MotionLimits::bound_blocks(int body) {
   for (Block& block : blocks_[body]) {
     block.box.setEmpty();
     double square = 0;
-    for (const int p : block.particles) {
-      block.box.extend(position_[p]);
-      square = std::max(square, velocity_[p].squaredNorm());
+    for (const int p : block.points) {
+      block.box.extend(point_position_[p]);
+      square = std::max(square, point_velocity_[p].squaredNorm());
     }
     block.speed = std::sqrt(square);
   }
@@ -148,8 +155,8 @@ void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
   pose_ = obstacle.held->motion.pose(time);
   for (Block& block : blocks_[obstacle.body]) {
     if (is_first) {
-      for (const int p : block.particles)
-        block.start.extend(obstacle.held->start[p - obstacle.first_particle]);
+      for (const int p : block.points)
+        block.start.extend(obstacle.start()[p - obstacle.first_point]);
     }
     block.box = box_around(block.start.center(), 0.5 * block.start.sizes(), pose_);
     block.is_placed = false;
@@ -157,7 +164,7 @@ void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
 }
 
 // The squared distance of a box to the nearest block of the obstacle in hand. A lower bound that is
-// no less than `enough` is returned as it is. Only the particles of blocks that might be nearest
+// no less than `enough` is returned as it is. Only the points of blocks that might be nearest
 // are put in place.
 double MotionLimits::squared_distance(const Block& block, const RigidObstacle& obstacle,
                                       double enough) {
@@ -173,8 +180,8 @@ double MotionLimits::squared_distance(const Block& block, const RigidObstacle& o
     if (!other.is_placed) {
       other.is_placed = true;
       other.box.setEmpty();
-      for (const int p : other.particles)
-        other.box.extend(pose_.place(obstacle.held->start[p - obstacle.first_particle]));
+      for (const int p : other.points)
+        other.box.extend(pose_.place(obstacle.start()[p - obstacle.first_point]));
     }
     square = std::min(square, block.box.squaredExteriorDistance(other.box));
   };
@@ -204,11 +211,12 @@ void MotionLimits::add_approaches(const Moving& obstacle, int body, double time,
         .clearance = std::sqrt(squared_distance(block, rigid, enough * enough)) - reach,
         .speed = block.speed};
     if (way <= approach_part * approach.clearance) continue;
-    for (const int p : block.particles) {
+    for (const int p : block.points) {
       const RigidMotion& motion = obstacle.held->motion;
-      const Vec3 relative = velocity_[p] - motion.velocity_at(time, position_[p]);
+      const Vec3& place = point_position_[p];
+      const Vec3 relative = point_velocity_[p] - motion.velocity_at(time, place);
       approach.relative_speed = std::max(approach.relative_speed, relative.norm());
-      approach.radius = std::max(approach.radius, motion.distance_from_centre(time, position_[p]));
+      approach.radius = std::max(approach.radius, motion.distance_from_centre(time, place));
     }
     approaches_.push_back(approach);
   }

@@ -66,11 +66,11 @@ class MotionLimits {
   };
   // A part of a body: the box around some of its triangles.
   struct Block {
-    Eigen::AlignedBox3d box;     // of an obstacle: a larger one until place() has been called
-    Eigen::AlignedBox3d start;   // of an obstacle, where its motion starts
-    bool is_placed = false;      // of an obstacle: `box` fits
-    std::vector<int> particles;  // global
-    double speed = 0;            // the largest, m/s
+    Eigen::AlignedBox3d box;    // of an obstacle: a larger one until place() has been called
+    Eigen::AlignedBox3d start;  // of an obstacle, where its motion starts
+    bool is_placed = false;     // of an obstacle: `box` fits
+    std::vector<int> points;    // of the surface, global
+    double speed = 0;           // the largest, m/s
   };
   // A part of a dynamic body that an obstacle may reach.
   struct Approach {
@@ -83,6 +83,7 @@ class MotionLimits {
   double next_event(double time) const;
   void find_approaches(double time, double end, std::span<const double> y);
   void add_approaches(const Moving& obstacle, int body, double time, double length, double travel);
+  void find_points(double time, std::span<const double> y);
   void make_blocks(int body);
   void bound_blocks(int body);
   void turn_blocks(const RigidObstacle& obstacle, double time);
@@ -99,6 +100,8 @@ class MotionLimits {
   std::vector<char> is_bounded_;            // by body, in this step
   std::vector<Approach> approaches_;
   std::vector<Vec3> position_, velocity_;
+  std::vector<Vec3> position_room_, velocity_room_;        // of points that are no particles
+  std::span<const Vec3> point_position_, point_velocity_;  // of the surfaces of dynamic bodies
   RigidObstacles obstacles_;
   RigidPose pose_;                 // of the obstacle in hand
   std::vector<double> distances_;  // m^2, to its blocks

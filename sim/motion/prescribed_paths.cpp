@@ -30,34 +30,38 @@ bool share_a_vertex(const std::array<int, 4>& nodes, int split) {
 
 PrescribedPaths::PrescribedPaths(const Scene& scene)
     : scene_(scene),
-      motion_of_(scene.particle_count, -1),
+      motion_of_particle_(scene.particle_count, -1),
+      motion_of_(scene.point_count, -1),
+      several_motions_(static_cast<int>(scene.prescribed.size()) + 1),
       features_(scene.bodies.size()),
       obstacles_(scene),
       is_placed_(scene.bodies.size(), 0),
-      stray_(scene.prescribed.size() + 1, 0.0),
-      start_(scene.initial_position),
-      end_(scene.initial_position) {
-  std::fill(motion_of_.begin() + scene.dynamic_particles, motion_of_.end(), 0);
+      stray_(scene.prescribed.size() + 1, 0.0) {
+  const std::span<const Vec3> points =
+      scene.surface_map.points_of(scene.initial_position, scene.point_count, start_);
+  start_.assign(points.begin(), points.end());
+  end_ = start_;
+  if (!scene.surface_map.is_identity()) particle_start_ = particle_end_ = scene.initial_position;
+  std::fill(motion_of_particle_.begin() + scene.dynamic_particles, motion_of_particle_.end(), 0);
   for (std::size_t m = 0; m < scene.prescribed.size(); ++m) {
     const PrescribedMotion& held = scene.prescribed[m];
     for (const int particle : held.particles)
-      motion_of_[particle] = held.moves ? static_cast<int>(m) + 1 : 0;
+      motion_of_particle_[particle] = held.moves ? static_cast<int>(m) + 1 : 0;
   }
-  const auto is_held = [&](int particle) { return motion_of_[particle] >= 0; };
+  const auto is_held = [&](int point) { return motion_of_[point] >= 0; };
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const SceneBody& body = scene.bodies[b];
-    const int first = body.first_particle;
+    const int first = body.first_point;
     Features& features = features_[b];
-    for (int i = first; i < first + body.particle_count(); ++i) {
-      if (!is_held(i)) continue;
-      features.vertices.push_back(i);
-      features.motions.push_back(motion_of_[i]);
+    for (int i = first; i < first + body.point_count(); ++i) {
+      motion_of_[i] = motion_of_point(i, features.motions);
+      if (is_held(i)) features.vertices.push_back(i);
     }
-    for (const bsi::Edge& edge : body.mesh.edges) {
+    for (const bsi::Edge& edge : body.surface_mesh().edges) {
       const std::array<int, 2> e{edge.vertex[0] + first, edge.vertex[1] + first};
       if (std::all_of(e.begin(), e.end(), is_held)) features.edges.push_back(e);
     }
-    for (const auto& [x, y, z] : body.mesh.triangles) {
+    for (const auto& [x, y, z] : body.surface_mesh().triangles) {
       const std::array<int, 3> t{x + first, y + first, z + first};
       if (std::all_of(t.begin(), t.end(), is_held)) features.triangles.push_back(t);
     }
@@ -80,6 +84,25 @@ PrescribedPaths::PrescribedPaths(const Scene& scene)
   tree_.build(std::move(boxes));
 }
 
+// Adds the motions of a prescribed point to `motions`.
+int PrescribedPaths::motion_of_point(int point, std::vector<int>& motions) const {
+  if (scene_.surface_map.is_identity()) {
+    const int motion = motion_of_particle_[point];
+    if (motion >= 0) motions.push_back(motion);
+    return motion;
+  }
+  const auto shares = scene_.surface_map.shares(point);
+  const auto motion = [&](const SurfaceMap::Share& share) {
+    return motion_of_particle_[share.particle];
+  };
+  if (std::ranges::any_of(shares, [&](const auto& share) { return motion(share) < 0; })) return -1;
+  const int first = motion(shares[0]);
+  for (const SurfaceMap::Share& share : shares) motions.push_back(motion(share));
+  const bool is_one =
+      std::ranges::all_of(shares, [&](const auto& share) { return motion(share) == first; });
+  return is_one ? first : several_motions_;
+}
+
 bool PrescribedPaths::moves(int body, double from, double to) const {
   return std::ranges::any_of(features_[body].motions, [&](int m) {
     if (m == 0) return false;
@@ -100,19 +123,27 @@ bool PrescribedPaths::may_cross(const BodyPair& pair) const {
 void PrescribedPaths::place(int body) {
   if (is_placed_[body] != 0) return;
   is_placed_[body] = 1;
+  const SurfaceMap& map = scene_.surface_map;
+  std::vector<Vec3>& start = map.is_identity() ? start_ : particle_start_;
+  std::vector<Vec3>& end = map.is_identity() ? end_ : particle_end_;
   for (const int m : features_[body].motions) {
     if (m == 0) continue;
     const PrescribedMotion& held = scene_.prescribed[m - 1];
     moved_.resize(held.start.size());
     rates_.resize(held.start.size());
-    for (const auto& [time, position] : {std::pair(from_, &start_), std::pair(to_, &end_)}) {
+    for (const auto& [time, position] : {std::pair(from_, &start), std::pair(to_, &end)}) {
       held.motion.apply(time, held.start, moved_, rates_);
       for (std::size_t i = 0; i < moved_.size(); ++i) (*position)[held.particles[i]] = moved_[i];
     }
   }
+  if (map.is_identity()) return;
+  for (const int point : features_[body].vertices) {
+    start_[point] = map.apply(point, particle_start_);
+    end_[point] = map.apply(point, particle_end_);
+  }
 }
 
-// The particles of rigid obstacles are placed once a box around them meets another.
+// The points of rigid obstacles are placed once a box around them meets another.
 Eigen::AlignedBox3d PrescribedPaths::box_of_paths(int body) {
   const int number = obstacles_.of_body(body);
   if (number < 0) {
@@ -122,7 +153,9 @@ Eigen::AlignedBox3d PrescribedPaths::box_of_paths(int body) {
   const RigidObstacle& obstacle = obstacles_.all()[number];
   Box box;
   for (const double time : {from_, to_}) box.extend(obstacle.box(obstacle.held->motion.pose(time)));
-  const Vec3 stray = Vec3::Constant(stray_[features_[body].motions.back()]);
+  const double most = scene_.surface_map.is_identity() ? stray_[features_[body].motions.back()]
+                                                       : largest_stray(features_[body].vertices);
+  const Vec3 stray = Vec3::Constant(most);
   return {box.min() - stray, box.max() + stray};
 }
 
@@ -163,19 +196,27 @@ std::optional<ContactFault> PrescribedPaths::find_crossing(double from, double t
   return std::nullopt;
 }
 
-template <class Particles>
-double PrescribedPaths::largest_stray(const Particles& particles) const {
+double PrescribedPaths::stray_of(int point) const {
+  if (scene_.surface_map.is_identity()) return stray_[motion_of_[point]];
+  double sum = 0;
+  for (const auto& [particle, weight] : scene_.surface_map.shares(point))
+    sum += std::abs(weight) * stray_[motion_of_particle_[particle]];
+  return sum;
+}
+
+template <class Points>
+double PrescribedPaths::largest_stray(const Points& points) const {
   double largest = 0;
-  for (const int p : particles) largest = std::max(largest, stray_[motion_of_[p]]);
+  for (const int p : points) largest = std::max(largest, stray_of(p));
   return largest;
 }
 
-// The box around the true paths of these particles and everything between them.
-template <class Particles>
-Eigen::AlignedBox3d PrescribedPaths::swept_box(const Particles& particles) const {
+// The box around the true paths of these points and everything between them.
+template <class Points>
+Eigen::AlignedBox3d PrescribedPaths::swept_box(const Points& points) const {
   Box box;
-  for (const int p : particles) box.extend(start_[p]).extend(end_[p]);
-  const double stray = largest_stray(particles);
+  for (const int p : points) box.extend(start_[p]).extend(end_[p]);
+  const double stray = largest_stray(points);
   box.min().array() -= stray;
   box.max().array() += stray;
   return box;
@@ -202,8 +243,9 @@ std::optional<ContactFault> PrescribedPaths::check(const BodyPair& pair) {
 
 // True if one motion carries all nodes: they keep their distances.
 bool PrescribedPaths::is_rigid(const std::array<int, 4>& nodes) const {
-  return std::all_of(nodes.begin(), nodes.end(),
-                     [&](int node) { return motion_of_[node] == motion_of_[nodes[0]]; });
+  const int motion = motion_of_[nodes[0]];
+  return motion != several_motions_ &&
+         std::ranges::all_of(nodes, [&](int node) { return motion_of_[node] == motion; });
 }
 
 template <class First, class Second>

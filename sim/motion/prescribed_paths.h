@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "sim/contact/body_tree.h"
-#include "sim/contact/contact.h"
 #include "sim/contact/rigid_obstacles.h"
+#include "sim/contact/surface_contact.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -27,7 +27,7 @@ class PrescribedPaths {
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:
-  // Prescribed features of a body, by global particles.
+  // Features of a body all of whose particles are prescribed, by surface points.
   struct Features {
     std::vector<int> vertices;
     std::vector<std::array<int, 2>> edges;
@@ -43,23 +43,29 @@ class PrescribedPaths {
   template <class First, class Second>
   std::optional<ContactFault> check_kind(bool edges, const std::vector<First>& first,
                                          const std::vector<Second>& second) const;
-  template <class Particles>
-  double largest_stray(const Particles& particles) const;
-  template <class Particles>
-  Eigen::AlignedBox3d swept_box(const Particles& particles) const;
+  int motion_of_point(int point, std::vector<int>& motions) const;
+  double stray_of(int point) const;
+  template <class Points>
+  double largest_stray(const Points& points) const;
+  template <class Points>
+  Eigen::AlignedBox3d swept_box(const Points& points) const;
   bool is_rigid(const std::array<int, 4>& nodes) const;
 
   const Scene& scene_;
-  std::vector<int> motion_of_;      // by particle; -1: free, 0: at rest
+  std::vector<int> motion_of_particle_;  // -1: free, 0: at rest
+  // By surface point, likewise; `several_motions_` where its particles follow different ones.
+  std::vector<int> motion_of_;
+  int several_motions_;
   std::vector<Features> features_;  // by body
   RigidObstacles obstacles_;
-  std::vector<int> moving_;          // bodies that have features with a motion and may cross others
-  std::vector<char> is_placed_;      // by body, within the interval in hand
-  double from_ = 0, to_ = 0;         // s, that interval
-  BodyTree tree_;                    // of the boxes of the features' paths
-  std::vector<double> stray_;        // m, by motion, within the current interval
-  std::vector<Vec3> start_, end_;    // m, by particle
-  std::vector<Vec3> moved_, rates_;  // scratch
+  std::vector<int> moving_;        // bodies that have features with a motion and may cross others
+  std::vector<char> is_placed_;    // by body, within the interval in hand
+  double from_ = 0, to_ = 0;       // s, that interval
+  BodyTree tree_;                  // of the boxes of the features' paths
+  std::vector<double> stray_;      // m, by motion, within the current interval
+  std::vector<Vec3> start_, end_;  // m, by surface point
+  std::vector<Vec3> particle_start_, particle_end_;  // m, where points are not particles
+  std::vector<Vec3> moved_, rates_;                  // scratch
 };
 
 }  // namespace weft::sim

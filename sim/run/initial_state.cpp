@@ -16,15 +16,17 @@ constexpr std::size_t listed_places = 10;
 
 std::string describe_triangle(const Scene& scene, int body, int triangle) {
   const SceneBody& owner = scene.bodies[body];
-  return scene.describe_particle(owner.mesh.triangles[triangle][0] + owner.first_particle);
+  return scene.describe_point(owner.surface_mesh().triangles[triangle][0] + owner.first_point);
 }
 
 void refuse_crossings(const Scene& scene) {
   std::vector<CrossingSurface> surfaces;
+  std::vector<Vec3> room;
+  const std::span<const Vec3> position =
+      scene.surface_map.points_of(scene.initial_position, scene.point_count, room);
   for (const SceneBody& body : scene.bodies) {
-    surfaces.push_back(
-        {std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()),
-         body.mesh.triangles, body.self_contact});
+    surfaces.push_back({position.subspan(body.first_point, body.point_count()),
+                        body.surface_mesh().triangles, body.self_contact});
   }
   std::vector<Crossing> crossings = find_crossings(surfaces);
   // Obstacles may overlap each other: nothing is simulated between them.

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "sim/scene/held_bodies.h"
+#include "sim/scene/surface_points.h"
 
 namespace weft::sim {
 
@@ -25,6 +26,7 @@ AwakeScene::AwakeScene(const Scene& whole, std::span<const char> asleep,
   assert(static_cast<int>(asleep.size()) == whole.dynamic_bodies);
   assert(static_cast<int>(position.size()) == whole.dynamic_particles);
   hold_bodies(scene_, asleep, scene_.prescribed);
+  number_surface_points(scene_);
   assert(scene_.dynamic_bodies < whole.dynamic_bodies);
   for (int b = scene_.dynamic_bodies; b < whole.dynamic_bodies; ++b) scene_.bodies[b].sleeps = true;
   whole_body_.resize(whole.bodies.size());

@@ -43,7 +43,6 @@ std::vector<Value> reordered(const std::vector<Value>& all, const std::vector<Sc
 void reorder(Scene& scene, const std::vector<int>& order, std::vector<PrescribedMotion>& pins) {
   scene.initial_position = reordered(scene.initial_position, scene.bodies, order);
   scene.mass = reordered(scene.mass, scene.bodies, order);
-  scene.contact_area = reordered(scene.contact_area, scene.bodies, order);
   scene.pinned = reordered(scene.pinned, scene.bodies, order);
   std::vector<SceneBody> bodies;
   std::vector<int> shift(order.size());

@@ -13,6 +13,7 @@
 #include "sim/case/memory_estimate.h"
 #include "sim/scene/held_bodies.h"
 #include "sim/scene/pins.h"
+#include "sim/scene/surface_points.h"
 #include "sim/scene/texel_file.h"
 
 namespace weft::sim {
@@ -49,25 +50,18 @@ bsi::Surface make_shape(const ShapeCase& shape, const Case& source) {
   throw CaseError(shape.location, "shape type without a builder");
 }
 
-// Area of each particle (m^2): a third of every triangle around it. Throws CaseError at a triangle
-// without area.
-std::vector<double> particle_areas(const SceneBody& body, const SourceLocation& where) {
-  std::vector<double> area(body.particle_count(), 0.0);
+void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = body.mesh.triangles[t];
     const Vec3 u = body.rest[b] - body.rest[a], v = body.rest[c] - body.rest[a];
-    const double doubled = u.cross(v).norm();
     // A triangle this thin is refused: its stiffness would swamp that of every other.
-    if (!(doubled > 1e-10 * (u.squaredNorm() + v.squaredNorm()))) {
-      const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
-      throw CaseError(where, "the rest shape of \"" + body.name +
-                                 "\" has a triangle without area at patch " +
-                                 std::to_string(at.patch) + ", row " + std::to_string(at.row) +
-                                 ", column " + std::to_string(at.col));
-    }
-    for (int particle : {a, b, c}) area[particle] += doubled / 6;
+    if (u.cross(v).norm() > 1e-10 * (u.squaredNorm() + v.squaredNorm())) continue;
+    const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
+    throw CaseError(where, "the rest shape of \"" + body.name +
+                               "\" has a triangle without area at patch " +
+                               std::to_string(at.patch) + ", row " + std::to_string(at.row) +
+                               ", column " + std::to_string(at.col));
   }
-  return area;
 }
 
 Vec3 mean_of(std::span<const Vec3> points) {
@@ -119,11 +113,6 @@ void append_positions(Scene& scene, const SceneBody& body, const Vec3& stretch,
   for (const Vec3& p : body.rest) scene.initial_position.push_back(placing * p + position);
 }
 
-void append_contact_areas(Scene& scene, const std::vector<double>& area) {
-  if (!scene.source.contact.enabled) return;
-  scene.contact_area.insert(scene.contact_area.end(), area.begin(), area.end());
-}
-
 const MaterialCase* find_material(const Case& source, const std::string& name) {
   const auto found = std::find_if(source.material.begin(), source.material.end(),
                                   [&](const MaterialCase& m) { return m.name == name; });
@@ -138,14 +127,14 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
   body.material = find_material(scene.source, from.material);
   if (body.material == nullptr)
     throw CaseError(from.location, "unknown material \"" + from.material + "\"");
-  const std::vector<double> area = particle_areas(body, from.shape.location);
+  refuse_flat_triangles(body, from.shape.location);
   append_positions(scene, body, from.stretch, from.position, from.rotation_deg);
   const int count = body.particle_count();
   body.velocity = from.velocity;
   body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
   body.centre = mean_of(std::span<const Vec3>(scene.initial_position).last(count));
-  for (const double a : area) scene.mass.push_back(a * body.material->density);
-  append_contact_areas(scene, area);
+  for (const double area : areas_around(body.mesh, body.rest))
+    scene.mass.push_back(area * body.material->density);
   scene.pinned.resize(scene.mass.size(), 0);
   scene.particle_count += count;
   scene.bodies.push_back(std::move(body));
@@ -158,10 +147,9 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   body.is_obstacle = true;
   body.dynamic = false;
   body.moves = from.motion.has_value();
-  const std::vector<double> area = particle_areas(body, from.shape.location);
+  refuse_flat_triangles(body, from.shape.location);
   append_positions(scene, body, Vec3::Ones(), from.position, from.rotation_deg);
   const int count = body.particle_count();
-  append_contact_areas(scene, area);
   scene.particle_count += count;
   if (body.moves) {
     PrescribedMotion moved;
@@ -214,13 +202,45 @@ void apply_initial_motions(Scene& scene) {
   }
 }
 
+// The body whose particles, or points, include a number; `first` has the first number of each.
+int body_index_of(const std::vector<SceneBody>& bodies, int SceneBody::*first, int number) {
+  const auto after = std::ranges::upper_bound(bodies, number, {}, first);
+  return static_cast<int>(after - bodies.begin()) - 1;
+}
+
+std::string place_in(const SceneBody& body, const bsi::Atlas& atlas, int local) {
+  const bsi::TexelAddress at = atlas.particle_address(local);
+  std::string text = (body.is_obstacle ? "obstacle \"" : "body \"") + body.name + "\", ";
+  if (atlas.patches().size() > 1) text += "patch " + std::to_string(at.patch) + ", ";
+  return text + "row " + std::to_string(at.row) + ", column " + std::to_string(at.col);
+}
+
+std::vector<Vec3> points_of(const SurfaceMap& map, std::span<const Vec3> particles, int count) {
+  std::vector<Vec3> room;
+  const std::span<const Vec3> points = map.points_of(particles, count, room);
+  return {points.begin(), points.end()};
+}
+
 }  // namespace
 
+SampledSurface::SampledSurface(bsi::Atlas image, SurfaceMap particles_to_points,
+                               std::span<const Vec3> particles)
+    : atlas(std::move(image)),
+      mesh(bsi::build_mesh(atlas)),
+      map(std::move(particles_to_points)),
+      rest(points_of(map, particles, atlas.particle_count())) {}
+
 int Scene::body_index_of_particle(int particle) const {
-  const auto after =
-      std::upper_bound(bodies.begin(), bodies.end(), particle,
-                       [](int p, const SceneBody& body) { return p < body.first_particle; });
-  return static_cast<int>(after - bodies.begin()) - 1;
+  return body_index_of(bodies, &SceneBody::first_particle, particle);
+}
+
+int Scene::body_index_of_point(int point) const {
+  return body_index_of(bodies, &SceneBody::first_point, point);
+}
+
+int Scene::main_particle(int point) const {
+  if (surface_map.is_identity()) return point;
+  return std::ranges::max(surface_map.shares(point), {}, &SurfaceMap::Share::weight).particle;
 }
 
 Vec3 Scene::initial_velocity(int particle) const {
@@ -234,10 +254,13 @@ const SceneBody& Scene::body_of_particle(int particle) const {
 
 std::string Scene::describe_particle(int particle) const {
   const SceneBody& body = body_of_particle(particle);
-  const bsi::TexelAddress at = body.atlas.particle_address(particle - body.first_particle);
-  std::string text = (body.is_obstacle ? "obstacle \"" : "body \"") + body.name + "\", ";
-  if (body.atlas.patches().size() > 1) text += "patch " + std::to_string(at.patch) + ", ";
-  return text + "row " + std::to_string(at.row) + ", column " + std::to_string(at.col);
+  return place_in(body, body.atlas, particle - body.first_particle);
+}
+
+std::string Scene::describe_point(int point) const {
+  const SceneBody& body = bodies[body_index_of_point(point)];
+  return place_in(body, body.surface_atlas(), point - body.first_point) +
+         (body.sampled ? " of its surface" : "");
 }
 
 std::unique_ptr<const Scene> build_scene(const Case& source) {
@@ -259,6 +282,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   }
   std::ranges::move(pins, std::back_inserter(scene->prescribed));
   apply_initial_motions(*scene);
+  number_surface_points(*scene);
   return scene;
 }
 

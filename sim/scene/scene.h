@@ -1,7 +1,9 @@
 // The compiled case: everything that a simulation needs to know and never changes.
 #pragma once
 
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,11 +11,25 @@
 #include "bsi/shapes.h"
 #include "sim/case/case.h"
 #include "sim/scene/motion.h"
+#include "sim/scene/surface_map.h"
 
 namespace weft::sim {
 
+// The surface of a body on which contact acts, where its points are not the particles themselves:
+// an image of points that are combinations of the body's particles.
+struct SampledSurface {
+  // Precondition: `map` has a point for each of the atlas; indices are local to the body. `rest`:
+  // the body's particles, undeformed. Throws as bsi::build_mesh().
+  SampledSurface(bsi::Atlas image, SurfaceMap particles_to_points, std::span<const Vec3> rest);
+
+  bsi::Atlas atlas;  // of points
+  bsi::Mesh mesh;
+  SurfaceMap map;
+  std::vector<Vec3> rest;  // points of the undeformed shape, m
+};
+
 // A body of the scene. Its particles are numbered from first_particle to first_particle +
-// atlas.particle_count() - 1.
+// atlas.particle_count() - 1, its surface points from first_point on.
 struct SceneBody {
   std::string name;
   bsi::Atlas atlas;
@@ -21,7 +37,8 @@ struct SceneBody {
   std::vector<Vec3> rest;  // the undeformed shape, in its own frame, m
   Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // at t = 0: m/s, rad/s about `centre`
   Vec3 centre{0, 0, 0};                   // m, mean of its particles at t = 0
-  int first_particle = 0;
+  std::optional<SampledSurface> sampled;  // empty: surface points are particles
+  int first_particle = 0, first_point = 0;
   bool is_obstacle = false;  // the case lists it as an obstacle
   bool dynamic = true;       // false: an obstacle, or a body that is held as a whole
   bool moves = true;         // false: not dynamic, and at rest
@@ -32,6 +49,10 @@ struct SceneBody {
       nullptr;  // points into Scene::source; null for obstacles of the case
 
   int particle_count() const { return atlas.particle_count(); }
+  const bsi::Atlas& surface_atlas() const { return sampled ? sampled->atlas : atlas; }
+  const bsi::Mesh& surface_mesh() const { return sampled ? sampled->mesh : mesh; }
+  const std::vector<Vec3>& surface_rest() const { return sampled ? sampled->rest : rest; }
+  int point_count() const { return surface_atlas().particle_count(); }
 };
 
 // Particles whose motion is prescribed.
@@ -56,12 +77,15 @@ struct Scene {
   int dynamic_bodies = 0;
   int dynamic_particles = 0;
   int particle_count = 0;
+  int dynamic_points = 0;  // of surfaces; numbered in the order of bodies, as particles are
+  int point_count = 0;
   int threads = 1;  // of a run
 
   std::vector<Vec3> initial_position;  // m, all particles
   std::vector<double> mass;            // kg, dynamic particles
-  std::vector<double> contact_area;    // m^2, a third of the triangles around a particle; all
-                                       // particles; empty without contact
+  SurfaceMap surface_map;              // of all particles to all surface points
+  std::vector<double> contact_area;    // m^2, a third of the triangles around a surface point; all
+                                       // points; empty without contact
   std::vector<char> pinned;            // dynamic particles: 1 where prescribed
   std::vector<PrescribedMotion> prescribed;
 
@@ -69,10 +93,22 @@ struct Scene {
   Vec3 initial_velocity(int particle) const;
   int held_bodies() const { return static_cast<int>(source.body.size()) - dynamic_bodies; }
   bool is_free(int particle) const { return particle < dynamic_particles && pinned[particle] == 0; }
+  // True if a particle of a surface point is free.
+  bool is_free_point(int point) const {
+    if (surface_map.is_identity()) return is_free(point);
+    return std::ranges::any_of(surface_map.shares(point),
+                               [&](const auto& share) { return is_free(share.particle); });
+  }
   const SceneBody& body_of_particle(int particle) const;
   int body_index_of_particle(int particle) const;
+  int body_index_of_point(int point) const;
+  // The particle that has the largest weight in a surface point.
+  int main_particle(int point) const;
   // `body "sheet", row 3, column 7`, with the patch if there are several, for messages.
   std::string describe_particle(int particle) const;
+  // Likewise for a surface point: `body "shell", row 3, column 7 of its surface` where that is
+  // sampled.
+  std::string describe_point(int point) const;
 };
 
 // Builds shapes, masses, pins and motions. Precondition: time.accuracy is settled

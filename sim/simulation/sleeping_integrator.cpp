@@ -142,15 +142,16 @@ std::vector<int> SleepingIntegrator::find_islands() const {
   std::iota(set.begin(), set.end(), 0);
   const Contact* contact = dynamics().contact();
   const Scene& awake = dynamics().scene();
-  for (std::size_t i = 0; contact != nullptr && i < contact->pairs_in_reach(); ++i) {
-    const std::array<int, 4>& nodes = contact->pair_nodes(i);
-    if (std::max(nodes[0], nodes[3]) >= awake.dynamic_particles) continue;
-    const auto whole = [&](int node) {
-      const int body = awake.body_index_of_particle(node);
-      return root_of(set, awake_ ? awake_->part.whole_body(body) : body);
-    };
-    const int a = whole(nodes[0]), b = whole(nodes[3]);
-    set[std::max(a, b)] = std::min(a, b);
+  const auto root = [&](int point) {
+    const int body = awake.body_index_of_point(point);
+    return root_of(set, awake_ ? awake_->part.whole_body(body) : body);
+  };
+  if (contact != nullptr) {
+    for (const ContactPair& pair : contact->pairs()) {
+      if (std::max(pair.nodes[0], pair.nodes[3]) >= awake.dynamic_points) continue;
+      const int a = root(pair.nodes[0]), b = root(pair.nodes[3]);
+      set[std::max(a, b)] = std::min(a, b);
+    }
   }
   for (int body = 0; body < scene_.dynamic_bodies; ++body) set[body] = root_of(set, body);
   return set;
@@ -264,12 +265,12 @@ void SleepingIntegrator::find_frozen(double now) {
   frozen_gap_.reset();
   if (!awake_) return;
   frozen_ = whole_.energies(now, state_);
-  const Contact* contact = whole_.contact();
-  for (std::size_t i = 0; contact != nullptr && i < contact->pairs_in_reach(); ++i) {
-    const int body = scene_.body_index_of_particle(contact->pair_nodes(i)[0]);
-    const int other = scene_.body_index_of_particle(contact->pair_nodes(i)[3]);
-    if (asleep_[std::min(body, other)] == 0) continue;
-    frozen_gap_ = std::min(contact->pair_gap(i), frozen_gap_.value_or(contact->pair_gap(i)));
+  if (const Contact* contact = whole_.contact()) {
+    for (const ContactPair& pair : contact->pairs()) {
+      // At least one side is dynamic, and has the lower number.
+      const int body = scene_.body_index_of_point(std::min(pair.nodes[0], pair.nodes[3]));
+      if (asleep_[body] != 0) frozen_gap_ = std::min(pair.gap, frozen_gap_.value_or(pair.gap));
+    }
   }
   frozen_ = sum_of(frozen_, -1, awake_->dynamics.energies(now, integrator_->state()));
 }

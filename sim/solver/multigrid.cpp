@@ -26,30 +26,28 @@ std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
     for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot)
       neighbours[row].push_back(pattern.column(slot));
   }
-  for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
-    const std::array<int, 4>& nodes = contact.pair_nodes(pair);
-    for (int a : nodes) {
-      for (int b : nodes) {
+  contact.visit_definite_couplings(0, [&](const Contact::Coupling& coupling) {
+    for (const int a : coupling.particles) {
+      for (const int b : coupling.particles) {
         if (a < count && b < count) neighbours[a].push_back(b);
       }
     }
-  }
+  });
   return std::make_shared<const BlockPattern>(neighbours);
 }
 
 void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) {
   const BlockPattern& pattern = matrix.pattern();
-  for (std::size_t pair = 0; pair < contact.pairs_in_reach(); ++pair) {
-    const Contact::Coupling coupling = contact.definite_coupling(pair, gamma);
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) {
-        const int row = coupling.nodes[i], column = coupling.nodes[j];
+  contact.visit_definite_couplings(gamma, [&](const Contact::Coupling& coupling) {
+    for (std::size_t i = 0; i < coupling.particles.size(); ++i) {
+      for (std::size_t j = 0; j < coupling.particles.size(); ++j) {
+        const int row = coupling.particles[i], column = coupling.particles[j];
         if (column < row || column >= pattern.rows()) continue;
         matrix.upper_block(pattern.upper(row, pattern.slot(row, column))) +=
-            (coupling.weight[i] * coupling.weight[j] * coupling.block).cast<float>();
+            (coupling.weights[i] * coupling.weights[j] * coupling.block).cast<float>();
       }
     }
-  }
+  });
 }
 
 // Inverts the diagonal blocks; those left out get zero. Returns false if one is not positive

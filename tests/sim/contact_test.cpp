@@ -369,14 +369,13 @@ TEST(Contact, TheFormsOfTheMatrixAgree) {
   forces_at(contact, *scene, random_state(*scene, 2));
   std::vector<Mat3> definite(count, Mat3::Zero());
   contact.add_diagonal(gamma, definite);
-  for (std::size_t p = 0; p < contact.pairs_in_reach(); ++p) {
-    const Contact::Coupling coupling = contact.definite_coupling(p, gamma);
-    for (int k = 0; k < 4; ++k) {
-      if (coupling.nodes[k] < count)
-        definite_blocks[coupling.nodes[k]] +=
-            coupling.weight[k] * coupling.weight[k] * coupling.block;
+  contact.visit_definite_couplings(gamma, [&](const Contact::Coupling& coupling) {
+    for (std::size_t k = 0; k < coupling.particles.size(); ++k) {
+      if (coupling.particles[k] < count)
+        definite_blocks[coupling.particles[k]] +=
+            coupling.weights[k] * coupling.weights[k] * coupling.block;
     }
-  }
+  });
   double size = 0;
   for (int i = 0; i < count; ++i) size = std::max(size, product[i].norm());
   ASSERT_GT(size, 0);

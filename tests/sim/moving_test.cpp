@@ -12,26 +12,6 @@ namespace {
 
 const Overrides cvode = method("cvode"), arkode = method("arkode"), euler = method("euler");
 
-// A ball passes through a sheet at rest between two pinned edges, and back, within 0.2 s.
-constexpr const char* there_and_back = R"(
-[time]
-duration = 0.65
-[world]
-gravity = [0, 0, 0]
-[material.cloth]
-[[body]]
-name = "sheet"
-shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
-[[body.pin]]
-edges = ["first_row", "last_row"]
-[[obstacle]]
-name = "ball"
-position = [0.03, 0.02, 0.15]
-shape = { type = "sphere", radius = 0.1, resolution = [5] }
-[obstacle.motion]
-keyframes = [{ time = 0.4 }, { time = 0.5, translation = [0, 0, -0.3] }, { time = 0.6 }]
-)";
-
 // A damped curtain at rest, through which a ball swings late.
 constexpr const char* curtain = R"(
 [time]

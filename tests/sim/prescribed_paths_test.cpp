@@ -8,28 +8,6 @@
 namespace weft::sim {
 namespace {
 
-// Both edges of a sheet are pulled along it through a plate; no force can stop pins.
-constexpr const char* pins_against_a_plate = R"(
-[time]
-duration = 1
-frames_per_second = 2
-[material.cloth]
-[[body]]
-name = "sheet"
-shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
-[[body.pin]]
-edges = ["first_row"]
-motion = { velocity = [1, 0, 0] }
-[[body.pin]]
-edges = ["last_row"]
-motion = { velocity = [1, 0, 0] }
-[[obstacle]]
-name = "plate"
-position = [0.5, 0, 0]
-rotation_deg = [0, 90, 0]
-shape = { type = "rectangle", size = [1, 1], resolution = [4, 4] }
-)";
-
 // Runs to the end or a failure, which is returned.
 std::string failure_of(SimulatedCase& sim, double until) {
   while (sim.integrator().time() < until) {

@@ -227,7 +227,8 @@ struct Moment {
       }
     }
   }
-  PlacedParticles placed() { return {room, room_velocity, poses}; }
+  PlacedPoints placed() { return {room, room_velocity, poses}; }
+  PlacedParticles placed_particles() { return {room, room_velocity, poses}; }
 };
 
 // A walk of the sheet and of both obstacles, in small steps and, now and then, a leap.
@@ -375,7 +376,7 @@ TEST(RigidObstacles, ForcesAndPathsAreThoseOfVerticesThatAreGiven) {
     Walk walk(*scene, obstacles, seed, 0.02, 0.012 + 0.0005 * seed);
     for (int k = 0; k < 12; ++k) {
       Moment now = walk.now();
-      const auto fault = posed.evaluate(now.placed(), now.room_velocity, 1);
+      const auto fault = posed.evaluate(now.placed_particles(), now.room_velocity, 1);
       const auto expected_fault = given.evaluate(now.all, now.velocity, 1);
       ASSERT_EQ(fault.has_value(), expected_fault.has_value());
       Positions force(now.all.size(), Vec3::Zero()), expected = force;
@@ -391,7 +392,7 @@ TEST(RigidObstacles, ForcesAndPathsAreThoseOfVerticesThatAreGiven) {
       }
       walk.step(false);
       Moment end = walk.now();
-      const auto crossing = posed.check_path(now.placed(), end.placed());
+      const auto crossing = posed.check_path(now.placed_particles(), end.placed_particles());
       const auto expected_crossing = given.check_path(now.all, end.all);
       ASSERT_EQ(crossing.has_value(), expected_crossing.has_value());
       if (crossing) {

@@ -110,6 +110,48 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
 edges = ["first_col"]
 )";
 
+// A ball passes through a sheet at rest between two pinned edges, and back, within 0.2 s.
+constexpr const char* there_and_back = R"(
+[time]
+duration = 0.65
+[world]
+gravity = [0, 0, 0]
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+[[body.pin]]
+edges = ["first_row", "last_row"]
+[[obstacle]]
+name = "ball"
+position = [0.03, 0.02, 0.15]
+shape = { type = "sphere", radius = 0.1, resolution = [5] }
+[obstacle.motion]
+keyframes = [{ time = 0.4 }, { time = 0.5, translation = [0, 0, -0.3] }, { time = 0.6 }]
+)";
+
+// Both edges of a sheet are pulled along it through a plate; no force can stop pins.
+constexpr const char* pins_against_a_plate = R"(
+[time]
+duration = 1
+frames_per_second = 2
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[body.pin]]
+edges = ["first_row"]
+motion = { velocity = [1, 0, 0] }
+[[body.pin]]
+edges = ["last_row"]
+motion = { velocity = [1, 0, 0] }
+[[obstacle]]
+name = "plate"
+position = [0.5, 0, 0]
+rotation_deg = [0, 90, 0]
+shape = { type = "rectangle", size = [1, 1], resolution = [4, 4] }
+)";
+
 // Returns the number of pairs of triangles of the scene that pass through each other.
 inline int crossings(const Scene& scene, const std::vector<Vec3>& position) {
   std::vector<CrossingSurface> surfaces;

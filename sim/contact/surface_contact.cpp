@@ -1,0 +1,494 @@
+#include "sim/contact/surface_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bsi/continuous_collision.h"
+#include "materials/contact.h"
+#include "sim/base/parallel.h"
+#include "sim/case/case_text.h"
+#include "sim/contact/surface_features.h"
+
+namespace weft::sim {
+
+namespace {
+
+// The share of the range over which pairs that are no samples have their barrier.
+constexpr double short_range = 0.25;
+
+bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
+  return edges ? bsi::closest_edge_edge(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]])
+               : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
+}
+
+// The first place from `i` on where a chunk may begin: the pairs of one sample stay together.
+std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
+  while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
+  return i;
+}
+
+// The points of a pair from a candidate list: a vertex and a triangle, or two edges.
+bsi::FourParticles points_of(bool edges, const SurfaceFeatures& first,
+                             const SurfaceFeatures& second, const FeaturePair& pair) {
+  if (edges) {
+    const auto [a, b] = first.edge(pair.a);
+    const auto [c, d] = second.edge(pair.b);
+    return {a, b, c, d};
+  }
+  const auto [a, b, c] = second.triangle(pair.b);
+  return {first.vertex(pair.a), a, b, c};
+}
+
+}  // namespace
+
+// A point of a feature is a convex combination of its corners, and strays no further than the one
+// of them that strays most.
+double SurfaceContact::stray_of(const Pair& pair, const PointStray& stray) const {
+  double side[2] = {0, 0};
+  const int split = pair.edges ? 2 : 1;
+  for (int i = 0; i < 4; ++i) {
+    double& largest = side[i < split ? 0 : 1];
+    const int node = pair.nodes[i];
+    largest = std::max(largest, is_dynamic(node) ? stray.point[node]
+                                                 : stray.body[scene_.body_index_of_point(node)]);
+  }
+  return side[0] + side[1];
+}
+
+std::string ContactFault::describe(const Scene& scene) const {
+  const auto name = [&](int point) { return scene.describe_point(point); };
+  switch (kind) {
+    case Kind::not_finite:
+      return "the position of " + scene.describe_particle(nodes[0]) + " is not finite";
+    case Kind::touching:
+      return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
+             " (gap " + number_text(gap) + " m)";
+    case Kind::in_reach:
+      return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
+             " are within reach of each other (gap " + number_text(gap) + " m)";
+    case Kind::crossing:
+      return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
+             " would pass through each other";
+  }
+  return "";
+}
+
+int ContactFault::particle(const Scene& scene) const {
+  return kind == Kind::not_finite ? nodes[0] : scene.main_particle(nodes[0]);
+}
+
+SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, ChosenSearch search)
+    : scene_(scene),
+      statistics_(statistics),
+      search_(scene, statistics, std::move(search)),
+      range_(scene.source.contact.range),
+      stiffness_(scene.source.contact.stiffness),
+      damping_time_(scene.source.contact.damping_time),
+      friction_(scene.source.contact.friction),
+      friction_speed_(scene.source.contact.friction_speed),
+      spins_(scene.bodies.size(), Vec3::Zero()),
+      touched_(scene.bodies.size(), 0) {
+  surfaces_.reserve(scene.bodies.size());
+  for (const SceneBody& body : scene.bodies) {
+    const std::vector<Vec3>& rest = body.surface_rest();
+    rest_.insert(rest_.end(), rest.begin(), rest.end());
+    surfaces_.emplace_back(body.surface_mesh(), body.point_count());
+  }
+  for (std::size_t b = scene.dynamic_bodies; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].moves) moving_obstacles_.push_back(static_cast<int>(b));
+  }
+}
+
+// Mean area around the vertices of the side that is simulated; of both sides where both are.
+// Obstacles' resolution then has no say in how stiff the contact is.
+double SurfaceContact::pair_area(const std::array<int, 4>& nodes, int split) const {
+  double sum[2] = {0, 0};
+  for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
+  sum[0] /= split;
+  sum[1] /= 4 - split;
+  const bool first = is_dynamic(nodes[0]), second = is_dynamic(nodes[3]);
+  if (first && second) return 0.5 * (sum[0] + sum[1]);
+  return first ? sum[0] : sum[1];
+}
+
+double SurfaceContact::range_of(const PairGroup& group) const {
+  return group.samples ? range_ : short_range * range_;
+}
+
+// The candidates that may be closer than thickness + reach: that of samples, or of other pairs.
+std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double sample_reach,
+                                                                     double reach) const {
+  std::vector<PairGroup> groups;
+  for (const CandidateList& list : search_.lists()) {
+    const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
+                                                &list.edge_edge};
+    for (int kind = 0; kind < 3; ++kind) {
+      if (kinds[kind]->empty()) continue;
+      PairGroup& group = groups.emplace_back();
+      group.edges = kind == 2;
+      group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
+      group.thickness = list.thickness;
+      group.body_a = list.body_a;
+      group.body_b = list.body_b;
+      group.surface = kind == 0 ? list.body_b : list.body_a;
+      const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
+      const auto limit =
+          static_cast<float>(list.thickness + (whole_range ? sample_reach : reach) + list.drift) *
+          (1 + 1e-6F);
+      const SurfaceFeatures a(scene_.bodies[list.body_a]), b(scene_.bodies[list.body_b]);
+      const SurfaceFeatures &first = kind == 1 ? b : a, &second = kind == 1 ? a : b;
+      for (const FeaturePair& features : *kinds[kind]) {
+        if (features.distance > limit) continue;
+        group.nodes.push_back(points_of(group.edges, first, second, features));
+        if (group.samples) group.triangles.push_back(features.b);
+      }
+    }
+  }
+  return groups;
+}
+
+// Calls visit(pair) for each of them.
+template <class Visit>
+void SurfaceContact::visit_candidates(double reach, const Visit& visit) const {
+  for (const PairGroup& group : groups_within(reach, reach))
+    for (std::size_t i = 0; i < group.nodes.size(); ++i) visit(group.pair(i));
+}
+
+void SurfaceContact::begin_placing() {
+  const std::size_t obstacles = search_.obstacles().all().size();
+  if (obstacles > 0) marks_.begin(scene_.point_count + static_cast<int>(obstacles));
+}
+
+// Puts the obstacles' nodes of a group in place, each once after begin_placing(). Obstacles of few
+// vertices are put in place as a whole, which costs less than to look at every node.
+void SurfaceContact::place_nodes(const PairGroup& group, const PlacedPoints& start,
+                                 const PlacedPoints& end) {
+  const int number = search_.obstacles().of_body(group.body_b);
+  if (end.pose(number) == nullptr) return;
+  const RigidObstacle& obstacle = search_.obstacles().all()[number];
+  if (obstacle.start().size() <= group.nodes.size()) {
+    if (!marks_.is_new(scene_.point_count + number)) return;
+    end.place_all(obstacle);
+    if (!start.is_same(end)) start.place_all(obstacle);
+    return;
+  }
+  for (const bsi::FourParticles& nodes : group.nodes) {
+    for (const int node : nodes) {
+      if (node < obstacle.first_point || !marks_.is_new(node)) continue;
+      end.place(obstacle, node);
+      if (!start.is_same(end)) start.place(obstacle, node);
+    }
+  }
+}
+
+std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
+                                                     std::span<const Vec3> velocity, int threads) {
+  clear();
+  if (const auto bad = search_.update(now))
+    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
+  PhaseTimer timer(statistics_.phases.narrow_phase);
+  const std::span<const Vec3> position = now.position();
+  if (friction_ > 0) find_spins(now, velocity);
+  begin_placing();
+  for (const PairGroup& group : groups_within(range_, short_range * range_)) {
+    place_nodes(group, now, now);
+    note_touch(group, position);
+    const int count = static_cast<int>(group.nodes.size());
+    statistics_.counters.narrow_phase_calls += count;
+    // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
+    std::vector<Found> found((count + chunk_size - 1) / chunk_size);
+    parallel_chunks(count, threads, [&](int first, int last) {
+      measure_part(group, group_start(group.nodes, group.samples, first),
+                   group_start(group.nodes, group.samples, last), position, velocity,
+                   found[first / chunk_size]);
+    });
+    for (Found& part : found) {
+      if (part.fault) {
+        clear();
+        return part.fault;
+      }
+      join(part);
+    }
+  }
+  statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
+  return std::nullopt;
+}
+
+// A body that sleeps is the second one of a group: it has a higher number than dynamic bodies.
+void SurfaceContact::note_touch(const PairGroup& group, std::span<const Vec3> position) {
+  if (!scene_.bodies[group.body_b].sleeps || touched_[group.body_b] != 0) return;
+  const double reach = group.thickness + range_;
+  const bool touches = std::ranges::any_of(group.nodes, [&](const bsi::FourParticles& nodes) {
+    return closest_of(group.edges, nodes, position).squared_distance < reach * reach;
+  });
+  if (touches) touched_[group.body_b] = 1;
+}
+
+// Obstacles are rigid: any of their triangles tells how they turn.
+void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> velocity) {
+  for (const int b : moving_obstacles_) {
+    const SceneBody& body = scene_.bodies[b];
+    std::array<Vec3, 3> x, v;
+    for (int k = 0; k < 3; ++k) {
+      const int point = body.surface_mesh().triangles[0][k] + body.first_point;
+      const int number = search_.obstacles().of_body(b);
+      if (now.pose(number) != nullptr) now.place(search_.obstacles().all()[number], point);
+      x[k] = now.position()[point];
+      v[k] = velocity[point];
+    }
+    spins_[b] = rigid_spin(x, v);
+  }
+}
+
+// The first or the second side may be an obstacle.
+std::optional<Vec3> SurfaceContact::obstacle_spin(const std::array<int, 4>& nodes) const {
+  for (const int node : {nodes[0], nodes[3]}) {
+    if (!is_dynamic(node)) return spins_[scene_.body_index_of_point(node)];
+  }
+  return std::nullopt;
+}
+
+void SurfaceContact::clear() {
+  pairs_.clear();
+  sliding_.clear();
+  mollified_.clear();
+}
+
+void SurfaceContact::join(Found& part) {
+  const int offset = static_cast<int>(sliding_.size());
+  for (ContactPair& pair : part.pairs) {
+    if (pair.sliding >= 0) pair.sliding += offset;
+    pairs_.push_back(pair);
+  }
+  sliding_.insert(sliding_.end(), part.sliding.begin(), part.sliding.end());
+  mollified_.insert(mollified_.end(), part.mollified.begin(), part.mollified.end());
+}
+
+void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std::size_t last,
+                                  std::span<const Vec3> position, std::span<const Vec3> velocity,
+                                  Found& found) const {
+  std::vector<bsi::PairInReach> in_reach;
+  bsi::find_in_reach(group.kind(), position, {},
+                     std::span(group.nodes).subspan(first, last - first),
+                     group.thickness + range_of(group), in_reach);
+  SampleScratch scratch;
+  std::size_t begin = 0;
+  while (begin < in_reach.size() && !found.fault) {
+    std::size_t end = begin + 1;
+    if (!group.samples) {
+      measure_pair(group.pair(first + in_reach[begin].pair), position, velocity, found);
+    } else {
+      const auto vertex = [&](std::size_t i) { return group.nodes[first + in_reach[i].pair][0]; };
+      while (end < in_reach.size() && vertex(end) == vertex(begin)) ++end;
+      measure_sample(group, first, std::span(in_reach).subspan(begin, end - begin), position,
+                     velocity, scratch, found);
+    }
+    begin = end;
+  }
+}
+
+// One sample and the triangles of a surface in its range.
+void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
+                                    std::span<const bsi::PairInReach> in_reach,
+                                    std::span<const Vec3> position, std::span<const Vec3> velocity,
+                                    SampleScratch& scratch, Found& found) const {
+  const SceneBody& body = scene_.bodies[group.surface];
+  const int vertex = group.nodes[first + in_reach[0].pair][0];
+  scratch.triangles.clear();
+  for (const bsi::PairInReach& near : in_reach) {
+    scratch.triangles.push_back(group.triangles[first + near.pair]);
+    const double gap = near.distance - group.thickness;
+    if (gap > 0) continue;
+    found.fault = ContactFault{ContactFault::Kind::touching, group.nodes[first + near.pair], gap};
+    return;
+  }
+  surfaces_[group.surface].find(position[vertex], group.is_self() ? vertex - body.first_point : -1,
+                                scratch.triangles,
+                                position.subspan(body.first_point, body.point_count()),
+                                group.thickness + range_, scratch.terms);
+  const ContactLaw law{range_,
+                       (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
+                       damping_time_, friction_, friction_speed_};
+  for (const bsi::SurfaceTerm& term : scratch.terms) {
+    Pair features{{vertex, 0, 0, 0}, false, group.thickness};
+    for (int k = 0; k < 3; ++k)
+      features.nodes[k + 1] = body.surface_mesh().triangles[term.triangle][k] + body.first_point;
+    add_pair(law, features, term.closest, 1, term.coefficient, position, velocity, found);
+  }
+}
+
+// Two edges, or an obstacle's vertex and a triangle.
+void SurfaceContact::measure_pair(const Pair& pair, std::span<const Vec3> position,
+                                  std::span<const Vec3> velocity, Found& found) const {
+  const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
+  const double limit = pair.thickness + short_range * range_;
+  if (closest.squared_distance >= limit * limit) return;
+  const ContactLaw law{
+      short_range * range_,
+      stiffness_ / (short_range * short_range) * pair_area(pair.nodes, pair.edges ? 2 : 1),
+      damping_time_, friction_, friction_speed_};
+  const double mollifier = pair.edges ? mollify(pair, closest, position, law, found) : 1.0;
+  add_pair(law, pair, closest, mollifier, 1, position, velocity, found);
+}
+
+void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
+                              const bsi::Closest& closest, double mollifier, double coefficient,
+                              std::span<const Vec3> position, std::span<const Vec3> velocity,
+                              Found& found) const {
+  const double gap = std::sqrt(closest.squared_distance) - features.thickness;
+  if (!(gap > 0)) {
+    found.fault = ContactFault{ContactFault::Kind::touching, features.nodes, gap};
+    return;
+  }
+  ContactPair pair;
+  pair.nodes = features.nodes;
+  pair.coefficient = coefficient;
+  const double barrier_push =
+      apply_push(law, features.thickness, mollifier, closest, velocity, pair);
+  if (definite_) {
+    pair.stiffness = std::max(pair.stiffness, 0.0);
+    pair.damping = std::max(pair.damping, 0.0);
+  }
+  if (friction_ > 0) {
+    const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
+                                 position[pair.nodes[2]], position[pair.nodes[3]]};
+    const auto kind =
+        features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
+    auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity,
+                               obstacle_spin(pair.nodes), pair);
+    if (sliding) {
+      if (definite_ && coefficient < 0) sliding->slope.setZero();
+      pair.sliding = static_cast<int>(found.sliding.size());
+      found.sliding.push_back(*sliding);
+    }
+  }
+  found.pairs.push_back(pair);
+}
+
+// The mollifier's value; its slope pushes the edges apart from parallel.
+double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
+                               std::span<const Vec3> position, const ContactLaw& law,
+                               Found& found) const {
+  const auto& [p0, p1, q0, q1] = pair.nodes;
+  const Vec3 a = position[p1] - position[p0], b = position[q1] - position[q0];
+  const double threshold =
+      1e-3 * (rest_[p1] - rest_[p0]).squaredNorm() * (rest_[q1] - rest_[q0]).squaredNorm();
+  const materials::MollifierDerivatives m =
+      materials::edge_edge_mollifier(a.cross(b).squaredNorm(), threshold);
+  const double gap = std::sqrt(closest.squared_distance) - pair.thickness;
+  if (m.first == 0 || !(gap > 0)) return m.value;
+  const double energy = materials::barrier(gap, law.range, law.stiffness).value;
+  // c = |a x b|^2: dc/da = 2 (|b|^2 a - (a.b) b), dc/db likewise.
+  const double dot = a.dot(b);
+  const Vec3 on_a = -energy * m.first * 2 * (b.squaredNorm() * a - dot * b);
+  const Vec3 on_b = -energy * m.first * 2 * (a.squaredNorm() * b - dot * a);
+  found.mollified.push_back({pair.nodes, {-on_a, on_a, -on_b, on_b}});
+  return m.value;
+}
+
+std::optional<ContactFault> SurfaceContact::check_path(const PlacedPoints& start,
+                                                       const PlacedPoints& end,
+                                                       const PointStray& stray) {
+  return find_path_fault(start, end, {.gap = true, .stray = stray});
+}
+
+std::optional<ContactFault> SurfaceContact::check_crossing(const PlacedPoints& start,
+                                                           const PlacedPoints& end) {
+  return find_path_fault(start, end, {.gap = false, .stray = {}});
+}
+
+std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& start,
+                                                            const PlacedPoints& end,
+                                                            const PathDemand& demand) {
+  if (const auto bad = search_.update_path(start, end, demand.stray.body)) {
+    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
+  }
+  PhaseTimer timer(statistics_.phases.narrow_phase);
+  begin_placing();
+  for (const PairGroup& group : groups_within(0.0, 0.0)) {
+    place_nodes(group, start, end);
+    const int count = static_cast<int>(group.nodes.size());
+    statistics_.counters.narrow_phase_calls += count;
+    statistics_.counters.ccd_calls += count;
+    std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
+    parallel_chunks(count, scene_.threads, [&](int first, int last) {
+      faults[first / chunk_size] =
+          check_part(group, first, last, start.position(), end.position(), demand);
+    });
+    for (const auto& fault : faults)
+      if (fault) return fault;
+  }
+  return std::nullopt;
+}
+
+// The first fault of a part of the pairs: most are proved free of one at a look.
+std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, std::size_t first,
+                                                       std::size_t last,
+                                                       std::span<const Vec3> start,
+                                                       std::span<const Vec3> end,
+                                                       const PathDemand& demand) const {
+  // Half the thickness: both ends keep all of it, so a path that is refused truly cuts through
+  // something.
+  const double half = demand.gap ? 0.5 * group.thickness : 0.0;
+  const PointStray& stray = demand.stray;
+  // The largest stray of the whole group; pair by pair it may be less.
+  double largest = half;
+  if (!stray.body.empty())
+    largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];
+  std::vector<int> unproved;
+  bsi::find_unproved_paths(group.kind(), start, end,
+                           std::span(group.nodes).subspan(first, last - first), largest,
+                           demand.gap ? std::max(group.thickness, largest) : largest, unproved);
+  for (int i : unproved) {
+    const Pair pair = group.pair(first + i);
+    const bsi::Closest at_end = closest_of(pair.edges, pair.nodes, end);
+    const double gap = std::sqrt(at_end.squared_distance) - pair.thickness;
+    if (demand.gap && !(gap > 0)) {
+      return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
+    }
+    double separation = half;
+    if (!stray.body.empty()) separation += stray_of(pair, stray);
+    bsi::FourPoints from, to;
+    for (int k = 0; k < 4; ++k) {
+      from[k] = start[pair.nodes[k]];
+      to[k] = end[pair.nodes[k]];
+    }
+    const double safe = pair.edges ? bsi::safe_fraction_edge_edge(from, to, separation)
+                                   : bsi::safe_fraction_vertex_triangle(from, to, separation);
+    if (safe < 1) return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
+  }
+  return std::nullopt;
+}
+
+std::optional<ContactFault> SurfaceContact::check_state(std::span<const Vec3> position,
+                                                        double* smallest_gap) {
+  if (const auto bad = search_.update(position))
+    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
+  *smallest_gap = std::numeric_limits<double>::infinity();
+  std::optional<ContactFault> fault;
+  visit_candidates(range_, [&](const Pair& pair) {
+    const double gap =
+        std::sqrt(closest_of(pair.edges, pair.nodes, position).squared_distance) - pair.thickness;
+    if (gap < *smallest_gap) *smallest_gap = gap;
+    if (!(gap > 0) && !fault) fault = ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
+  });
+  return fault;
+}
+
+std::optional<ContactFault> SurfaceContact::self_pair_in_reach(std::span<const Vec3> position) {
+  if (const auto bad = search_.update(position))
+    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
+  std::optional<ContactFault> found;
+  visit_candidates(range_, [&](const Pair& pair) {
+    if (found) return;
+    const int body = scene_.body_index_of_point(pair.nodes[0]);
+    if (body != scene_.body_index_of_point(pair.nodes[3])) return;
+    const double gap =
+        std::sqrt(closest_of(pair.edges, pair.nodes, position).squared_distance) - pair.thickness;
+    if (gap < range_) found = ContactFault{ContactFault::Kind::in_reach, pair.nodes, gap};
+  });
+  return found;
+}
+
+}  // namespace weft::sim

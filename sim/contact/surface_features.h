@@ -1,0 +1,32 @@
+// Vertices, edges and triangles of a body's surface, by its surface points.
+#pragma once
+
+#include <array>
+
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// Turns the numbers of features in a body's mesh into global point indices.
+class SurfaceFeatures {
+ public:
+  explicit SurfaceFeatures(const SceneBody& body)
+      : mesh_(body.surface_mesh()), first_(body.first_point) {}
+
+  const bsi::Mesh& mesh() const { return mesh_; }
+  int vertex(int v) const { return v + first_; }
+  std::array<int, 2> edge(int e) const {
+    const auto& [a, b] = mesh_.edges[e].vertex;
+    return {a + first_, b + first_};
+  }
+  std::array<int, 3> triangle(int t) const {
+    const auto& [a, b, c] = mesh_.triangles[t];
+    return {a + first_, b + first_, c + first_};
+  }
+
+ private:
+  const bsi::Mesh& mesh_;
+  int first_;
+};
+
+}  // namespace weft::sim

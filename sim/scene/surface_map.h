@@ -1,0 +1,48 @@
+// The sparse matrix S that makes points of a surface from particles: x_point = S x_particle.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+namespace weft::sim {
+
+// Points as weighted sums of particles. Velocities follow as positions do. The transpose returns
+// forces on points to particles: it does the same work on any motion. The weights of a point sum to
+// 1, so that a rigid motion of the particles is one of the points, and forces keep their resultant
+// and their moment; single weights may be negative.
+class SurfaceMap {
+ public:
+  using Vec3 = Eigen::Vector3d;
+  struct Share {
+    int particle = 0;
+    double weight = 0;
+  };
+
+  // The identity: point i is particle i. It stores nothing, and neither knows how many there are.
+  SurfaceMap() = default;
+  // Point i has the shares from first_share[i] to first_share[i + 1] - 1: at least one, of
+  // different particles.
+  SurfaceMap(std::vector<int> first_share, std::vector<Share> shares);
+
+  bool is_identity() const { return first_share_.empty(); }
+  // Returns the first `count` points: particles themselves for the identity, else `room`, filled.
+  std::span<const Vec3> points_of(std::span<const Vec3> particles, int count,
+                                  std::vector<Vec3>& room) const;
+  // Precondition of all that follow: not the identity.
+  int point_count() const { return static_cast<int>(first_share_.size()) - 1; }
+  std::span<const Share> shares(int point) const {
+    return {shares_.data() + first_share_[point], shares_.data() + first_share_[point + 1]};
+  }
+  Vec3 apply(int point, std::span<const Vec3> particles) const;
+  // points[i] = apply(i, particles) for first <= i < last.
+  void apply(std::span<const Vec3> particles, std::span<Vec3> points, int first, int last) const;
+  // Adds to the particles what factor * value on a point gives to them.
+  void add_transpose(int point, double factor, const Vec3& value, std::span<Vec3> particles) const;
+
+ private:
+  std::vector<int> first_share_;
+  std::vector<Share> shares_;
+};
+
+}  // namespace weft::sim

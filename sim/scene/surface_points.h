@@ -1,0 +1,16 @@
+// The surface points of a scene, which contact sees in place of particles.
+#pragma once
+
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// Returns, by vertex, a third of the area (m^2) of every triangle around it.
+std::vector<double> areas_around(const bsi::Mesh& mesh, std::span<const Vec3> vertices);
+
+// Numbers the surface points of all bodies through, joins their maps to that of the scene and finds
+// the areas around the points. To be called when particles have their final numbers, and again
+// where bodies have got other surfaces. O(mesh).
+void number_surface_points(Scene& scene);
+
+}  // namespace weft::sim
