@@ -85,7 +85,7 @@ class Contact {
   std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
   // The pairs in reach; their nodes are surface points.
   std::span<const ContactPair> pairs() const { return surface_.pairs(); }
-  // Of sleeping bodies, by body: SurfaceContact::touched().
+  // Returns the marks of SurfaceContact::touched(), by body.
   std::span<const char> touched() const { return surface_.touched(); }
   void forget_touched() { surface_.forget_touched(); }
   // Smallest gap of the pairs in reach; nothing where there are none.
