@@ -1,5 +1,7 @@
 #include "bsi/detail_patch.h"
 
+#include <algorithm>
+#include <array>
 #include <numeric>
 
 namespace weft::bsi {
@@ -8,13 +10,9 @@ DetailPatch::DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is)
     : pyramid_(pyramid), patch_(patch), size_(pyramid.atlas().patches()[patch]) {
   vertex_of_.resize(size_.texel_count());
   std::iota(vertex_of_.begin(), vertex_of_.end(), 0);
+  if (as_it_is) return;
   // Fewer than three blocks round a wrap would touch each other on both sides and fold the surface
-  // onto itself. Level 2 has four blocks, which do not touch round the wrap unless the axis has
-  // fewer than five quads.
-  constexpr int fewest_round_a_wrap = 5;
-  const bool is_narrow = (size_.wrap_u && size_.quad_cols() < fewest_round_a_wrap) ||
-                         (size_.wrap_v && size_.quad_rows() < fewest_round_a_wrap);
-  if (as_it_is || is_narrow) return;
+  // onto itself.
   const int level = size_.wrap_u || size_.wrap_v ? 2 : 0;
   for (int v = 0; v < pyramid_.blocks_v(patch_, level); ++v) {
     for (int u = 0; u < pyramid_.blocks_u(patch_, level); ++u) add({patch_, level, u, v});
@@ -60,6 +58,24 @@ void DetailPatch::release(const PatchBlock& block) {
       const int texel = row * size_.cols + col;
       vertex_of_[texel] = texel;
     }
+  }
+}
+
+void DetailPatch::sample_borders(std::span<const int> sample_of) {
+  std::vector<std::array<int, 2>> border;  // particle, texel
+  for (int row = 0; row < size_.rows; ++row) {
+    const bool is_end = !size_.wrap_v && (row == 0 || row + 1 == size_.rows);
+    for (int col = 0; col < size_.cols; ++col) {
+      const bool is_side = !size_.wrap_u && (col == 0 || col + 1 == size_.cols);
+      if (!is_end && !is_side) continue;
+      border.push_back({pyramid_.atlas().particle(patch_, row, col), row * size_.cols + col});
+    }
+  }
+  std::ranges::sort(border);
+  for (const auto& [particle, texel] : border) {
+    if (sample_of[particle] == particle) continue;
+    const auto sample = std::ranges::lower_bound(border, std::array{sample_of[particle], 0});
+    vertex_of_[texel] = (*sample)[1];
   }
 }
 

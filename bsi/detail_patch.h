@@ -29,8 +29,9 @@ inline double image_area(const DetailTriangle& triangle) {
 }
 
 // Every texel is assigned a vertex: texels of a block inside the patch get the block's sphere
-// centre, all others their own vertex. The coarse surface consists of the quads' triangles with
-// three different vertices. It is the dual of the partition of the image into rectangles.
+// centre, texels of an open border a sample of that border, all others their own vertex. The coarse
+// surface consists of the quads' triangles with three different vertices. It is the dual of the
+// partition of the image into rectangles and stretches of the border.
 class DetailPatch {
  public:
   // Starts with the blocks of the first level whose blocks are small enough round the wraps. Starts
@@ -44,6 +45,8 @@ class DetailPatch {
   bool is_block(int vertex) const { return vertex >= texel_count(); }
   int block_count() const { return static_cast<int>(blocks_.size()); }
 
+  // Gives the texels of open borders to the texels of these particles, sampled_borders().
+  void sample_borders(std::span<const int> sample_of);
   // Replaces every block of a level above `level` by blocks of that level.
   void split_to_level(int level);
   // Replaces the block by its children, or a leaf block by its texels. Its number is not reused.
@@ -73,6 +76,13 @@ class DetailPatch {
   std::vector<PlacedBlock> blocks_;
 };
 
+// Returns the shift by which a place `way` further on is seen on the same side of a wrap. No vertex
+// stands for a texel half the image away.
+inline double turns(double way, int size) {
+  if (2 * way > size) return size;
+  return 2 * way < -size ? -size : 0;
+}
+
 // Returns the corner for `vertex` at a texel (texel_row, texel_col); either index may be one past a
 // wrapped axis.
 inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col) const {
@@ -86,8 +96,8 @@ inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col
     place.row = row;
     place.col = vertex % size_.cols;
   }
-  if (texel_row == size_.rows) place.row += size_.rows;
-  if (texel_col == size_.cols) place.col += size_.cols;
+  place.row += turns(texel_row - place.row, size_.rows);
+  place.col += turns(texel_col - place.col, size_.cols);
   return place;
 }
 

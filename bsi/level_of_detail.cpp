@@ -5,54 +5,39 @@
 #include <cmath>
 #include <limits>
 
+#include "bsi/detail_border.h"
 #include "bsi/detail_patch.h"
 
 namespace weft::bsi {
 
 namespace {
 
-// By patch: true where a particle is held by two texels of the patch, or by one of its inside and
-// one elsewhere. Blocks beside such a seam could touch each other more than once.
-std::vector<char> sewn_to_themselves(const Atlas& atlas) {
-  const int patches = static_cast<int>(atlas.patches().size());
-  std::vector<char> found(patches, 0);
-  if (atlas.is_identity()) return found;
-  std::vector<int> holders(atlas.particle_count(), 0);
-  std::vector<int> last_patch(atlas.particle_count(), -1);
-  for (int patch = 0; patch < patches; ++patch) {
-    for (int i = 0; i < atlas.patches()[patch].texel_count(); ++i) {
-      const int particle = atlas.particle_of_texel(atlas.first_texel(patch) + i);
-      if (last_patch[particle] == patch) found[patch] = 1;
-      last_patch[particle] = patch;
-      ++holders[particle];
-    }
-  }
-  for (int patch = 0; patch < patches; ++patch) {
-    const Patch& size = atlas.patches()[patch];
-    for (int row = size.wrap_v ? 0 : 1; row < size.quad_rows(); ++row) {
-      for (int col = size.wrap_u ? 0 : 1; col < size.quad_cols(); ++col) {
-        if (holders[atlas.particle(patch, row, col)] > 1) found[patch] = 1;
-      }
-    }
-  }
-  return found;
-}
-
-std::vector<DetailPatch> coarsest_patches(const Pyramid& pyramid) {
-  const std::vector<char> sewn = sewn_to_themselves(pyramid.atlas());
+std::vector<DetailPatch> coarsest_patches(const Pyramid& pyramid,
+                                          std::span<const char> left_alone) {
   std::vector<DetailPatch> patches;
-  patches.reserve(sewn.size());
+  patches.reserve(left_alone.size());
   for (int patch = 0; patch < pyramid.patch_count(); ++patch) {
-    patches.emplace_back(pyramid, patch, sewn[patch] != 0);
+    patches.emplace_back(pyramid, patch, left_alone[patch] != 0);
   }
   return patches;
 }
 
-std::vector<DetailPatch> patches_at_levels(const Pyramid& pyramid, std::span<const int> levels) {
+// The patches at one level each, with the particles that stand for those of their borders.
+struct PatchesAtLevels {
+  std::vector<DetailPatch> patches;
+  std::vector<int> sample_of;
+};
+
+PatchesAtLevels patches_at_levels(const Pyramid& pyramid, std::span<const int> levels) {
   assert(static_cast<int>(levels.size()) == pyramid.patch_count());
-  std::vector<DetailPatch> patches = coarsest_patches(pyramid);
-  for (std::size_t i = 0; i < patches.size(); ++i) patches[i].split_to_level(levels[i]);
-  return patches;
+  const std::vector<char> left_alone = patches_left_alone(pyramid.atlas());
+  PatchesAtLevels at{coarsest_patches(pyramid, left_alone),
+                     sampled_borders(pyramid, levels, left_alone)};
+  for (std::size_t i = 0; i < at.patches.size(); ++i) {
+    at.patches[i].split_to_level(levels[i]);
+    at.patches[i].sample_borders(at.sample_of);
+  }
+  return at;
 }
 
 // Returns the centre of the block's sphere.
@@ -108,6 +93,8 @@ class Ruler {
     largest_ = std::max(largest_, std::sqrt(squared));
     return true;
   }
+  static bool is_original(const DetailPatch& patch, const DetailTriangle& triangle);
+  void take_round_wraps(std::array<Corner, 3>& corners) const;
   bool check_edge(const Corner& from, const Corner& to);
   bool check_inside(const std::array<Corner, 3>& corners);
   const Vec3& texel(int row, int col) const {
@@ -123,15 +110,39 @@ class Ruler {
   double largest_ = 0;
 };
 
+// True if the corners are texels of one triangle of a quad.
+bool Ruler::is_original(const DetailPatch& patch, const DetailTriangle& triangle) {
+  const auto is_within_one = [&](const auto& place) {
+    const auto [least, most] =
+        std::minmax({place(triangle[0]), place(triangle[1]), place(triangle[2])});
+    return most - least <= 1;
+  };
+  return std::ranges::none_of(
+             triangle, [&](const DetailCorner& corner) { return patch.is_block(corner.vertex); }) &&
+         is_within_one([](const DetailCorner& corner) { return corner.row; }) &&
+         is_within_one([](const DetailCorner& corner) { return corner.col; }) &&
+         is_within_one([](const DetailCorner& corner) { return corner.row + corner.col; });
+}
+
+// Samples before the first texel of a wrap: the triangle is looked at one turn further on.
+void Ruler::take_round_wraps(std::array<Corner, 3>& corners) const {
+  for (const Corner& first : corners) {
+    const double rows = first.row < 0 ? size_.rows : 0, cols = first.col < 0 ? size_.cols : 0;
+    if (rows == 0 && cols == 0) continue;
+    for (Corner& corner : corners) {
+      corner.row += rows;
+      corner.col += cols;
+    }
+  }
+}
+
 bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
+  if (is_original(patch, triangle)) return true;
   std::array<Corner, 3> corners;
-  bool is_original = true;
   for (int i = 0; i < 3; ++i) {
     corners[i] = {position(patch, triangle[i].vertex), triangle[i].row, triangle[i].col};
-    is_original = is_original && !patch.is_block(triangle[i].vertex);
   }
-  // Three texels given to themselves are the corners of one triangle of a quad.
-  if (is_original) return true;
+  take_round_wraps(corners);
   for (const Corner& corner : corners) {
     if (!check(corner.position, original(corner.row, corner.col))) return false;
   }
@@ -139,7 +150,9 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (int i = 0; i < 3; ++i) {
     const int from = triangle[i].vertex;
     const int to = triangle[(i + 1) % 3].vertex;
-    if (from > to) continue;  // the triangle on the other side has it from `to` to `from`
+    // The triangle on the other side has it from `to` to `from`; beyond a border is another patch.
+    const bool is_inside = patch.is_block(from) || patch.is_block(to);
+    if (is_inside && from > to) continue;
     if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;
   }
   return true;
@@ -281,8 +294,12 @@ DetailSurface assemble(const Pyramid& pyramid, std::span<const Vec3> positions,
 DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                                std::span<const int> levels) {
   assert(pyramid.is_built());
-  const std::vector<DetailPatch> patches = patches_at_levels(pyramid, levels);
+  const auto [patches, sample_of] = patches_at_levels(pyramid, levels);
   DetailSurface surface = assemble(pyramid, positions, patches);
+  for (std::size_t i = 0; i < sample_of.size(); ++i) {
+    const double distance = (positions[i] - positions[sample_of[i]]).norm();
+    surface.deviation = std::max(surface.deviation, distance);
+  }
   for (const DetailPatch& patch : patches) {
     patch.for_each_triangle([&](const DetailTriangle& triangle) {
       for (const DetailCorner& corner : triangle) {
@@ -298,7 +315,7 @@ DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> pos
 DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positions,
                             const DetailTolerance& tolerance) {
   assert(pyramid.is_built());
-  std::vector<DetailPatch> patches = coarsest_patches(pyramid);
+  std::vector<DetailPatch> patches = coarsest_patches(pyramid, patches_left_alone(pyramid.atlas()));
   std::vector<double> largest(patches.size());
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t i = 0; i < patches.size(); ++i) {
@@ -313,7 +330,7 @@ DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positi
 double deviation_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                            std::span<const int> levels) {
   assert(pyramid.is_built());
-  const std::vector<DetailPatch> patches = patches_at_levels(pyramid, levels);
+  const std::vector<DetailPatch> patches = patches_at_levels(pyramid, levels).patches;
   double largest = 0;
   for (int i = 0; i < pyramid.patch_count(); ++i) {
     Ruler ruler(pyramid, positions, i, nullptr);
