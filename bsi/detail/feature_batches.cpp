@@ -56,16 +56,6 @@ struct Measured {
 
 }  // namespace
 
-void squared_distances(FeatureKind kind, std::span<const Vec3> positions,
-                       std::span<const FourParticles> pairs, std::span<double> squared_distance) {
-  assert(squared_distance.size() == pairs.size());
-  Measured measured;
-  for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
-    measured.measure(kind, positions, {}, part);
-    std::copy_n(measured.squared_distance.begin(), part.size(), squared_distance.begin() + first);
-  });
-}
-
 void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
                    std::span<const double> path_lengths, std::span<const FourParticles> pairs,
                    double reach, std::vector<PairInReach>& in_reach) {

@@ -1,5 +1,5 @@
-// Vertex-triangle and edge-edge pairs in batches: their distances, the pairs within reach, and the
-// paths that continuous collision must examine.
+// Vertex-triangle and edge-edge pairs in batches: the pairs within reach, and the paths that
+// continuous collision must examine.
 #pragma once
 
 #include <array>
@@ -17,11 +17,6 @@ using FourParticles = std::array<int, 4>;
 
 // All functions below run on one thread and give the same bits with every instruction set.
 // Precondition: positions (m, by particle) are finite. Callers with several threads split `pairs`.
-
-// Computes the squared distances (m^2). They equal those of the scalar functions within rounding (a
-// distance within 1e-12 of itself and 1e-15 of the size of the pair). 12 ns per pair with AVX-512.
-void squared_distances(FeatureKind kind, std::span<const Vec3> positions,
-                       std::span<const FourParticles> pairs, std::span<double> squared_distance);
 
 struct PairInReach {
   int pair = 0;         // index in the list of pairs

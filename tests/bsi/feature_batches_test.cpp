@@ -95,24 +95,6 @@ void with_every_instruction_set(const Check& check) {
   }
 }
 
-TEST(FeatureBatches, DistancesAreThoseOfTheScalarFunctions) {
-  const Pairs pairs = adversarial_pairs(20011, 1);
-  for (FeatureKind kind : both_kinds) {
-    std::vector<double> first;
-    with_every_instruction_set([&] {
-      std::vector<double> squared(pairs.particles.size(), -1);
-      squared_distances(kind, pairs.start, pairs.particles, squared);
-      for (std::size_t k = 0; k < squared.size(); ++k) {
-        const FourPoints x = pairs.points(pairs.start, k);
-        const double expected = std::sqrt(squared_distance(kind, x));
-        ASSERT_NEAR(std::sqrt(squared[k]), expected, 1e-11 * expected + 1e-14 * size(x)) << k;
-      }
-      if (first.empty()) first = squared;
-      EXPECT_EQ(squared, first);
-    });
-  }
-}
-
 TEST(FeatureBatches, KeepsWhatIsInReach) {
   const Pairs pairs = adversarial_pairs(20011, 2);
   for (FeatureKind kind : both_kinds) {
