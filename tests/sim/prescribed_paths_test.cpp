@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "simulated_case.h"
+#include "tests/sim/sampled_scene.h"
 
 namespace weft::sim {
 namespace {
@@ -75,7 +75,7 @@ keyframes = [
 // A row rotates by a quarter turn; a small plate lies between the arc of a corner and its chord.
 TEST(PrescribedPaths, PathsOfPinsAreArcs) {
   const auto found = [](const char* plate, double until) {
-    SimulatedCase sim(std::string(R"(
+    const SampledScene scenes(std::string(R"(
 [time]
 duration = 1
 [material.cloth]
@@ -92,9 +92,12 @@ cols = [2, 2]
 name = "plate"
 rotation_deg = [90, 0, 0]
 shape = { type = "rectangle", size = [0.006, 0.02], resolution = [2, 2] }
-position = )") + plate +
-                      "\n");
-    return PrescribedPaths(sim.scene()).find_crossing(0, until).has_value();
+position = )") + plate + "\n",
+                              {}, refined_surface);
+    const bool is_found = PrescribedPaths(scenes.plain()).find_crossing(0, until).has_value();
+    // Points between the particles follow the same arcs.
+    EXPECT_EQ(PrescribedPaths(scenes.scene()).find_crossing(0, until).has_value(), is_found);
+    return is_found;
   };
   EXPECT_TRUE(found("[0.13, 0, 0]", 1));
   EXPECT_FALSE(found("[0.13, 0, 0]", 0.3));

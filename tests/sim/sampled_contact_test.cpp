@@ -194,14 +194,17 @@ TEST(SampledContact, ForcesKeepTheirResultantAndTheirMoment) {
 TEST(SampledContact, LoadedObstaclesAreNamedByTheirParticles) {
   const SampledScene sampled(two_sheets, {}, refined_surface);
   const Twins twins(sampled);
-  const std::vector<Vec3> force = twins.forces();
-  std::vector<int> loaded;
+  std::vector<int> loaded, loaded_points, expected;
   twins.contact.find_loaded_obstacles(loaded);
+  twins.of_points.find_loaded_obstacles(loaded_points);
   ASSERT_FALSE(loaded.empty());
-  EXPECT_TRUE(std::ranges::is_sorted(loaded));
-  for (int i = sampled.scene().dynamic_particles; i < sampled.scene().particle_count; ++i) {
-    EXPECT_TRUE(force[i].isZero() || std::ranges::binary_search(loaded, i)) << i;
+  for (const int point : loaded_points) {
+    for (const auto& share : sampled.scene().surface_map.shares(point))
+      expected.push_back(share.particle);
   }
+  std::ranges::sort(expected);
+  expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
+  EXPECT_EQ(loaded, expected);
 }
 
 TEST(SampledContact, ProductsAreThoseOfThePoints) {
@@ -361,6 +364,19 @@ TEST(SampledContact, StiffnessIsTheSlopeOfTheForcesInThePositions) {
   std::vector<Vec3> product(count, Vec3::Zero());
   contact.subtract_stiffness(1, direction, product);
   expect_near(slope, product, 1e-6);
+}
+
+// A point between a pinned particle and a free one is in contact; between pinned ones it is not.
+TEST(SampledContact, PointsAreFreeWhereAParticleIs) {
+  const SampledScene sampled(sheet_over_plate,
+                             {"contact.friction=0", "body.sheet.pin=[{edges=[\"first_row\"]}]"},
+                             refined_surface);
+  const Scene& scene = sampled.scene();
+  Statistics statistics;
+  Contact contact(scene, statistics);
+  const std::vector<Vec3> at_rest(scene.particle_count, Vec3::Zero());
+  ASSERT_FALSE(contact.evaluate(scene.initial_position, at_rest, 1));
+  EXPECT_EQ(contact.pairs_in_reach(), 8U * 11U);  // all but the first row of 9
 }
 
 TEST(SampledContact, AnExplicitMapOfSingleParticlesGivesTheSameBits) {

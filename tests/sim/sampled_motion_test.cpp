@@ -207,10 +207,10 @@ TEST(SampledMotion, PinsThatWouldPassThroughAnObstacleAreFound) {
   EXPECT_NEAR(run.time(), 0.4, 1e-3);
 }
 
-// Neighbouring rows are pinned, one at rest, and one that moves through the plate: so do the points
-// between them, half as fast.
+// Two rows are pinned, one at rest and one that moves up: the points between them do so half as
+// fast, and pass through a plate after the row has.
 TEST(SampledMotion, PointsBetweenTwoMotionsAreFollowed) {
-  const std::string text = R"(
+  const SampledScene sampled(R"(
 [time]
 duration = 1
 [material.cloth]
@@ -218,20 +218,55 @@ duration = 1
 name = "strip"
 shape = { type = "rectangle", size = [0.2, 0.1], resolution = [2, 3] }
 [[body.pin]]
-corners = ["first_first", "first_last"]
-motion = { velocity = [0, 0, 1] }
+edges = ["first_row"]
 [[body.pin]]
-corners = ["last_first", "last_last"]
+edges = ["last_row"]
+motion = { velocity = [0, 0, 1] }
 [[obstacle]]
 name = "plate"
-position = [-0.1, 0, 0.1]
-shape = { type = "rectangle", size = [0.02, 0.02], resolution = [2, 2] }
-)";
-  const SampledScene sampled(text, {}, refined_surface);
+position = [0.25, 0.25, 0.1]
+shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
+)",
+                             {}, refined_surface,
+                             [](const SceneBody& body) { return body.dynamic; });
   PrescribedPaths paths(sampled.scene());
-  // The edge on which they lie meets the border of the plate at 0.6 t = 0.1.
-  EXPECT_FALSE(paths.find_crossing(0, 0.165));
-  EXPECT_TRUE(paths.find_crossing(0.16, 0.168));
+  EXPECT_TRUE(paths.find_crossing(0.09, 0.11));
+  EXPECT_TRUE(paths.find_crossing(0.15, 0.25));
+  EXPECT_FALSE(paths.find_crossing(0.12, 0.19));
+  EXPECT_FALSE(paths.find_crossing(0.21, 0.3));
+}
+
+// A plate rises to a sloping sheet whose lowest edge is the first of its refined surface, or the
+// last.
+TEST(SampledMotion, StepsAreLimitedByTheDistanceOfPoints) {
+  for (const char* slope : {"20", "-20"}) {
+    const SampledScene sampled(R"(
+[time]
+duration = 1
+[material.cloth]
+[[body]]
+name = "sheet"
+position = [0, 0, 0.5]
+velocity = [0, 0, -1]
+shape = { type = "rectangle", size = [1, 1], resolution = [5, 5] }
+[[obstacle]]
+name = "plate"
+shape = { type = "rectangle", size = [2, 2], resolution = [5, 5] }
+motion = { velocity = [0, 0, 0.5] }
+)",
+                               {std::string("body.sheet.rotation_deg=[") + slope + ", 0, 0]"},
+                               refined_surface);
+    const auto latest_end = [](const Scene& scene) {
+      Statistics statistics;
+      Dynamics dynamics(scene, statistics);
+      MotionLimits limits(scene, dynamics);
+      return limits.latest_end(0, 5, dynamics.initial_state()).value_or(-1);
+    };
+    const double plain = latest_end(sampled.plain());
+    EXPECT_GT(plain, 0);
+    EXPECT_LT(plain, 0.3);
+    EXPECT_NEAR(latest_end(sampled.scene()), plain, 1e-9);
+  }
 }
 
 }  // namespace
