@@ -22,12 +22,13 @@ namespace weft::sim {
 struct ContactFault {
   enum class Kind { not_finite, touching, crossing, in_reach };
   Kind kind = Kind::touching;
-  std::array<int, 4> nodes{-1, -1, -1,
-                           -1};  // the pair (surface points); not_finite: the first only
-  double gap = 0;                // m
-  // SurfaceContact names a point that is not finite; faults from Contact on, a particle.
+  // The surface points of the pair. A fault of kind not_finite has one number alone: that of a
+  // point if it comes from SurfaceContact, that of a particle if it comes from Contact or its
+  // callers.
+  std::array<int, 4> nodes{-1, -1, -1, -1};
+  double gap = 0;  // m
   std::string describe(const Scene& scene) const;
-  // The particle where it happened.
+  // The particle where it happened: the one with the largest weight in the first point.
   int particle(const Scene& scene) const;
 };
 
@@ -60,8 +61,7 @@ class SurfaceContact {
   // Finds the pairs in reach and their forces. `velocity` is of all surface points (m/s).
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedPoints& now,
                                                      std::span<const Vec3> velocity, int threads);
-  // These are of the last evaluate(); after a fault, empty. `sliding` is that of the pairs which
-  // name one.
+  // Results of the last evaluate(); empty after a fault. Pairs with friction name their sliding.
   std::span<const ContactPair> pairs() const { return pairs_; }
   const Sliding& sliding(int number) const { return sliding_[number]; }
   bool has_sliding() const { return !sliding_.empty(); }

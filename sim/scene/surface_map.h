@@ -19,7 +19,7 @@ class SurfaceMap {
     double weight = 0;
   };
 
-  // The identity: point i is particle i. It stores nothing, and neither knows how many there are.
+  // The identity: point i is particle i. It stores nothing, not even their number.
   SurfaceMap() = default;
   // Point i has the shares from first_share[i] to first_share[i + 1] - 1: at least one, of
   // different particles.
