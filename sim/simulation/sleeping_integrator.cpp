@@ -69,6 +69,7 @@ std::optional<Failure> SleepingIntegrator::step() {
   const double start = time();
   whole_.begin_step(start);
   for (;;) {
+    // Frames evaluate contact, too, and must not change the steps.
     if (Contact* contact = dynamics().contact()) contact->forget_touched();
     auto failure = integrator_->step();
     const bool is_stopped = failure && (failure->kind == Failure::Kind::interrupted ||
@@ -76,6 +77,7 @@ std::optional<Failure> SleepingIntegrator::step() {
     const std::vector<int> touched = is_stopped ? std::vector<int>{} : touched_islands(start);
     if (!touched.empty()) {
       wake(start, touched);
+      if (!failure) --earlier_.steps;  // taken back
       continue;
     }
     if (failure) return in_whole(std::move(*failure));
