@@ -149,6 +149,11 @@ struct ObstacleCase {
   SourceLocation location;
 };
 
+// A file with materials and obstacles that belong to the case.
+struct IncludeCase {
+  std::string path;  // TOML, relative to the file that includes it
+};
+
 struct OutputCase {
   bool velocity = false;       // record velocities too
   bool step_energies = false;  // record energies after every step, not only in frames
@@ -170,6 +175,8 @@ struct Case {
   ContactCase contact;
   OutputCase output;
   ComputeCase compute;
+  // [[include]]. A case that has been read holds the contents of these files instead.
+  std::vector<IncludeCase> include;
   std::vector<MaterialCase> material;  // [material.NAME]
   std::vector<BodyCase> body;          // [[body]]
   std::vector<ObstacleCase> obstacle;  // [[obstacle]]

@@ -136,12 +136,15 @@ class Checker {
 
   // Bodies and obstacles share one set of names, since both are bodies of the trajectory.
   void names() const {
-    std::map<std::string, std::string> owners;  // name -> heading
+    std::map<std::string, std::string> owners;  // name -> path
     const auto claim = [&](const std::string& name, const std::string& path) {
-      const auto [owner, is_new] = owners.emplace(name, heading(path));
+      const auto [owner, is_new] = owners.emplace(name, path);
       if (is_new) return;
+      const SourceLocation first = locations_.value(join_path(owner->second, "name"));
+      const bool elsewhere = first.file != locations_.value(join_path(path, "name")).file;
       fail(join_path(path, "name"), "a second " + in_quotes(name),
-           "expected a name that no other body or obstacle has; the first is in " + owner->second);
+           "expected a name that no other body or obstacle has; the first is in " +
+               heading(owner->second) + (elsewhere ? ", " + place_text(first) : ""));
     };
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
       claim(case_.body[i].name, join_path("body", i));

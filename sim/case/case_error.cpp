@@ -7,10 +7,7 @@ namespace {
 // Builds `file:line:col: message` from the parts that are known, and puts the hint on its own line.
 std::string format(const SourceLocation& where, const std::string& message,
                    const std::string& hint) {
-  std::string text = where.file;
-  if (where.line > 0) {
-    text += ':' + std::to_string(where.line) + ':' + std::to_string(where.column);
-  }
+  std::string text = place_text(where);
   if (!text.empty()) text += ": ";
   text += message;
   if (!hint.empty()) text += "\n  " + hint;
@@ -18,6 +15,11 @@ std::string format(const SourceLocation& where, const std::string& message,
 }
 
 }  // namespace
+
+std::string place_text(const SourceLocation& where) {
+  if (where.line == 0) return where.file;
+  return where.file + ':' + std::to_string(where.line) + ':' + std::to_string(where.column);
+}
 
 CaseError::CaseError(const SourceLocation& where, const std::string& message,
                      const std::string& hint)

@@ -8,6 +8,9 @@
 
 namespace weft::sim {
 
+// `file:line:col` of the parts that are known.
+std::string place_text(const SourceLocation& where);
+
 // what() reads `file:line:col: message` with the hint, if any, on the next line.
 class CaseError : public std::runtime_error {
  public:

@@ -1,16 +1,10 @@
 #include "sim/case/case_reader.h"
 
-#include <array>
-#include <cerrno>
-#include <cmath>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <limits>
-
 #include "sim/case/case_checks.h"
+#include "sim/case/case_include.h"
 #include "sim/case/case_locations.h"
 #include "sim/case/case_schema.h"
+#include "sim/case/case_table_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
 #include "sim/case/case_writer.h"
@@ -18,252 +12,6 @@
 namespace weft::sim {
 
 namespace {
-
-// Largest case file, bytes. It holds a hundred thousand keyframes, and toml++ parses it in two
-// seconds.
-constexpr std::size_t longest_case = std::size_t{8} << 20;
-
-void read_table(const toml::table& source, const Table& target, const std::string& path,
-                Locations& locations);
-
-// The values that a field takes; for a table, its header.
-std::string wanted(const Field& field, const std::string& path) {
-  if (const auto* list = std::get_if<TableList>(&field.member)) {
-    return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));
-  }
-  if (std::holds_alternative<TableMember>(field.member)) return "a table, " + heading(path);
-  return expected_text(field);
-}
-
-// Reads one value into one member. Errors are placed at the value, or at the entry of an array.
-class ValueReader {
- public:
-  ValueReader(const Field& field, const toml::node& node, std::string path, Locations& locations)
-      : field_(field), node_(node), path_(std::move(path)), locations_(locations) {}
-
-  void operator()(bool* target) const {
-    const auto* value = node_.as_boolean();
-    if (value == nullptr) fail_kind();
-    *target = value->get();
-  }
-  void operator()(int* target) const { *target = whole_number(node_, in_quotes(field_.key)); }
-  void operator()(std::optional<int>* target) const {
-    const auto* word = node_.as_string();
-    target->reset();
-    if (word == nullptr || word->get() != "auto")
-      *target = whole_number(node_, in_quotes(field_.key));
-  }
-  void operator()(double* target) const { *target = number(node_, in_quotes(field_.key)); }
-  void operator()(std::optional<double>* target) const {
-    *target = number(node_, in_quotes(field_.key));
-  }
-  void operator()(std::string* target) const {
-    *target = string(node_, in_quotes(field_.key));
-    if (field_.identifier && !is_identifier(*target)) fail_value(node_, in_quotes(*target));
-  }
-  void operator()(Vec3* target) const {
-    const toml::array& source = array(3, 3);
-    for (std::size_t i = 0; i < 3; ++i) (*target)[i] = number(source[i], entry(i));
-  }
-  void operator()(std::optional<Vec3>* target) const { (*this)(&target->emplace()); }
-  void operator()(std::vector<int>* target) const {
-    const toml::array& source = array(field_.minimum_entries, field_.maximum_entries);
-    for (std::size_t i = 0; i < source.size(); ++i) {
-      target->push_back(whole_number(source[i], entry(i)));
-    }
-  }
-  void operator()(std::vector<double>* target) const {
-    const toml::array& source = array(field_.minimum_entries, field_.maximum_entries);
-    for (std::size_t i = 0; i < source.size(); ++i) {
-      target->push_back(number(source[i], entry(i)));
-    }
-  }
-  void operator()(std::vector<std::string>* target) const {
-    const toml::array& source = array(field_.minimum_entries, field_.maximum_entries);
-    for (std::size_t i = 0; i < source.size(); ++i) {
-      target->push_back(field_.names[name_index(source[i], entry(i), field_.names)]);
-    }
-  }
-  void operator()(const Choice& target) const {
-    target.set(name_index(node_, in_quotes(field_.key), target.names));
-  }
-  void operator()(const TableMember& target) const {
-    const auto* source = node_.as_table();
-    if (source == nullptr) fail_kind();
-    read_table(*source, target.open(), path_, locations_);
-  }
-  void operator()(const TableList& target) const {
-    if (target.named) {
-      named_tables(target);
-    } else {
-      array_of_tables(target);
-    }
-  }
-
- private:
-  [[noreturn]] void fail(const toml::node& at, const std::string& message) const {
-    throw CaseError(location_of(at.source()), message, "expected " + wanted(field_, path_));
-  }
-  [[noreturn]] void fail_kind() const { fail_kind(node_, in_quotes(field_.key)); }
-  [[noreturn]] void fail_kind(const toml::node& at, const std::string& what) const {
-    fail(at, what + " is " + kind_of(at));
-  }
-  [[noreturn]] void fail_value(const toml::node& at, const std::string& value) const {
-    fail(at, in_quotes(field_.key) + " is " + value);
-  }
-
-  std::string entry(std::size_t index) const { return in_quotes(join_path(field_.key, index)); }
-
-  int whole_number(const toml::node& at, const std::string& what) const {
-    const auto* value = at.as_integer();
-    if (value == nullptr) fail_kind(at, what);
-    const std::int64_t whole = value->get();
-    const bool fits =
-        whole >= std::numeric_limits<int>::min() && whole <= std::numeric_limits<int>::max();
-    if (!fits || !field_.limits.allow(static_cast<double>(whole))) {
-      fail(at, what + " is " + std::to_string(whole));
-    }
-    return static_cast<int>(whole);
-  }
-
-  // A whole number serves as a number too.
-  double number(const toml::node& at, const std::string& what) const {
-    if (!at.is_number()) fail_kind(at, what);
-    const auto* whole = at.as_integer();
-    const double value =
-        whole != nullptr ? static_cast<double>(whole->get()) : at.as_floating_point()->get();
-    if (!field_.limits.allow(value)) fail(at, what + " is " + number_text(value));
-    return value;
-  }
-
-  std::string string(const toml::node& at, const std::string& what) const {
-    const auto* value = at.as_string();
-    if (value == nullptr) fail_kind(at, what);
-    return value->get();
-  }
-
-  std::size_t name_index(const toml::node& at, const std::string& what,
-                         const std::vector<std::string>& names) const {
-    const std::string name = string(at, what);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (names[i] == name) return i;
-    }
-    throw CaseError(location_of(at.source()), what + " is " + in_quotes(name),
-                    name_hint(name, names));
-  }
-
-  // Returns the array after checking its number of entries and recording their places. `most` = 0
-  // allows any number.
-  const toml::array& array(std::size_t least, std::size_t most) const {
-    const auto* source = node_.as_array();
-    if (source == nullptr) fail_kind();
-    const std::size_t size = source->size();
-    if (size < least || (most > 0 && size > most)) {
-      fail_value(node_, "an array of " + std::to_string(size));
-    }
-    for (std::size_t i = 0; i < size; ++i) {
-      const SourceLocation location = location_of((*source)[i].source());
-      locations_.add(join_path(path_, i), location, location);
-    }
-    return *source;
-  }
-
-  void named_tables(const TableList& target) const {
-    const auto* source = node_.as_table();
-    if (source == nullptr) fail_kind();
-    for (auto&& [key, node] : *source) {
-      const std::string name(key.str());
-      const SourceLocation key_location = location_of(key.source());
-      if (!is_identifier(name)) {
-        throw CaseError(key_location, in_quotes(name) + " is not a name",
-                        "expected a name of letters, digits, _ and -");
-      }
-      if (!node.is_table()) fail_kind(node, in_quotes(join_path(field_.key, name)));
-      const std::string path = join_path(path_, name);
-      locations_.add(path, key_location, location_of(node.source()));
-      const Table entry = target.append();
-      *entry.name = name;
-      read_table(*node.as_table(), entry, path, locations_);
-    }
-  }
-
-  void array_of_tables(const TableList& target) const {
-    const toml::array& source = array(1, 0);
-    for (std::size_t i = 0; i < source.size(); ++i) {
-      if (!source[i].is_table()) fail_kind(source[i], entry(i));
-      read_table(*source[i].as_table(), target.append(), join_path(path_, i), locations_);
-    }
-  }
-
-  const Field& field_;
-  const toml::node& node_;
-  std::string path_;
-  Locations& locations_;
-};
-
-// Throws at the first key in the text that the table does not have.
-void refuse_unknown_keys(const toml::table& source, const Table& target, const std::string& path) {
-  const toml::key* first = nullptr;
-  for (auto&& [key, node] : source) {
-    if (target.find(std::string(key.str())) != nullptr) continue;
-    const auto& begin = key.source().begin;
-    if (first == nullptr || begin < first->source().begin) first = &key;
-  }
-  if (first == nullptr) return;
-  const std::string name(first->str());
-  throw CaseError(location_of(first->source()),
-                  "unknown key " + in_quotes(name) + " in " + heading(path),
-                  name_hint(name, target.keys()));
-}
-
-// Throws at a key that the table's other keys rule out.
-void refuse_misplaced_keys(const Table& target, const std::string& path,
-                           const Locations& locations) {
-  for (const Field& field : target.fields) {
-    const std::string place = join_path(path, field.key);
-    if (!locations.given(place)) continue;
-    if (!applies(field, target)) {
-      const auto& choice = std::get<Choice>(target.find(field.switch_key)->member);
-      throw CaseError(
-          locations.key(place),
-          in_quotes(field.key) + " does not belong to " + field.switch_key + " = " +
-              in_quotes(choice.names[choice.get()]),
-          "expected only with " + field.switch_key + " = " + quoted_list(field.switch_values));
-    }
-    if (!field.excluded_by.empty() && locations.given(join_path(path, field.excluded_by))) {
-      throw CaseError(locations.key(place),
-                      in_quotes(field.key) + " does not go with " + in_quotes(field.excluded_by),
-                      "expected only one of the two");
-    }
-  }
-}
-
-// Throws at the table's header if it lacks a required key.
-void require_keys(const toml::table& source, const Table& target, const std::string& path) {
-  for (const Field& field : target.fields) {
-    if (!field.required || !applies(field, target) || source.contains(field.key)) continue;
-    throw CaseError(
-        location_of(source.source()), heading(path) + " has no " + in_quotes(field.key),
-        "expected " + in_quotes(field.key) + ", " + wanted(field, join_path(path, field.key)));
-  }
-}
-
-void read_table(const toml::table& source, const Table& target, const std::string& path,
-                Locations& locations) {
-  if (target.location != nullptr) *target.location = location_of(source.source());
-  refuse_unknown_keys(source, target, path);
-  for (auto&& [key, node] : source) {
-    const std::string name(key.str());
-    locations.add(join_path(path, name), location_of(key.source()), location_of(node.source()));
-  }
-  for (const Field& field : target.fields) {
-    const toml::node* node = source.get(field.key);
-    if (node == nullptr) continue;
-    std::visit(ValueReader(field, *node, join_path(path, field.key), locations), field.member);
-  }
-  require_keys(source, target, path);
-  refuse_misplaced_keys(target, path, locations);
-}
 
 // A body without a material takes the only one that the case has. A case without any gets one of
 // defaults.
@@ -285,12 +33,23 @@ void choose_materials(Case& target, const Locations& locations) {
   }
 }
 
+bool changes_includes(const std::string& override_text) {
+  return override_text.starts_with("include.") || override_text.starts_with("include=");
+}
+
 }  // namespace
 
 Case parse_case(const std::string& text, const std::string& path,
                 const std::vector<std::string>& overrides) {
   toml::table root = parse_toml(text, path);
-  for (const std::string& each : overrides) apply_override(root, each);
+  // Overrides of includes choose the files; all others change what these hold, too.
+  for (const std::string& each : overrides) {
+    if (changes_includes(each)) apply_override(root, each);
+  }
+  merge_includes(root, path);
+  for (const std::string& each : overrides) {
+    if (!changes_includes(each)) apply_override(root, each);
+  }
 
   Case result;
   result.path = path;
@@ -306,26 +65,11 @@ Case parse_case(const std::string& text, const std::string& path,
 }
 
 Case read_case(const std::string& path, const std::vector<std::string>& overrides) {
-  std::error_code ignored;  // an inaccessible path fails to open below
-  if (std::filesystem::is_directory(path, ignored)) {
-    throw CaseError({path}, "is a directory", "expected a case file");
+  const FileText file = read_text(path);
+  if (!file.fault.empty()) {
+    throw CaseError({path}, file.fault, "expected a case file" + file.hint);
   }
-  std::ifstream file(path, std::ios::binary);
-  std::string text;
-  std::array<char, 65536> part{};
-  while (file && text.size() <= longest_case) {
-    file.read(part.data(), part.size());
-    text.append(part.data(), static_cast<std::size_t>(file.gcount()));
-  }
-  if (!file.eof() && text.size() <= longest_case) {
-    throw CaseError({path}, std::string("cannot be read: ") + std::strerror(errno),
-                    "expected a case file");
-  }
-  if (text.size() > longest_case) {
-    throw CaseError({path}, "is longer than " + std::to_string(longest_case >> 20) + " MiB",
-                    "expected a case file; large shapes belong into HDF5 files (type = \"file\")");
-  }
-  return parse_case(text, path, overrides);
+  return parse_case(file.text, path, overrides);
 }
 
 }  // namespace weft::sim

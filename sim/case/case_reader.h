@@ -15,7 +15,8 @@ namespace weft::sim {
 // TOML value, whose strings may go unquoted. Entries of lists are named by their name or, if no
 // entry has it, by their index from 0: "body.sheet.thickness=2e-3", "contact.friction=0.3",
 // "body.0.position.2=1". An override may add a key that the text does not have, but no entry of a
-// list.
+// list. Overrides of "include" come before the others, which reach into included files
+// (case_include.h).
 //
 // Throws CaseError, with the nearest name or the expected values, on anything unknown, missing, of
 // the wrong type or impossible. The place of the error is

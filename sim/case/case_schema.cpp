@@ -31,6 +31,7 @@ Table describe(WorldCase& target);
 Table describe(ContactCase& target);
 Table describe(OutputCase& target);
 Table describe(ComputeCase& target);
+Table describe(IncludeCase& target);
 Table describe(MaterialCase& target);
 Table describe(ShapeCase& target);
 Table describe(KeyframeCase& target);
@@ -227,6 +228,13 @@ Table describe(ComputeCase& target) {
   }};
 }
 
+Table describe(IncludeCase& target) {
+  auto& [path] = target;
+  return {{
+      field("path", &path, "TOML file, relative to the file that includes it.").needed(),
+  }};
+}
+
 Table describe(MaterialCase& target) {
   auto& [name, density, membrane, membrane_stiffness, poisson_ratio, structural, shear, bend,
          bending_stiffness, mass_damping, stiffness_damping, bending_damping, normal_drag,
@@ -308,7 +316,7 @@ Table describe(ShapeCase& target) {
             "Radius of the tube; less than the major radius.")
           .needed()
           .only_for("type", {"torus"}),
-      field("path", &path, "HDF5 file, relative to the case file.")
+      field("path", &path, "HDF5 file, relative to the file that names it.")
           .needed()
           .only_for("type", {"file"}),
       field("dataset", &dataset,
@@ -436,8 +444,8 @@ Table describe(ObstacleCase& target) {
 }  // namespace
 
 Table describe(Case& target) {
-  auto& [title, time, world, contact, output, compute, material, body, obstacle, path, resolved,
-         method_given, method_location, accuracy_location, choice] = target;
+  auto& [title, time, world, contact, output, compute, include, material, body, obstacle, path,
+         resolved, method_given, method_location, accuracy_location, choice] = target;
   return {{
       field("title", &title, "Short description of the case."),
       field("time", table(&time), "Integration in time: duration, frames, method and tolerances."),
@@ -445,6 +453,9 @@ Table describe(Case& target) {
       field("contact", table(&contact), "Contact between surfaces."),
       field("output", table(&output), "Quantities that are recorded beside the positions."),
       field("compute", table(&compute), "Resources of the run."),
+      field("include", tables(&include),
+            "Files that hold [material.NAME], [[obstacle]] and further [[include]] of the case; "
+            "docs/guide.md says how they join."),
       field("material", tables(&material, true),
             "Materials of bodies. A case without any has one of defaults, named \"default\"."),
       field("body", tables(&body), "Bodies that are simulated; at least one.").needed(),

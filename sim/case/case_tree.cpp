@@ -1,6 +1,11 @@
 #include "sim/case/case_tree.h"
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <string_view>
 
 #include "sim/case/case_error.h"
@@ -11,6 +16,9 @@ namespace {
 
 constexpr std::string_view override_prefix = "--set ";
 constexpr int most_key_parts = 1000;
+// Largest case file, bytes. It holds a hundred thousand keyframes, and toml++ parses it in two
+// seconds.
+constexpr std::size_t longest_case = std::size_t{8} << 20;
 
 SourceLocation place_in(const std::string& text, std::size_t byte, const std::string& path) {
   const auto begin = text.begin();
@@ -37,6 +45,35 @@ std::size_t find_deep_key(const std::string& text) {
     }
   }
   return std::string::npos;
+}
+
+FileText read_text(const std::string& path) {
+  std::error_code ignored;  // an inaccessible path fails to open below
+  if (std::filesystem::is_directory(path, ignored)) return {{}, "is a directory", {}};
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  std::array<char, 65536> part{};
+  while (file && text.size() <= longest_case) {
+    file.read(part.data(), part.size());
+    text.append(part.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  if (text.size() > longest_case) {
+    return {{},
+            "is longer than " + std::to_string(longest_case >> 20) + " MiB",
+            "; large shapes belong into HDF5 files (type = \"file\")"};
+  }
+  if (!file.eof()) return {{}, std::string("cannot be read: ") + std::strerror(errno), {}};
+  return {std::move(text), {}, {}};
+}
+
+const toml::key* first_key_beside(const std::vector<std::string>& allowed,
+                                  const toml::table& table) {
+  const toml::key* first = nullptr;
+  for (auto&& [key, node] : table) {
+    if (std::ranges::find(allowed, key.str()) != allowed.end()) continue;
+    if (first == nullptr || key.source().begin < first->source().begin) first = &key;
+  }
+  return first;
 }
 
 SourceLocation location_of(const toml::source_region& source) {

@@ -10,6 +10,15 @@
 
 namespace weft::sim {
 
+// The contents of a file, or the reason why it has none that serves as a case, with a hint to add
+// to what was expected.
+struct FileText {
+  std::string text, fault, hint;
+};
+
+// Reads a file of at most 8 MiB.
+FileText read_text(const std::string& path);
+
 // Parses TOML. Throws CaseError at the place of a syntax error, or of a key with more than a
 // thousand parts.
 toml::table parse_toml(const std::string& text, const std::string& path);
@@ -25,6 +34,11 @@ SourceLocation location_of(const toml::source_region& source);
 // Returns the first byte of a key with more than a thousand parts (a.a.a...) in TOML text, or npos
 // if there is none. toml++ makes a table for each part and overruns the stack at some ten thousand.
 std::size_t find_deep_key(const std::string& text);
+
+// Returns the key of a table that stands first in the text among those not in `allowed`, or null if
+// there is none.
+const toml::key* first_key_beside(const std::vector<std::string>& allowed,
+                                  const toml::table& table);
 
 // The kind of a value for messages: "a string", "a table", ...
 std::string kind_of(const toml::node& node);
