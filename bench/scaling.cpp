@@ -26,11 +26,11 @@ using namespace sim;
 struct Row {
   int n = 0;
   int vertices = 0;
-  int steps = 0;              // taken; fewer than requested if one failed
-  double cpu = 0;             // s, median step
-  double iterations = 0;      // linear, per step
-  double bytes_a_vertex = 0;  // beyond those of a scene of 5 x 5 vertices
-  double exponent = 0;        // e: step time ~ vertices^e, from the first size to this one
+  int steps = 0;                // taken; fewer than requested if one failed
+  double cpu = 0;               // s, median step
+  double iterations = 0;        // linear, per step
+  double bytes_per_vertex = 0;  // beyond those of a scene of 5 x 5 vertices
+  double exponent = 0;          // e: step time ~ vertices^e, from the first size to this one
 };
 
 // Results that a child process reports.
@@ -105,7 +105,7 @@ int run_scaling(const ScalingOptions& options) {
     double peak = 0;
     const Told told = measure_apart(options, n, peak);
     Row row{n, told.vertices, told.steps, told.cpu, told.iterations};
-    row.bytes_a_vertex = (peak - tiny_peak) / row.vertices;
+    row.bytes_per_vertex = (peak - tiny_peak) / row.vertices;
     if (!rows.empty())
       row.exponent = std::log(row.cpu / rows[0].cpu) /
                      std::log(static_cast<double>(row.vertices) / rows[0].vertices);
@@ -113,7 +113,7 @@ int run_scaling(const ScalingOptions& options) {
     finished = finished && row.steps == options.steps;
     if (options.json) continue;
     std::printf("%6d %10d %6d %12.4f %10.3f %14.1f %10.3f\n", n, row.vertices, row.steps, row.cpu,
-                row.exponent, row.iterations, row.bytes_a_vertex / 1e3);
+                row.exponent, row.iterations, row.bytes_per_vertex / 1e3);
     std::fflush(stdout);
   }
   if (options.json) {
@@ -122,10 +122,10 @@ int run_scaling(const ScalingOptions& options) {
       json["rows"].push_back({{"n", row.n},
                               {"vertices", row.vertices},
                               {"steps", row.steps},
-                              {"cpu_s_a_step", row.cpu},
+                              {"cpu_s_per_step", row.cpu},
                               {"exponent", row.exponent},
-                              {"linear_iterations_a_step", row.iterations},
-                              {"bytes_a_vertex", row.bytes_a_vertex}});
+                              {"linear_iterations_per_step", row.iterations},
+                              {"bytes_per_vertex", row.bytes_per_vertex}});
     }
     std::printf("%s\n", json.dump(2).c_str());
   }

@@ -27,7 +27,7 @@ std::size_t aligned(std::size_t count) {
 std::size_t blocks_along(int log) { return std::size_t{1} << log; }
 
 // Patches with fewer quads are bounded by a single thread.
-constexpr int quads_worth_a_thread = 1 << 13;
+constexpr int least_quads_per_thread = 1 << 13;
 constexpr int strip_log_limit = 4;
 
 Box join(Box a, const Box& b) {
@@ -105,7 +105,7 @@ void Pyramid::add_patch(int patch) {
 void Pyramid::add_strips(int patch) {
   const BoxPatch& view = patches_[patch];
   const BoxLevel& leaves = level_of(patch, levels(patch) - 1);
-  const bool parallel = view.quad_rows * view.quad_cols >= quads_worth_a_thread;
+  const bool parallel = view.quad_rows * view.quad_cols >= least_quads_per_thread;
   // A strip holds whole rows of the parents of leaves.
   strip_log_.push_back(parallel ? std::clamp(leaves.log_v - 1, 0, strip_log_limit) : 0);
   for (int index = 0; index < 1 << strip_log_[patch]; ++index) {

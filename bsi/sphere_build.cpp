@@ -14,7 +14,7 @@ namespace weft::bsi {
 namespace {
 
 // Levels with fewer blocks are built by a single thread.
-constexpr int blocks_worth_a_team = 1 << 12;
+constexpr int least_blocks_per_team = 1 << 12;
 
 // Makes spheres around the boxes of the children, with half the diagonals as radii.
 void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
@@ -95,7 +95,7 @@ void Pyramid::rebuild_spheres(int patch, int threads) {
     const BoxLevel& level = level_of(patch, at);
     const BoxLevel& below = level_of(patch, at + 1);
     SphereGroup* spheres = &spheres_[places_[whole.first_level + at].groups];
-    const bool shared = team > 1 && 1 << (level.log_u + level.log_v) >= blocks_worth_a_team;
+    const bool shared = team > 1 && 1 << (level.log_u + level.log_v) >= least_blocks_per_team;
 #pragma omp parallel for num_threads(team) if (shared)
     for (int v = 0; v < 1 << level.log_v; ++v) {
       for (int u = 0; u < 1 << level.log_u; ++u) {

@@ -373,7 +373,7 @@ void single_traversal(const Pyramid& pyramid, std::span<const Vec3> points, doub
   DescentQuery query = query_of(pyramid, pyramid, false, options);
   query.half_margin = 0;
   DescentCounters tests{};
-  const int batches = (static_cast<int>(points.size()) + points_a_batch - 1) / points_a_batch;
+  const int batches = (static_cast<int>(points.size()) + points_per_batch - 1) / points_per_batch;
   const double reach = largest_margin_that_counts(options.margin + radius);
   collect<PairSink>(batches, 1, options.threads, pairs, tests,
                     [&](int i, PairSink& sink, DescentCounters& own) {

@@ -104,9 +104,9 @@ class HingeStress {
     flat_ = is_flat<Real>(squared_normal, squared_norm(first), squared_norm(second));
     inverse_area_ = 1.0 / choose(flat_, 1.0, square_root(squared_normal));
     normal_ = choose(flat_, 0.0, inverse_area_) * normal;
-    take<true>(i, moment);
+    add_stress<true>(i, moment);
   }
-  void add(int i, const Real& moment) { take<false>(i, moment); }
+  void add(int i, const Real& moment) { add_stress<false>(i, moment); }
 
   // Returns the block of nodes a and b.
   Mat3Of<Real> block(int a, int b) const {
@@ -115,7 +115,7 @@ class HingeStress {
 
  private:
   template <bool is_first>
-  void take(int i, const Real& moment) {
+  void add_stress(int i, const Real& moment) {
     const int p = (i + 1) % 3, q = (i + 2) % 3;
     const Vec3Of<Real> edge = edges_.col(i);
     const Real inverse_length = 1.0 / choose(flat_, 1.0, square_root(squared_norm(edge)));
@@ -124,7 +124,7 @@ class HingeStress {
     const Real inverse_height = inverse_area_ / inverse_length;
     const Real foot = -dot(edge, edges_.col(q)) * inverse_length * inverse_length;
     const Vec3Of<Real> pull = -moment * inverse_height * inverse_height * inward;
-    const Vec3Of<Real> turn = -0.5 * moment * inverse_length * inverse_length * inward;
+    const Vec3Of<Real> rotation = -0.5 * moment * inverse_length * inverse_length * inward;
     const Vec3Of<Real> slide = -moment * inverse_height * inverse_length * unit_edge;
     Real w[3];
     w[p] = foot - 1.0, w[q] = -foot, w[i] = 1.0;
@@ -133,8 +133,8 @@ class HingeStress {
         Vec3Of<Real> term = w[a] * w[b] * pull;
         if (a == p) term -= w[b] * slide;
         if (a == q) term += w[b] * slide;
-        if (a != i && b != i && a == b) term += turn;
-        if (a != i && b != i && a != b) term -= turn;
+        if (a != i && b != i && a == b) term += rotation;
+        if (a != i && b != i && a != b) term -= rotation;
         if constexpr (is_first) {
           c_[a][b] = term;
         } else {

@@ -284,7 +284,7 @@ WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& 
   return append_children(pair + (pair & list.split), near_of(query, list, pair) & once, to);
 }
 
-WEFT_INLINE int tests_a_pair(const PairList& list) {
+WEFT_INLINE int tests_per_pair(const PairList& list) {
   return is_leaf(*list.a) || is_leaf(*list.b) ? 4 : 16;
 }
 
@@ -293,7 +293,7 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
   if (query.self && cannot_touch(query, pair, counters)) return 0;
   const PairList list = list_of(query, pair.a.level, pair.b.level, nullptr);
   if (holds_leaf_blocks(list)) return -1;
-  counters.bound_tests += tests_a_pair(list);
+  counters.bound_tests += tests_per_pair(list);
   Places found[2 * largest_expansion];
   const PairList below = list_below(query, list, found);
   const auto count = append_following(query, list, places_of(pair), found) - found;
@@ -324,7 +324,7 @@ WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList
                              DescentCounters& counters) {
   const int count = list.count < batch ? list.count : batch;
   list.count -= count;
-  counters.bound_tests += tests_a_pair(list) * count;
+  counters.bound_tests += tests_per_pair(list) * count;
   const Closeness where = closeness_of(query, list);
   const bool certifies = query.certificate_margin >= 0;
   Places* to = next.pairs + next.count;

@@ -272,7 +272,7 @@ void pair_points(const DescentQuery& query, const PointLists& lists, const Point
       box.low[axis] = broadcast(at[axis] - half);
       box.high[axis] = broadcast(at[axis] + half);
     }
-    if (sink.count + pairs_a_flush > sink.capacity) sink.flush(sink);
+    if (sink.count + pairs_per_flush > sink.capacity) sink.flush(sink);
     sink.count += store_pairs(sink.pairs + sink.count, overlap(boxes, box),
                               first_number + lists.number[i], number, false);
   }

@@ -7,18 +7,18 @@
 namespace weft::bsi {
 
 // Largest number of points in a batch. Larger batches leave fewer vectors half empty.
-inline constexpr int points_a_batch = 65536;
+inline constexpr int points_per_batch = 65536;
 // Room for the points near a block: all of them, and those of four children on each of at most 18
 // levels. Each list has room for one more vector.
-inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_a_batch + 16);
+inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_per_batch + 16);
 // Bytes of a workspace: components and numbers of those points, and the widening of each. It must
 // be aligned to 64 bytes. Most of it is never touched.
 inline constexpr std::size_t point_workspace =
-    16 * point_list_length + 4 * std::size_t{points_a_batch + 16};
+    16 * point_list_length + 4 * std::size_t{points_per_batch + 16};
 
 // A PairSink receives leaf pairs. `flush` is called when the pairs of one more leaf block might not
 // fit, and empties the sink.
-inline constexpr int pairs_a_flush = 8;
+inline constexpr int pairs_per_flush = 8;
 struct PairSink {
   LeafPair* pairs;
   int count;
@@ -28,7 +28,7 @@ struct PairSink {
 };
 
 struct PointDescentKernels {
-  // Rounds up to points_a_batch points (x, y, z each) to float32 and finds half_margin(reach,
+  // Rounds up to points_per_batch points (x, y, z each) to float32 and finds half_margin(reach,
   // magnitude, ...) of each. Returns the largest. `reach` must be below 4 *
   // Pyramid::coordinate_limit.
   float (*load_points)(const double* positions, int count, double reach, float magnitude,

@@ -349,7 +349,7 @@ ContactSearch::Box ContactSearch::needed_box(int body) const {
   return widened(tracked.box, tracked.stray + half_reach(scene_, scene_.bodies[body]));
 }
 
-ContactSearch::Box ContactSearch::roomy_box(int body) const {
+ContactSearch::Box ContactSearch::enlarged_box(int body) const {
   const Box needed = needed_box(body);
   return scene_.bodies[body].moves ? widened(needed, room * needed.diagonal().norm()) : needed;
 }
@@ -361,7 +361,7 @@ void ContactSearch::find_neighbours(std::span<const Vec3> position) {
   for (const int b : moving_) {
     if (tree_.box(b).contains(needed_box(b))) continue;
     left.push_back(b);
-    boxes.push_back(roomy_box(b));
+    boxes.push_back(enlarged_box(b));
   }
   if (left.empty()) return;
   tree_.move(left, boxes);
@@ -374,7 +374,7 @@ void ContactSearch::place_all(std::span<const Vec3> position) {
   std::vector<Box> boxes;
   for (const int b : all) {
     if (!scene_.bodies[b].moves) extend(tracked_[b].box, of_body(position, b));
-    boxes.push_back(roomy_box(b));
+    boxes.push_back(enlarged_box(b));
   }
   tree_.build(std::move(boxes));
   replace_lists(all);
@@ -433,11 +433,11 @@ ContactSearch::ListState ContactSearch::first_state(const CandidateList& list) {
 
 void ContactSearch::refresh(const PlacedPoints& start, const PlacedPoints& end) {
   statistics_.counters.body_pairs += static_cast<std::int64_t>(lists_.size());
-  if (!are_valid()) renew_lists(start, end);
+  if (!are_valid()) rebuild_lists(start, end);
   for (CandidateList& list : lists_) list.drift = drift(list);
 }
 
-void ContactSearch::renew_lists(const PlacedPoints& start, const PlacedPoints& end) {
+void ContactSearch::rebuild_lists(const PlacedPoints& start, const PlacedPoints& end) {
   const std::vector<char> marked = bodies_to_refresh();
   std::vector<char> stale(lists_.size(), 0);
   for (std::size_t l = 0; l < lists_.size(); ++l) {

@@ -146,7 +146,7 @@ class ContactSearch {
   void find_neighbours(std::span<const Vec3> position);
   void place_all(std::span<const Vec3> position);
   Box needed_box(int body) const;
-  Box roomy_box(int body) const;
+  Box enlarged_box(int body) const;
   void replace_lists(std::span<const int> placed);
   void merge_lists(std::span<const BodyPair> pairs);
   ListState first_state(const CandidateList& list);
@@ -157,7 +157,7 @@ class ContactSearch {
   bool are_valid() const;
   std::vector<char> bodies_to_refresh() const;
   void refresh(const PlacedPoints& start, const PlacedPoints& end);
-  void renew_lists(const PlacedPoints& start, const PlacedPoints& end);
+  void rebuild_lists(const PlacedPoints& start, const PlacedPoints& end);
   void refresh_body(int body, const PlacedPoints& start, const PlacedPoints& end);
   bool rule_out(std::size_t list);
   BodyPath path_of(int body, const PlacedPoints& start, const PlacedPoints& end) const;

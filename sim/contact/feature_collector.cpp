@@ -14,7 +14,7 @@ namespace {
 using bsi::FeatureKind;
 using bsi::FourParticles;
 
-constexpr int quad_pairs_a_chunk = 256;
+constexpr int quad_pairs_per_chunk = 256;
 
 // Pairs of features, before their distances are known.
 struct Batch {
@@ -153,7 +153,7 @@ void collect_features(const Scene& scene, std::span<const Vec3> start, std::span
   const SceneBody& b = scene.bodies[list.body_b];
   const std::vector<double> paths = path_lengths(start, end, {&a, &b});
   const int chunks =
-      (static_cast<int>(quad_pairs.size()) + quad_pairs_a_chunk - 1) / quad_pairs_a_chunk;
+      (static_cast<int>(quad_pairs.size()) + quad_pairs_per_chunk - 1) / quad_pairs_per_chunk;
   std::vector<Found> found(chunks);
   const int threads = scene.threads;
 #pragma omp parallel num_threads(threads) if (threads > 1 && chunks > 1)
@@ -162,9 +162,9 @@ void collect_features(const Scene& scene, std::span<const Vec3> start, std::span
     std::vector<bsi::PairInReach> in_reach;
 #pragma omp for schedule(dynamic)
     for (int c = 0; c < chunks; ++c) {
-      const std::size_t first = static_cast<std::size_t>(c) * quad_pairs_a_chunk;
+      const std::size_t first = static_cast<std::size_t>(c) * quad_pairs_per_chunk;
       const Batches& batches = gatherer.gather(quad_pairs.subspan(
-          first, std::min<std::size_t>(quad_pairs_a_chunk, quad_pairs.size() - first)));
+          first, std::min<std::size_t>(quad_pairs_per_chunk, quad_pairs.size() - first)));
       for (int which : {vertex_triangle, triangle_vertex, edge_edge}) {
         const FeatureKind kind =
             which == edge_edge ? FeatureKind::edge_edge : FeatureKind::vertex_triangle;

@@ -35,10 +35,10 @@ class EulerIntegrator final : public StageIntegrator {
   // event of a prescribed motion it uses the slope at the start instead of the last step's: a long
   // step at rest before it would hide the change.
   Trouble test_error(double h, std::span<const double> y) {
-    const bool starts_anew = last_step() == 0 || event_time_ == time();
-    if (starts_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
+    const bool begins_anew = last_step() == 0 || event_time_ == time();
+    if (begins_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
     if (!error_weights(scene().source.time, state(), weight_)) return Trouble::not_finite;
-    const double factor = h * h / (h + (starts_anew ? 0 : last_step()));
+    const double factor = h * h / (h + (begins_anew ? 0 : last_step()));
     double sum = 0;
     for (std::size_t i = 0; i < y.size(); ++i) {
       error_[i] = factor * ((y[i] - state()[i]) / h - rate_[i]);

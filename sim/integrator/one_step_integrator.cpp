@@ -153,8 +153,8 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
       motion_limits_.apply() ? 2 * window_allowed_ / VetoWindow::length : 2 * step_.value_or(0);
   window_allowed_ = 0;
   window_start_ = time();
-  const bool creeps = is_fixed() && *recent > many_vetoes && advance < enough;
-  if (!creeps && *recent <= most_vetoes) return std::nullopt;
+  const bool is_too_slow = is_fixed() && *recent > many_vetoes && advance < enough;
+  if (!is_too_slow && *recent <= most_vetoes) return std::nullopt;
   return veto_window_.failure(
       *recent, time(), "time.step is too long or contact.stiffness too small for this impact",
       scene_);

@@ -84,7 +84,7 @@ struct StageSolver::Implementation {
   Outcome outcome(int flag) const;
   Outcome iterate(int strategy, int most_iterations);
   bool is_driven() const;
-  bool leaves_little(std::span<const double> residual);
+  bool leaves_small_residual(std::span<const double> residual);
   Outcome iterate_by_number(std::span<double> y);
 
   const Scene& scene;
@@ -298,7 +298,7 @@ bool StageSolver::Implementation::is_driven() const {
 
 // Returns true if the residual velocities are small compared with the fastest velocity of the
 // scene, prescribed ones included.
-bool StageSolver::Implementation::leaves_little(std::span<const double> residual) {
+bool StageSolver::Implementation::leaves_small_residual(std::span<const double> residual) {
   dynamics.expand_all(time, right_side, position, velocity);
   double fastest = 0, largest = 0;
   for (const Vec3& v : velocity) fastest = std::max(fastest, v.squaredNorm());
@@ -321,7 +321,7 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
     // correction moved into each other.
     if (is_enough && dynamics.contact() == nullptr && all_finite(y)) return Outcome::solved;
     if (residual(y, right) != 0) return Outcome::blocked;
-    if (is_enough && (!is_judged || leaves_little(right))) return Outcome::solved;
+    if (is_enough && (!is_judged || leaves_small_residual(right))) return Outcome::solved;
     if (corrections == newton_count + most_whole_corrections) return Outcome::not_converged;
     ++newton_iterations;
     static_cast<void>(assemble(y));

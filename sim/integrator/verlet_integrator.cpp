@@ -129,7 +129,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     ++steps_;
     const bool is_even = std::abs(h - last_step()) < 1e-6 * h;
     if (is_even && steps_ >= next_shown_check_ && check_shown_frequency(h) > no_longer_safe) {
-      tracker_->turn_to(end_acceleration_);
+      tracker_->track_direction_of(end_acceleration_);
       check_tracked_frequency(y);
     } else if (steps_ >= next_check_) {
       check_tracked_frequency(y);

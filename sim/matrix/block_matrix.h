@@ -145,9 +145,9 @@ class SymmetricBlockMatrix {
     last = std::min(last, pattern_->rows());
     if (first >= last) return;
     const Number* const end = at(pattern_->upper_end(last - 1));
-    constexpr int numbers_a_line = 64 / sizeof(Number);
+    constexpr int numbers_per_line = 64 / sizeof(Number);
     for (const Number* line = at(pattern_->upper_diagonal(first)); line < end;
-         line += numbers_a_line)
+         line += numbers_per_line)
       __builtin_prefetch(line);
   }
 

@@ -140,12 +140,12 @@ void FrequencyTracker::follow(double t, std::span<const double> y,
   const double before = mass_product(mass, vibration_, vibration_);
   const double after = mass_product(mass, change_, change_);
   frequency_ = before > 0 ? std::pow(after / before, 0.25) : 0;
-  turn_to(change_);
+  track_direction_of(change_);
 }
 
 int FrequencyTracker::place() const { return place_of_largest(vibration_); }
 
-void FrequencyTracker::turn_to(std::span<const Vec3> acceleration) {
+void FrequencyTracker::track_direction_of(std::span<const Vec3> acceleration) {
   const double largest = components(acceleration).abs().maxCoeff();
   if (largest > 0) components(vibration_) = components(acceleration) / largest;
 }

@@ -33,7 +33,7 @@ class FrequencyTracker {
   // forces.
   void follow(double t, std::span<const double> y, std::span<const Vec3> acceleration);
   // Tracks from now on the vibration that dominates these accelerations.
-  void turn_to(std::span<const Vec3> acceleration);
+  void track_direction_of(std::span<const Vec3> acceleration);
   // Writes or reads everything on which the bits of later frequencies depend.
   void transfer(StateArchive& archive) { archive(amplitude_, vibration_, frequency_); }
   double frequency() const { return frequency_; }  // rad/s, from below

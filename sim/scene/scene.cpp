@@ -187,8 +187,8 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
 // Returns the default number of threads. With fewer particles per thread, threads wait longer for
 // each other than they save (docs/decisions/0025).
 int threads_that_pay(int particles) {
-  constexpr int particles_a_thread = 4096;
-  return std::clamp(particles / particles_a_thread, 1, omp_get_num_procs());
+  constexpr int particles_per_thread = 4096;
+  return std::clamp(particles / particles_per_thread, 1, omp_get_num_procs());
 }
 
 // Puts prescribed particles where their motion is at t = 0.

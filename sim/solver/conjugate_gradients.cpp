@@ -56,7 +56,7 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
 
 void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
   const Goal& goal = solve.goal;
-  bool starts_anew = true;
+  bool begins_anew = true;
   is_exact_ = matrix_.has_contact();
   has_single_products_ = false;
   gains_.clear();
@@ -65,9 +65,9 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
   while (!outcome.converged && outcome.iterations < most_iterations) {
     if (preconditioner_.rebuild_if_worn_out(outcome.iterations, outcome.residual)) {
       start_residual_ = outcome.residual;
-      starts_anew = true;
+      begins_anew = true;
     }
-    const bool is_definite = find_direction(starts_anew);
+    const bool is_definite = find_direction(begins_anew);
     if (!is_definite && !has_single_products_) {
       outcome.indefinite = true;
       break;
@@ -78,15 +78,15 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
     }
     ++outcome.iterations;
     outcome.converged = is_reached(goal, outcome.residual);
-    starts_anew = has_single_products_ && (!is_definite || outcome.converged);
-    if (starts_anew) {
+    begins_anew = has_single_products_ && (!is_definite || outcome.converged);
+    if (begins_anew) {
       is_exact_ = true;
       has_single_products_ = false;
-      const double seeming = outcome.residual;
+      const double recursive_residual = outcome.residual;
       form_residual(solve);
       outcome.residual = advance(0, solve);
       outcome.converged = outcome.converged && outcome.residual <= goal.residual &&
-                          (goal.error >= 1 || outcome.residual <= 2 * seeming);
+                          (goal.error >= 1 || outcome.residual <= 2 * recursive_residual);
     }
   }
 }
@@ -99,16 +99,16 @@ double ConjugateGradients::precondition() {
 
 // Finds the next direction p and A p, in single precision if the preconditioner provides it.
 // Returns false if p . A p is not positive.
-bool ConjugateGradients::find_direction(bool starts_anew) {
+bool ConjugateGradients::find_direction(bool begins_anew) {
   const int count = static_cast<int>(residual_.size()), threads = matrix_.threads();
   double next = precondition();
   if (!(next > 0) && preconditioner_.is_multigrid()) {
     // Rounding causes this in a nearly singular matrix.
     preconditioner_.give_up_multigrid();
-    starts_anew = true;
+    begins_anew = true;
     next = precondition();
   }
-  const double beta = starts_anew ? 0 : next / rho_;
+  const double beta = begins_anew ? 0 : next / rho_;
   const std::span<const Vec3> left =
       is_exact_ ? std::span<const Vec3>() : preconditioner_.chosen().residual();
   rho_ = next;

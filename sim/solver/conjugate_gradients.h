@@ -56,7 +56,7 @@ class ConjugateGradients {
 
   void iterate(const Solve& solve, Outcome& outcome);
   bool is_reached(const Goal& goal, double residual) const;
-  bool find_direction(bool starts_anew);
+  bool find_direction(bool begins_anew);
   double precondition();
   double advance(double alpha, const Solve& solve);
   void form_residual(const Solve& solve);

@@ -98,9 +98,9 @@ std::vector<Place> places(const Axis& fine, const Axis& coarse) {
 class Coarsening {
  public:
   Coarsening(const std::vector<LevelImage>& fine, int count, std::span<const char> fixed)
-      : number_(count, -1), hangs_on_(count), fixed_(fixed) {
+      : number_(count, -1), parents_of_(count), fixed_(fixed) {
     for (const LevelImage& image : fine) keep(image);
-    for (std::size_t i = 0; i < fine.size(); ++i) hang(fine[i], images_[i]);
+    for (std::size_t i = 0; i < fine.size(); ++i) find_parents(fine[i], images_[i]);
     drop_childless();
   }
   const std::vector<LevelImage>& images() const { return images_; }
@@ -142,16 +142,16 @@ class Coarsening {
 
   // Sets the parents of fine nodes: a kept node is its own parent, any other has the corners around
   // it. The first image that contains a node decides.
-  void hang(const LevelImage& fine, const LevelImage& coarse) {
+  void find_parents(const LevelImage& fine, const LevelImage& coarse) {
     const std::vector<Place> rows = places(fine.rows, coarse.rows),
                              cols = places(fine.cols, coarse.cols);
     for (int row = 0; row < fine.rows.nodes(); ++row) {
       for (int col = 0; col < fine.cols.nodes(); ++col) {
         const int node = fine.at(row, col);
-        if (node < 0 || !hangs_on_[node].empty() || (!fixed_.empty() && fixed_[node] != 0))
+        if (node < 0 || !parents_of_[node].empty() || (!fixed_.empty() && fixed_[node] != 0))
           continue;
         if (number_[node] >= 0) {
-          hangs_on_[node] = {{number_[node], 1.0}};
+          parents_of_[node] = {{number_[node], 1.0}};
           continue;
         }
         for (int corner = 0; corner < 4; ++corner) {
@@ -159,7 +159,7 @@ class Coarsening {
           const double weight = (down == 1 ? rows[row].weight_after : 1 - rows[row].weight_after) *
                                 (right == 1 ? cols[col].weight_after : 1 - cols[col].weight_after);
           if (weight == 0) continue;
-          add(hangs_on_[node], coarse.at(rows[row].before + down, cols[col].before + right),
+          add(parents_of_[node], coarse.at(rows[row].before + down, cols[col].before + right),
               weight);
         }
       }
@@ -181,14 +181,14 @@ class Coarsening {
   // Removes the coarse nodes that no free node is interpolated from: they are no unknowns.
   void drop_childless() {
     std::vector<int> renumbered(coarse_count_, -1);
-    for (const auto& parents : hangs_on_) {
+    for (const auto& parents : parents_of_) {
       for (const Parent& parent : parents) renumbered[parent.node] = 0;
     }
     coarse_count_ = 0;
     for (int& number : renumbered) {
       if (number == 0) number = coarse_count_++;
     }
-    for (auto& parents : hangs_on_) {
+    for (auto& parents : parents_of_) {
       for (Parent& parent : parents) parent.node = renumbered[parent.node];
     }
     for (LevelImage& image : images_) {
@@ -197,7 +197,7 @@ class Coarsening {
   }
 
   std::vector<int> number_;  // of a kept node on the coarse level; -1 for others
-  std::vector<std::vector<Parent>> hangs_on_;
+  std::vector<std::vector<Parent>> parents_of_;
   std::span<const char> fixed_;
   std::vector<LevelImage> images_;
   int coarse_count_ = 0;
@@ -207,7 +207,7 @@ Prolongation Coarsening::prolongation() const {
   Prolongation result;
   result.child_start.assign(coarse_count_ + 1, 0);
   result.row_start.push_back(0);
-  for (std::vector<Parent> parents : hangs_on_) {
+  for (std::vector<Parent> parents : parents_of_) {
     std::sort(parents.begin(), parents.end(),
               [](const Parent& a, const Parent& b) { return a.node < b.node; });
     for (const Parent& parent : parents) {
@@ -222,7 +222,7 @@ Prolongation Coarsening::prolongation() const {
   result.child_weight.resize(result.column.size());
   std::vector<int> next(result.child_start.begin(), result.child_start.end() - 1);
   for (int fine = 0; fine < result.fine_count(); ++fine) {
-    for (const Parent& parent : hangs_on_[fine]) {
+    for (const Parent& parent : parents_of_[fine]) {
       const int place = next[parent.node]++;
       result.child[place] = fine;
       result.child_weight[place] = static_cast<float>(parent.weight);

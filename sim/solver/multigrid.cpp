@@ -12,9 +12,9 @@ namespace {
 
 // Returns the number of finest levels on which the second coarse cycle saves more than it costs.
 std::size_t best_w_cycle_levels(const Scene& scene, int particles) {
-  const bool needs_them =
+  const bool needs_w_cycles =
       particles >= 100'000 || traits_of(scene.source.time.method).finds_equilibria();
-  return needs_them ? 2 : 0;
+  return needs_w_cycles ? 2 : 0;
 }
 
 // Returns the pattern with the contact pairs in reach added.

@@ -111,7 +111,7 @@ TEST(Verlet, TrackedFrequencyIsThatOfTheMatrix) {
   for (int k = 0; k < 60; ++k) tracker.follow(0.4, y, acceleration);
   EXPECT_NEAR(tracker.frequency(), frequency, 0.1 * frequency);
   // A vector with parts of all vibrations converges sooner.
-  tracker.turn_to(acceleration);
+  tracker.track_direction_of(acceleration);
   for (int k = 0; k < 20; ++k) tracker.follow(0.4, y, acceleration);
   EXPECT_NEAR(tracker.frequency(), frequency, 0.05 * frequency);
 }
