@@ -120,6 +120,8 @@ struct PinCase {
   std::vector<int> cols;           // [first, last]
   int patch = 0;
   std::optional<Vec3> region_min, region_max;  // m, box in world space at t = 0
+  double hold_time = 0;                        // s: the vertices are free before
+  std::optional<double> release_time;          // s: the vertices are free from then on
   std::optional<MotionCase> motion;
   SourceLocation location;
 };

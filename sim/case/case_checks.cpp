@@ -42,6 +42,7 @@ class Checker {
         const PinCase& pin = case_.body[i].pin[j];
         const std::string pin_path = join_path(join_path(path, "pin"), j);
         check_pin(pin, case_.body[i].shape, pin_path, locations_);
+        pin_times(pin, pin_path);
         if (pin.motion) motion(*pin.motion, join_path(pin_path, "motion"));
       }
     }
@@ -193,6 +194,20 @@ class Checker {
     }
   }
 
+  void pin_times(const PinCase& pin, const std::string& path) const {
+    for (const char* key : {"hold_time", "release_time"}) {
+      const std::string place = join_path(path, key);
+      if (!locations_.given(place) || !traits_of(case_.time.method).finds_equilibria()) continue;
+      fail(place, in_quotes(key) + " does not go with time.method = \"static\"",
+           "expected a method that follows the motion in time, or a pin that always holds");
+    }
+    if (pin.release_time && *pin.release_time <= pin.hold_time) {
+      fail(join_path(path, "release_time"),
+           "release_time is " + number_text(*pin.release_time) + " s",
+           "expected later than hold_time, " + number_text(pin.hold_time) + " s");
+    }
+  }
+
   void motion(const MotionCase& target, const std::string& path) const {
     if (target.stop_time && *target.stop_time <= target.start_time) {
       fail(join_path(path, "stop_time"), "stop_time is " + number_text(*target.stop_time) + " s",
@@ -224,6 +239,21 @@ std::string long_step_notice(const TimeCase& time) {
   if (!time.step || *time.step <= frame * rounding) return {};
   return "time.step, " + number_text(*time.step) + " s, is longer than the time between frames, " +
          number_text(frame) + " s: frames within a step are interpolated";
+}
+
+std::string late_pins_notice(const Case& target) {
+  const double end = target.time.duration;
+  for (const BodyCase& body : target.body) {
+    for (const PinCase& pin : body.pin) {
+      const bool holds_late = pin.hold_time >= end;
+      if (!holds_late && pin.release_time.value_or(0) < end) continue;
+      return (holds_late ? "hold_time, " + number_text(pin.hold_time)
+                         : "release_time, " + number_text(*pin.release_time)) +
+             " s, of a pin of body " + in_quotes(body.name) + " is not within the run of " +
+             number_text(end) + " s: the pin never " + (holds_late ? "holds" : "lets go");
+    }
+  }
+  return {};
 }
 
 void check_case(const Case& target, const Locations& locations) {

@@ -17,5 +17,7 @@ double position_tolerance_limit(const Case& target);
 
 // A notice if the fixed step is longer than the time between frames; otherwise empty.
 std::string long_step_notice(const TimeCase& time);
+// A notice of the first pin whose hold_time or release_time is not within the run; otherwise empty.
+std::string late_pins_notice(const Case& target);
 
 }  // namespace weft::sim

@@ -364,7 +364,8 @@ Table describe(MotionCase& target) {
 }
 
 Table describe(PinCase& target) {
-  auto& [corners, edges, rows, cols, patch, region_min, region_max, motion, location] = target;
+  auto& [corners, edges, rows, cols, patch, region_min, region_max, hold_time, release_time, motion,
+         location] = target;
   Table result{{
       field("corners", &corners, "Corners of the image, row before column, or all four.")
           .entries(1, 4)
@@ -386,6 +387,14 @@ Table describe(PinCase& target) {
             "Lower corner of a box in space. The pin holds all vertices that are in the box at the "
             "start."),
       field("region_max", &region_max, "m", any, "Upper corner of the box."),
+      field("hold_time", &hold_time, "s", not_negative,
+            "Time at which the pin takes hold of its vertices where they then are; they are free "
+            "before. Not with time.method = \"static\"."),
+      field(
+          "release_time", &release_time, "s", positive,
+          "Time at which the pin lets go, later than hold_time; its vertices keep their velocity. "
+          "Not with time.method = \"static\".")
+          .with_default("never"),
       field("motion", table(&motion), "Motion of the held vertices; without it they stay at rest."),
   }};
   result.location = &location;

@@ -55,13 +55,13 @@ class VerletIntegrator final : public OneStepIntegrator {
     if (options.step) return refuse_unstable(*options.step);
     double rate = 0;
     if (dynamics().has_damping() || dynamics().contact() != nullptr) {
-      const SpectralEstimate fastest = estimate_spectrum(dynamics(), 0, state());
+      const SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
       decay_ = fastest.decay;
       stiff_place_ = fastest.place;
       rate = fastest.stiffest();
     }
     if (dynamics().contact() == nullptr) {
-      tracker_.emplace(dynamics(), 0, state());
+      tracker_.emplace(dynamics(), time(), state());
       rate = std::max(tracker_->frequency(), decay_);
     }
     share_ = verlet_share(options.relative_tolerance);
@@ -70,14 +70,14 @@ class VerletIntegrator final : public OneStepIntegrator {
     return std::nullopt;
   }
   std::optional<Failure> refuse_unstable(double step) {
-    const SpectralEstimate fastest = estimate_spectrum(dynamics(), 0, state());
+    const SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
     const double limit = 2 / fastest.stiffest();
     if (step <= limit) return std::nullopt;
-    return Failure{Failure::Kind::unstable, 0, fastest.place,
+    return Failure{Failure::Kind::unstable, time(), fastest.place,
                    "the step of " + number_text(step) +
-                       " s is beyond the limit of stability of verlet at t = 0 s, " +
-                       rounded_text(limit) + " s: the motion is fastest at " +
-                       scene().describe_particle(fastest.place)};
+                       " s is beyond the limit of stability of verlet at t = " +
+                       rounded_text(time()) + " s, " + rounded_text(limit) +
+                       " s: the motion is fastest at " + scene().describe_particle(fastest.place)};
   }
 
   // x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1). Forces that depend on the

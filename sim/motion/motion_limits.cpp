@@ -1,6 +1,7 @@
 #include "sim/motion/motion_limits.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "sim/case/case_text.h"
@@ -39,9 +40,10 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
       time = event->time;
     }
   }
+  if (std::isfinite(scene.pins_change_at)) events_.push_back({scene.pins_change_at, true});
   std::sort(events_.begin(), events_.end(),
             [](const MotionEvent& a, const MotionEvent& b) { return a.time < b.time; });
-  if (range_ > 0 && apply()) paths_.emplace(scene);
+  if (range_ > 0 && !motions_.empty()) paths_.emplace(scene);
 }
 
 // Returns the next event after `time`. An event within the shortest step counts as passed: bounds

@@ -15,7 +15,7 @@
 namespace weft::sim {
 
 // Finds the latest end of a step. A step ends at the latest
-// - at the next keyframe, start or stop of a motion;
+// - at the next keyframe, start or stop of a motion, or when pins take hold or let go;
 // - when a pin has rotated by `largest_turn` or, with contact, strays from its chord by a tenth of
 //   contact.range;
 // - when an obstacle and a part of a body have used up four fifths of the distance between them
@@ -41,8 +41,8 @@ class MotionLimits {
   // Scene and dynamics must outlive the limits.
   MotionLimits(const Scene& scene, const Dynamics& dynamics);
 
-  // False if nothing moves: no step is ever shortened.
-  bool apply() const { return !motions_.empty(); }
+  // False if nothing moves and pins stay as they are: no step is ever shortened.
+  bool apply() const { return !motions_.empty() || !events_.empty(); }
   // Returns the latest end of a step from `time` and the state `y` that is to end at `wanted`.
   // Returns nothing if even a step of time.minimum_step is too long; failure() then names the
   // motion. Costs a pass over the particles if an obstacle moves, and nothing if only pins do.

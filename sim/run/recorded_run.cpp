@@ -81,6 +81,7 @@ class Run final : private StepObserver {
   void say_start() {
     say(scene_.source.accuracy_choice);
     say(long_step_notice(scene_.source.time));
+    say(late_pins_notice(scene_.source));
     report_.compute = simulation_.compute();
     if (!report_.compute.empty()) say("contact search on " + report_.compute);
     say(simulation_.decision());

@@ -15,6 +15,7 @@
 #include "sim/scene/pins.h"
 #include "sim/scene/surface_points.h"
 #include "sim/scene/texel_file.h"
+#include "sim/scene/timed_pins.h"
 
 namespace weft::sim {
 
@@ -272,8 +273,9 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   scene->source = source;
   for (const BodyCase& body : source.body) add_dynamic_body(*scene, body);
   std::vector<PrescribedMotion> pins;
-  for (std::size_t b = 0; b < source.body.size(); ++b)
-    add_pins(*scene, source.body[b], scene->bodies[b], pins);
+  for (std::size_t b = 0; b < source.body.size(); ++b) {
+    if (!has_timed_pins(source.body[b])) add_pins(*scene, source.body[b], scene->bodies[b], pins);
+  }
   put_held_bodies_last(*scene, pins);
   scene->threads = source.compute.threads.value_or(threads_that_pay(scene->dynamic_particles));
   for (const ObstacleCase& obstacle : source.obstacle) {
@@ -282,6 +284,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   }
   std::ranges::move(pins, std::back_inserter(scene->prescribed));
   apply_initial_motions(*scene);
+  add_timed_pins(*scene);
   number_surface_points(*scene);
   return scene;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -64,12 +65,31 @@ struct PrescribedMotion {
   double radius = 0;           // m, largest distance of `start` from the centre
 };
 
+// A pin that takes hold or lets go during the run, or another pin of the same body.
+struct TimedPin {
+  const PinCase* source;       // points into Scene::source
+  int body;                    // index into Scene::bodies
+  std::vector<int> particles;  // global indices of all that it names
+};
+
+// Particles that a timed pin holds for some time.
+struct TimedHold {
+  int pin = 0;  // index into Scene::timed_pins
+  std::vector<int> particles;
+  std::vector<Vec3> start;  // m, places at t = 0 from which the pin's motion leads to theirs
+  Vec3 centre{0, 0, 0};     // m, default centre of the motion: their mean when the pin took hold
+};
+
 // Bodies and obstacles with their particles. Particles are numbered through: first those of dynamic
 // bodies, then those of bodies that are held as a whole, then those of obstacles.
 //
 // A body is held as a whole if all its vertices are pinned, either at rest or by one motion. It
 // then counts as an obstacle: it has no forces, no rows in matrices and no part in state vectors
 // and energies. If all bodies are held as a whole, all stay dynamic.
+//
+// All pins of a body that has a timed one are timed. In the scene of a case their particles are
+// free; only the scenes that hold_timed_pins() (timed_pins.h) makes from it, one for the time
+// between two changes of pins, say which of them are held. Simulation integrates these.
 struct Scene {
   Case source;
   std::vector<SceneBody> bodies;  // dynamic ones, then held ones, then obstacles
@@ -88,6 +108,9 @@ struct Scene {
                                        // points; empty without contact
   std::vector<char> pinned;            // dynamic particles: 1 where prescribed
   std::vector<PrescribedMotion> prescribed;
+  std::vector<TimedPin> timed_pins;    // by body, in the order of the case
+  std::vector<TimedHold> first_holds;  // of timed pins at t = 0
+  double pins_change_at = std::numeric_limits<double>::infinity();  // s: a step ends there
 
   // Velocity (m/s) at t = 0 of a free particle.
   Vec3 initial_velocity(int particle) const;

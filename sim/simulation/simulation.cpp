@@ -10,6 +10,7 @@
 #include "sim/integrator/integrator.h"
 #include "sim/motion/energy_watch.h"
 #include "sim/simulation/sleeping_integrator.h"
+#include "sim/simulation/timed_pins_integrator.h"
 
 namespace weft::sim {
 
@@ -28,13 +29,17 @@ struct Simulation::Implementation {
   Implementation(const Scene& scene_, std::unique_ptr<const Scene> owned_)
       : owned(std::move(owned_)), scene(scene_), dynamics(scene, statistics) {
     make_own_integrator();
-    watch.emplace(dynamics, integrator->state());
+    watch.emplace(awake(), awake_state());
     decision = integrator->decision();
   }
 
   void make_own_integrator();
-  // The dynamics of what is simulated at the moment, and its state: without bodies that sleep.
-  Dynamics& awake() { return sleeping != nullptr ? sleeping->dynamics() : dynamics; }
+  // The dynamics of what is simulated at the moment, and its state: without bodies that sleep, with
+  // the pins of the time.
+  Dynamics& awake() {
+    if (sleeping != nullptr) return sleeping->dynamics();
+    return timed_pins != nullptr ? timed_pins->dynamics() : dynamics;
+  }
   std::span<const double> awake_state() const {
     return sleeping != nullptr ? sleeping->awake_state() : integrator->state();
   }
@@ -59,7 +64,8 @@ struct Simulation::Implementation {
   Statistics statistics;
   Dynamics dynamics;
   std::unique_ptr<Integrator> integrator;
-  SleepingIntegrator* sleeping = nullptr;  // the integrator, if bodies may sleep
+  SleepingIntegrator* sleeping = nullptr;     // the integrator, or that inside timed_pins
+  TimedPinsIntegrator* timed_pins = nullptr;  // the integrator, if the scene has timed pins
   std::optional<EnergyWatch> watch;
   int steps_since_look = 0;
   double last_look = 0;  // s
@@ -76,20 +82,26 @@ struct Simulation::Implementation {
   mutable bool is_expanded = false;
 };
 
-// Bodies may sleep beside others that move in time.
 void Simulation::Implementation::make_own_integrator() {
-  const TimeCase& time = scene.source.time;
-  if (!time.sleep || scene.dynamic_bodies < 2 || traits_of(time.method).finds_equilibria()) {
-    integrator = make_integrator(scene, dynamics);
-    return;
-  }
-  auto made = std::make_unique<SleepingIntegrator>(scene, dynamics);
-  sleeping = made.get();
-  integrator = std::move(made);
-  sleeping->set_after_change([this](const std::string& text) {
+  const auto after_change = [this](const std::string& text) {
+    if (timed_pins != nullptr) sleeping = timed_pins->sleeping();
     watch.emplace(awake(), awake_state(), integrator->time());
     if (!text.empty()) decide(text);
-  });
+  };
+  if (!scene.timed_pins.empty()) {
+    auto made = std::make_unique<TimedPinsIntegrator>(scene, dynamics);
+    timed_pins = made.get();
+    sleeping = timed_pins->sleeping();
+    timed_pins->set_after_change(after_change);
+    integrator = std::move(made);
+  } else if (may_sleep(scene)) {
+    auto made = std::make_unique<SleepingIntegrator>(scene, dynamics);
+    sleeping = made.get();
+    sleeping->set_after_change(after_change);
+    integrator = std::move(made);
+  } else {
+    integrator = make_integrator(scene, dynamics);
+  }
 }
 
 bool Simulation::Implementation::is_look_due() const {
@@ -131,7 +143,7 @@ std::optional<Failure> Simulation::Implementation::step() {
 void Simulation::Implementation::note_decisions() {
   if (std::string now = integrator->decision(); now != decision) {
     decision = std::move(now);
-    decide(decision);
+    if (!decision.empty()) decide(decision);
   }
   if (dynamics.contact() == nullptr) return;
   if (std::string now = awake().contact()->compute().text(); now != compute) {
@@ -294,7 +306,7 @@ const Energies& Simulation::energies() const {
   Implementation& self = *implementation_;
   if (!self.energies) {
     self.energies = self.integrator->counts().steps == 0
-                        ? self.dynamics.energies(self.integrator->time(), self.integrator->state())
+                        ? self.awake().energies(self.integrator->time(), self.awake_state())
                         : self.with_asleep(self.awake().energies_at_last_rate(
                               self.integrator->time(), self.awake_state()));
   }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "sim/case/case_text.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
@@ -20,6 +21,10 @@ std::vector<char> find_moving_pins(const Scene& scene) {
     if (!held.moves || held.particles.empty() || held.particles.front() >= scene.dynamic_particles)
       continue;
     has_moving_pin[scene.body_index_of_particle(held.particles.front())] = 1;
+  }
+  for (const TimedPin& pin : scene.timed_pins) {
+    const double last = std::max(pin.source->hold_time, pin.source->release_time.value_or(0));
+    if (last >= scene.pins_change_at) has_moving_pin[pin.body] = 1;
   }
   return has_moving_pin;
 }
@@ -51,6 +56,11 @@ Energies sum_of(Energies a, double factor, const Energies& b) {
 }
 
 }  // namespace
+
+bool may_sleep(const Scene& scene) {
+  const TimeCase& time = scene.source.time;
+  return time.sleep && scene.dynamic_bodies >= 2 && !traits_of(time.method).finds_equilibria();
+}
 
 SleepingIntegrator::SleepingIntegrator(const Scene& scene, Dynamics& whole)
     : scene_(scene),

@@ -14,10 +14,14 @@
 
 namespace weft::sim {
 
+// True if the case lets bodies sleep: beside others that move in time.
+bool may_sleep(const Scene& scene);
+
 // Integrates a scene without the bodies that sleep. States are those of the whole scene; while
 // bodies sleep, a dynamics and an integrator of the awake ones alone compute them.
 //
-// A body may sleep if it is at rest (rest_watch.h), none of its pins moves, and no obstacle moves
+// A body may sleep if it is at rest (rest_watch.h), none of its pins moves or is still to take hold
+// or let go, and no obstacle moves
 // near it within the next half second. Bodies in contact with each other fall asleep and wake
 // together. At least one body stays awake. Bodies fall asleep only if these make up a tenth of the
 // awake vertices, since the method then begins anew.

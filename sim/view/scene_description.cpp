@@ -68,6 +68,17 @@ void describe_lack(const Scene& scene, const Condition& lacks, const std::string
   }
 }
 
+bool is_of(const TimedPin& pin, const SceneBody& body, const Scene& scene) {
+  return &scene.bodies[pin.body] == &body;
+}
+
+void describe_timed_pin(const TimedPin& pin, std::ostream& out) {
+  out << "            pin of " << counted(pin.particles.size(), "vertex", "vertices");
+  if (pin.source->hold_time > 0) out << " from " << pin.source->hold_time << " s";
+  if (pin.source->release_time) out << " until " << *pin.source->release_time << " s";
+  out << '\n';
+}
+
 void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out) {
   out << (body.is_obstacle ? "obstacle  " : "body      ") << body.name << ": "
       << size_of(body.atlas) << ", " << body.mesh.triangles.size() << " triangles, thickness "
@@ -84,7 +95,14 @@ void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out)
     mass += scene.mass[body.first_particle + i];
     pinned += scene.pinned[body.first_particle + i];
   }
-  out << ", mass " << mass << " kg, " << pinned << " pinned vertices\n";
+  out << ", mass " << mass << " kg";
+  if (std::ranges::none_of(scene.timed_pins,
+                           [&](const TimedPin& pin) { return is_of(pin, body, scene); }))
+    out << ", " << pinned << " pinned vertices";
+  out << '\n';
+  for (const TimedPin& pin : scene.timed_pins) {
+    if (is_of(pin, body, scene)) describe_timed_pin(pin, out);
+  }
 }
 
 void describe_bodies(const Scene& scene, std::ostream& out) {
@@ -173,14 +191,16 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   }
 }
 
-void describe_time(const TimeCase& time, std::ostream& out) {
+void describe_time(const Case& source, std::ostream& out) {
+  const TimeCase& time = source.time;
   out << "time      " << time.duration << " s, " << time.frames_per_second << " frames/s; ";
   out << traits_of(time.method).title;
   if (time.method == TimeMethod::cvode) out << " of order 1 to " << time.maximum_order;
   if (time.step) out << ", steps of " << *time.step << " s";
   out << ", position tolerance " << time.position_tolerance << " m a step\n";
-  const std::string long_step = long_step_notice(time);
-  if (!long_step.empty()) out << "  " << long_step << '\n';
+  for (const std::string& notice : {long_step_notice(time), late_pins_notice(source)}) {
+    if (!notice.empty()) out << "  " << notice << '\n';
+  }
 }
 
 void describe_sleep(const Scene& scene, std::ostream& out) {
@@ -215,14 +235,13 @@ void describe_memory(const Scene& scene, std::ostream& out) {
 
 std::string describe_scene(const Scene& scene) {
   std::ostringstream out;
-  const TimeCase& time = scene.source.time;
   out << printable(scene.source.title.empty() ? scene.source.path : scene.source.title) << '\n';
   describe_bodies(scene, out);
   describe_forces(scene, out);
   describe_contact(scene, out);
   const auto backend =
       scene.source.contact.enabled ? describe_compute(scene, out) : ComputeBackend::cpu;
-  describe_time(time, out);
+  describe_time(scene.source, out);
   describe_sleep(scene, out);
   if (!scene.source.accuracy_choice.empty()) {
     out << "accuracy  " << scene.source.accuracy_choice << "; a run corrects it by a pilot\n";

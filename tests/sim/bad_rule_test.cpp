@@ -382,6 +382,47 @@ cols = [0, 0]
        R"(--set body.sheet={}: an entry cannot be replaced as a whole
   expected a key of it)",
        {"body.sheet={}"}},
+      {"release_before_hold", sheet + R"([[body.pin]]
+corners = ["all"]
+hold_time = 0.5
+release_time = 0.25
+)",
+       R"(case.toml:7:16: release_time is 0.25 s
+  expected later than hold_time, 0.5 s)"},
+      {"release_at_the_start", sheet + R"([[body.pin]]
+corners = ["all"]
+release_time = 0
+)",
+       R"(case.toml:6:16: "release_time" is 0
+  expected a number > 0 (s))"},
+      {"hold_before_the_start", sheet + R"([[body.pin]]
+corners = ["all"]
+hold_time = -1
+)",
+       R"(case.toml:6:13: "hold_time" is -1
+  expected a number >= 0 (s))"},
+      {"release_by_a_word", sheet + R"([[body.pin]]
+corners = ["all"]
+release_time = "never"
+)",
+       R"(case.toml:6:16: "release_time" is a string
+  expected a number > 0 (s))"},
+      {"release_in_an_equilibrium",
+       R"(time.method = "static"
+)" + sheet +
+           R"([[body.pin]]
+corners = ["all"]
+release_time = 0.5
+)",
+       R"(case.toml:7:16: "release_time" does not go with time.method = "static"
+  expected a method that follows the motion in time, or a pin that always holds)"},
+      {"hold_in_an_equilibrium_by_override",
+       sheet + R"([[body.pin]]
+corners = ["all"]
+)",
+       R"(--set body.sheet.pin.0.hold_time=0.5: "hold_time" does not go with time.method = "static"
+  expected a method that follows the motion in time, or a pin that always holds)",
+       {"time.method=static", "body.sheet.pin.0.hold_time=0.5"}},
       {"set_rule_broken",
        R"([material.cotton]
 )" + sheet,

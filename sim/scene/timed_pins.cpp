@@ -1,0 +1,146 @@
+#include "sim/scene/timed_pins.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "sim/scene/pins.h"
+
+namespace weft::sim {
+
+namespace {
+
+bool holds_at(const PinCase& pin, double time) {
+  return pin.hold_time <= time && (!pin.release_time || time < *pin.release_time);
+}
+
+PrescribedMotion prescribed_by(const TimedHold& hold, const PinCase& pin) {
+  PrescribedMotion held;
+  held.particles = hold.particles;
+  held.start = hold.start;
+  held.moves = pin.motion.has_value();
+  if (held.moves) {
+    held.motion = RigidMotion(*pin.motion, hold.centre);
+    held.radius = held.motion.radius_of(held.start);
+  }
+  return held;
+}
+
+// Returns the place at t = 0 from which the motion leads to `position` at the pose's time.
+Vec3 start_of(const RigidPose& pose, const Vec3& position) {
+  return pose.rotation.transpose() * (position - pose.centre - pose.translation) + pose.centre;
+}
+
+Vec3 mean_of(std::span<const Vec3> position, const std::vector<int>& particles) {
+  Vec3 sum = Vec3::Zero();
+  for (const int particle : particles) sum += position[particle];
+  return sum / static_cast<double>(particles.size());
+}
+
+// Returns the hold of a pin on these particles. `before` is its hold so far, if it has one.
+TimedHold hold_of(int pin, const PinCase& source, std::vector<int> particles, double now,
+                  std::span<const Vec3> position, const TimedHold* before) {
+  TimedHold hold;
+  hold.pin = pin;
+  hold.particles = std::move(particles);
+  hold.centre = before != nullptr ? before->centre : mean_of(position, hold.particles);
+  RigidPose pose;
+  // At t = 0, a motion may begin elsewhere than where the case puts the points.
+  if (source.motion && now > 0) pose = RigidMotion(*source.motion, hold.centre).pose(now);
+  for (const int particle : hold.particles) {
+    if (before != nullptr) {
+      const auto found = std::ranges::lower_bound(before->particles, particle);
+      if (found != before->particles.end() && *found == particle) {
+        hold.start.push_back(before->start[found - before->particles.begin()]);
+        continue;
+      }
+    }
+    const bool is_at_rest = !source.motion || now == 0;
+    hold.start.push_back(is_at_rest ? position[particle] : start_of(pose, position[particle]));
+  }
+  return hold;
+}
+
+}  // namespace
+
+bool has_timed_pins(const BodyCase& body) {
+  return std::ranges::any_of(
+      body.pin, [](const PinCase& pin) { return pin.hold_time > 0 || pin.release_time; });
+}
+
+void add_timed_pins(Scene& scene) {
+  for (std::size_t b = 0; b < scene.source.body.size(); ++b) {
+    const BodyCase& from = scene.source.body[b];
+    if (!has_timed_pins(from)) continue;
+    const SceneBody& body = scene.bodies[scene.case_order[b]];
+    const auto positions = std::span<const Vec3>(scene.initial_position)
+                               .subspan(body.first_particle, body.particle_count());
+    for (const PinCase& pin : from.pin) {
+      TimedPin timed{&pin, scene.case_order[b], select_pinned(pin, body.atlas, positions)};
+      for (int& particle : timed.particles) particle += body.first_particle;
+      scene.timed_pins.push_back(std::move(timed));
+    }
+  }
+  scene.first_holds = find_holds(scene, 0, 0, scene.initial_position, {});
+  for (const TimedHold& hold : scene.first_holds) {
+    const PrescribedMotion held = prescribed_by(hold, *scene.timed_pins[hold.pin].source);
+    if (!held.moves) continue;
+    const RigidPose pose = held.motion.pose(0);
+    for (std::size_t i = 0; i < held.particles.size(); ++i)
+      scene.initial_position[held.particles[i]] = pose.place(held.start[i]);
+  }
+}
+
+std::vector<TimedHold> find_holds(const Scene& whole, double event, double now,
+                                  std::span<const Vec3> position,
+                                  std::span<const TimedHold> before) {
+  std::vector<char> taken(whole.dynamic_particles, 0);
+  std::vector<TimedHold> holds;
+  for (std::size_t p = 0; p < whole.timed_pins.size(); ++p) {
+    const TimedPin& pin = whole.timed_pins[p];
+    if (!holds_at(*pin.source, event)) continue;
+    std::vector<int> particles;
+    for (const int particle : pin.particles) {
+      if (taken[particle] == 0) particles.push_back(particle);
+      taken[particle] = 1;
+    }
+    if (particles.empty()) continue;
+    const int index = static_cast<int>(p);
+    const auto found = std::ranges::find(before, index, &TimedHold::pin);
+    holds.push_back(hold_of(index, *pin.source, std::move(particles), now, position,
+                            found == before.end() ? nullptr : &*found));
+  }
+  return holds;
+}
+
+Scene hold_timed_pins(const Scene& whole, const std::vector<TimedHold>& holds, double event,
+                      std::span<const Vec3> position) {
+  assert(static_cast<int>(position.size()) >= whole.dynamic_particles);
+  Scene scene = whole;
+  std::copy_n(position.begin(), whole.dynamic_particles, scene.initial_position.begin());
+  for (const TimedHold& hold : holds) {
+    for (const int particle : hold.particles) scene.pinned[particle] = 1;
+    scene.prescribed.push_back(prescribed_by(hold, *whole.timed_pins[hold.pin].source));
+  }
+  for (const TimedPin& pin : whole.timed_pins) {
+    for (const double time : {pin.source->hold_time, pin.source->release_time.value_or(0)}) {
+      if (time > event) scene.pins_change_at = std::min(scene.pins_change_at, time);
+    }
+  }
+  return scene;
+}
+
+void place_pinned(const Scene& scene, double time, bool before_jump, std::span<double> y) {
+  auto* const position = reinterpret_cast<Vec3*>(y.data());
+  Vec3* const velocity = position + scene.dynamic_particles;
+  for (const PrescribedMotion& held : scene.prescribed) {
+    if (held.particles.empty() || held.particles.front() >= scene.dynamic_particles) continue;
+    std::vector<Vec3> place(held.start), rate(held.start.size(), Vec3::Zero());
+    if (held.moves) held.motion.apply(time, held.start, place, rate, before_jump);
+    for (std::size_t i = 0; i < held.particles.size(); ++i) {
+      position[held.particles[i]] = place[i];
+      velocity[held.particles[i]] = rate[i];
+    }
+  }
+}
+
+}  // namespace weft::sim
