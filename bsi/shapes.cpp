@@ -8,15 +8,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "bsi/detail/sewn_patches.h"
+
 namespace weft::bsi {
 
 namespace {
-
-void check_size(const char* name, double value) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw std::invalid_argument(std::string(name) + " must be a positive length, not " +
-                              std::to_string(value));
-}
 
 // Makes a patch row by row; position(row, col) is in m.
 template <typename Position>
@@ -32,6 +28,41 @@ Surface make_patch(const Patch& patch, Position position) {
 
 double turn(int index, int count) { return 2 * std::numbers::pi * index / count; }
 
+// The columns of a surface of revolution: from the x axis, counter-clockwise seen from +z; closed
+// after a full turn.
+struct Sector {
+  explicit Sector(double degrees, int cols) : angle_deg(degrees), count(cols) {
+    if (degrees > 0 && degrees <= 360) return;
+    throw std::invalid_argument("the angle must be more than 0 and at most 360 degrees, not " +
+                                std::to_string(degrees));
+  }
+  bool closed() const { return angle_deg == 360; }
+  double angle(int col) const {
+    if (closed()) return turn(col, count);
+    return std::numbers::pi / 180 * angle_deg * col / (count - 1);
+  }
+
+  double angle_deg;
+  int count;
+};
+
+// A point of the profile of a surface of revolution, m.
+struct ProfilePoint {
+  double distance;  // from the z axis
+  double z;
+};
+
+// Turns a profile around the z axis; profile(fraction of the rows) gives its points.
+template <typename Profile>
+Surface revolve(int rows, int cols, double angle_deg, Profile profile) {
+  const Sector sector(angle_deg, cols);
+  return make_patch({rows, cols, sector.closed(), false}, [&](int row, int col) {
+    const double angle = sector.angle(col);
+    const ProfilePoint point = profile(static_cast<double>(row) / (rows - 1));
+    return Vec3(point.distance * std::cos(angle), point.distance * std::sin(angle), point.z);
+  });
+}
+
 }  // namespace
 
 Surface make_rectangle(double size_x, double size_y, int rows, int cols) {
@@ -43,13 +74,45 @@ Surface make_rectangle(double size_x, double size_y, int rows, int cols) {
   });
 }
 
-Surface make_cylinder(double radius, double length, int rows, int cols) {
+Surface make_cylinder(double radius, double length, int rows, int cols, double angle_deg) {
   check_size("the cylinder's radius", radius);
   check_size("the cylinder's length", length);
-  return make_patch({rows, cols, true, false}, [&](int row, int col) {
-    const double angle = turn(col, cols);
-    return Vec3(radius * std::cos(angle), radius * std::sin(angle),
-                length * (static_cast<double>(row) / (rows - 1) - 0.5));
+  return revolve(rows, cols, angle_deg, [=](double v) -> ProfilePoint {
+    return {radius, length * (v - 0.5)};
+  });
+}
+
+Surface make_frustum(double radius, double top_radius, double length, int rows, int cols) {
+  check_size("the cone's radius", radius);
+  check_size("the cone's top radius", top_radius);
+  check_size("the cone's length", length);
+  return revolve(rows, cols, 360, [=](double v) -> ProfilePoint {
+    return {(1 - v) * radius + v * top_radius, length * (v - 0.5)};
+  });
+}
+
+Surface make_annulus(double inner_radius, double outer_radius, int rows, int cols,
+                     double angle_deg) {
+  check_size("the annulus' inner radius", inner_radius);
+  check_size("the annulus' outer radius", outer_radius);
+  if (inner_radius >= outer_radius) {
+    throw std::invalid_argument("the annulus' inner radius must be smaller than its outer radius");
+  }
+  // Rows run inwards, so that u x v points along +z.
+  return revolve(rows, cols, angle_deg, [=](double v) -> ProfilePoint {
+    return {(1 - v) * outer_radius + v * inner_radius, 0};
+  });
+}
+
+Surface make_sphere_sector(double radius, double south_deg, double north_deg, int rows, int cols,
+                           double angle_deg) {
+  check_size("the sphere's radius", radius);
+  if (!(south_deg > -90 && south_deg < north_deg && north_deg < 90)) {
+    throw std::invalid_argument("the latitudes must rise between -90 and 90 degrees");
+  }
+  return revolve(rows, cols, angle_deg, [=](double v) -> ProfilePoint {
+    const double latitude = std::numbers::pi / 180 * ((1 - v) * south_deg + v * north_deg);
+    return {radius * std::cos(latitude), radius * std::sin(latitude)};
   });
 }
 
@@ -66,113 +129,6 @@ Surface make_torus(double major_radius, double minor_radius, int rows, int cols)
     // v runs downwards on the outside, so that u x v points out of the tube.
     return Vec3(distance * std::cos(axis), distance * std::sin(axis),
                 -minor_radius * std::sin(tube));
-  });
-}
-
-namespace {
-
-using Lattice = std::array<int, 3>;
-
-// Returns a point of the cube's surface in integers, -(n - 1) .. n - 1 along each axis. Texels of
-// different faces are then matched without comparing floating-point numbers.
-Lattice cube_point(int face, int row, int col, int n) {
-  const int normal_axis = face / 2;
-  const int sign = face % 2 == 0 ? 1 : -1;
-  Lattice point{};
-  point[normal_axis] = sign * (n - 1);
-  // (u, v, normal) is right-handed on every face: u is reversed on the negative ones.
-  point[(normal_axis + 1) % 3] = sign * (2 * col - (n - 1));
-  point[(normal_axis + 2) % 3] = 2 * row - (n - 1);
-  return point;
-}
-
-Vec3 on_unit_sphere(const Lattice& point, int n) {
-  Vec3 direction;
-  for (int axis = 0; axis < 3; ++axis) {
-    direction[axis] = std::tan(std::numbers::pi / 4 * point[axis] / (n - 1));
-  }
-  return direction.normalized();
-}
-
-// Sorts texel indices by (key, texel): texels with the same key form a group in ascending order.
-template <typename Less>
-void sort_texels(std::vector<int>& texels, Less less) {
-  std::ranges::sort(texels, [&](int a, int b) {
-    if (less(a, b)) return true;
-    if (less(b, a)) return false;
-    return a < b;
-  });
-}
-
-// Numbers particles in the order of their first texels. `first_of` names for each texel the first
-// texel that coincides with it.
-std::vector<int> number_particles(std::vector<int> first_of) {
-  int count = 0;
-  for (std::size_t texel = 0; texel < first_of.size(); ++texel) {
-    const auto first = static_cast<std::size_t>(first_of[texel]);
-    // first <= texel: earlier entries already hold particle indices.
-    first_of[texel] = first == texel ? count++ : first_of[first];
-  }
-  return first_of;
-}
-
-}  // namespace
-
-namespace {
-
-// Makes the cube's six faces of n x n points, each split into split_v x split_u patches of equal
-// size and sewn where points coincide. position(direction) maps a unit vector to m.
-template <typename Position>
-Surface make_cube_sphere(int n, int split_v, int split_u, Position position) {
-  const Patch size{(n - 1) / split_v + 1, (n - 1) / split_u + 1};
-  const int patches_a_face = split_v * split_u;
-  const std::vector<Patch> patches(std::size_t{6} * patches_a_face, size);
-  const Atlas unsewn(patches);
-  std::vector<Lattice> points;
-  points.reserve(unsewn.texel_count());
-  for (int patch = 0; patch < 6 * patches_a_face; ++patch) {
-    const int first_row = patch % patches_a_face / split_u * (size.rows - 1);
-    const int first_col = patch % split_u * (size.cols - 1);
-    for (int row = 0; row < size.rows; ++row) {
-      for (int col = 0; col < size.cols; ++col) {
-        points.push_back(cube_point(patch / patches_a_face, first_row + row, first_col + col, n));
-      }
-    }
-  }
-  std::vector<int> order(points.size());
-  std::iota(order.begin(), order.end(), 0);
-  sort_texels(order, [&](int a, int b) { return points[a] < points[b]; });
-  std::vector<int> first_of(points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && points[order[i]] == points[order[i - 1]];
-    first_of[order[i]] = same ? first_of[order[i - 1]] : order[i];
-  }
-  std::vector<int> particles = number_particles(std::move(first_of));
-  Surface surface;
-  surface.positions.resize(*std::ranges::max_element(particles) + 1);
-  for (std::size_t texel = 0; texel < points.size(); ++texel) {
-    surface.positions[particles[texel]] = position(on_unit_sphere(points[texel], n));
-  }
-  surface.atlas = Atlas(patches, std::move(particles));
-  return surface;
-}
-
-}  // namespace
-
-Surface make_sphere(double radius, int n) {
-  check_size("the sphere's radius", radius);
-  return make_cube_sphere(n, 1, 1, [radius](const Vec3& p) -> Vec3 { return radius * p; });
-}
-
-Surface make_blob(double radius, int n) {
-  check_size("the blob's radius", radius);
-  return make_cube_sphere(4 * (n - 1) + 1, 2, 4, [radius](const Vec3& p) -> Vec3 {
-    // The shape is star-shaped, so it cannot intersect itself, and asymmetric, so that every patch
-    // differs.
-    const double height = 0.14 * std::sin(3 * p.x() + 1) * std::cos(2 * p.y()) +
-                          0.10 * std::sin(5 * p.z() + 2 * p.x()) +
-                          0.06 * std::cos(7 * p.y() - 3 * p.z());
-    return radius * (1 + height) * p;
   });
 }
 

@@ -1,6 +1,7 @@
 // The shapes that a case file can name, as geometry images.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "bsi/geometry_image.h"
@@ -14,23 +15,57 @@ struct Surface {
 };
 
 // All functions throw std::invalid_argument on a size that is not positive or too few vertices.
-// Particles are numbered in the order of their first texels.
+// Particles are numbered in the order of their first texels. All patches of a shape have one size.
+// Areas and volumes converge to those of the smooth shape with the square of the spacing.
 
 // A rectangle in the x-y plane, centred on the origin: u along x, v along y; normal +z.
 Surface make_rectangle(double size_x, double size_y, int rows, int cols);
-// A cylinder around the z axis, centred on the origin, open at both ends: u around (wrapped), v
-// along z; normal outwards.
-Surface make_cylinder(double radius, double length, int rows, int cols);
+// A disc in the x-y plane, centred on the origin, of 12 sewn patches of n x n vertices; normal +z.
+// Patches 0 to 3 make a square around the centre, 4 to 11 the ring around it, counter-clockwise:
+// their u runs around and their first row lies on the rim. Angles of triangles are at least 30
+// degrees (26 for n = 2).
+Surface make_disc(double radius, int n);
+// An annulus in the x-y plane, or its sector from the x axis, counter-clockwise: u around (wrapped
+// at 360 degrees), v from the outer to the inner radius; normal +z.
+Surface make_annulus(double inner_radius, double outer_radius, int rows, int cols,
+                     double angle_deg = 360);
+
+// A box centred on the origin, with sharp edges. `vertices` counts them along x, y and z. With n
+// the least of these, each face is split into square patches of n x n vertices: throws unless all
+// counts less 1 are multiples of n - 1. Normal outwards.
+Surface make_box(const Vec3& size, const std::array<int, 3>& vertices);
+// A cylinder around the z axis, centred on the origin, open at both ends, or its sector from the x
+// axis, counter-clockwise: u around (wrapped at 360 degrees), v along z; normal outwards.
+Surface make_cylinder(double radius, double length, int rows, int cols, double angle_deg = 360);
+// A cylinder around the z axis of `length` with a hemisphere on each end, centred on the origin.
+// All patches have n x n vertices: four on the cap around each pole, and bands of eight around the
+// axis. The straight part has `rows` rows: throws unless rows - 1 is a multiple of n - 1. Normal
+// outwards.
+Surface make_capsule(double radius, double length, int rows, int n);
+// The side of a cone around the z axis with its apex at z = length / 2 and its open base at
+// z = -length / 2. Its image is that of the disc, with a vertex at the apex; the angles of slender
+// cones are smaller. Normal outwards. The area's error has a factor log(n) beside the square of the
+// spacing: the curvature is not bounded at the apex.
+Surface make_cone(double radius, double length, int n);
+// The side of a frustum of a cone: `radius` at z = -length / 2, `top_radius` at z = length / 2.
+// Open at both ends, u around (wrapped), v along z; normal outwards.
+Surface make_frustum(double radius, double top_radius, double length, int rows, int cols);
 // A torus around the z axis: u around the tube (wrapped), v around the axis (wrapped); normal
 // outwards. Also throws unless the minor radius is below the major one: the tube would intersect
 // itself.
 Surface make_torus(double major_radius, double minor_radius, int rows, int cols);
+
 // A sphere of six sewn patches of n x n vertices: the faces of a cube with equal angles between the
 // vertices. Normal outwards.
 Surface make_sphere(double radius, int n);
+// The part of a sphere between two latitudes, -90 < south < north < 90 degrees, or its sector from
+// the x axis, counter-clockwise: u around (wrapped at 360 degrees), v northwards; normal outwards.
+Surface make_sphere_sector(double radius, double south_deg, double north_deg, int rows, int cols,
+                           double angle_deg = 360);
 // A sphere with dents and bulges of up to 30 % of its radius, as 48 sewn patches of 2 n - 1 rows
 // and n columns: each face of the cube is split into 2 x 4. Normal outwards.
 Surface make_blob(double radius, int n);
+
 // A surface of patches of `rows` x `cols` positions given texel by texel, as read from a file.
 // Border texels of different patches at exactly the same position are sewn. Throws on a position
 // that is not finite, naming the texel.

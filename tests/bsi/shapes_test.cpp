@@ -5,8 +5,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 
@@ -176,6 +179,190 @@ TEST(Shapes, TexelsThatDoNotMeetStayApart) {
   EXPECT_EQ(make_from_texels(2, 4, 4, two, false, false).atlas.particle_count(), 31);
 }
 
+// A shape by its resolution, with the closed forms that it converges to.
+struct SmoothShape {
+  std::string name;
+  std::function<Surface(int)> make;  // with `n` quads along an edge of its image or patches
+  std::function<Vec3(const Vec3&)> outwards;
+  int euler_characteristic;
+  double area;                   // m^2
+  std::optional<double> volume;  // m^3, of closed shapes
+  double smallest_angle;         // degrees: lower bound at every resolution from n = 2
+};
+
+std::ostream& operator<<(std::ostream& stream, const SmoothShape& shape) {
+  return stream << shape.name;
+}
+
+Vec3 upwards(const Vec3&) { return Vec3::UnitZ(); }
+Vec3 from_axis(const Vec3& p) { return {p.x(), p.y(), 0}; }
+// Points away from the axis of a capsule whose straight part reaches from -half to half.
+auto from_segment(double half) {
+  return [half](const Vec3& p) -> Vec3 {
+    return {p.x(), p.y(), p.z() - std::clamp(p.z(), -half, half)};
+  };
+}
+
+std::vector<SmoothShape> smooth_shapes() {
+  const double slant = std::hypot(0.5, 0.8), frustum_slant = std::hypot(0.3, 0.4);
+  const auto sine = [](double degrees) { return std::sin(degrees * kPi / 180); };
+  return {
+      {"disc", [](int n) { return make_disc(0.7, n + 1); }, upwards, 1, kPi * 0.49, {}, 30},
+      {"annulus",
+       [](int n) { return make_annulus(0.2, 0.5, n + 1, 8 * n); },
+       upwards,
+       0,
+       kPi * 0.21,
+       {},
+       24},
+      {"annulus_sector",
+       [](int n) { return make_annulus(0.2, 0.5, n + 1, 2 * n + 1, 100); },
+       upwards,
+       1,
+       kPi * 0.21 * 100 / 360,
+       {},
+       26},
+      {"box",
+       [](int n) {
+         return make_box({1.0, 0.5, 0.25}, {4 * n + 1, 2 * n + 1, n + 1});
+       },
+       [](const Vec3& p) { return p; }, 2, 1.75, 0.125, 44.9},
+      {"capsule", [](int n) { return make_capsule(0.3, 0.5, 2 * n + 1, n + 1); },
+       from_segment(0.25), 2, 4 * kPi * 0.09 + 2 * kPi * 0.3 * 0.5,
+       4 * kPi / 3 * 0.027 + kPi * 0.09 * 0.5, 25},
+      {"cone",
+       [](int n) { return make_cone(0.5, 0.8, n + 1); },
+       [](const Vec3& p) -> Vec3 { return p + Vec3(0, 0, 0.4); },
+       1,
+       kPi * 0.5 * slant,
+       {},
+       17},
+      {"frustum",
+       [](int n) { return make_frustum(0.5, 0.2, 0.4, n + 1, 6 * n); },
+       from_axis,
+       0,
+       kPi * 0.7 * frustum_slant,
+       {},
+       20},
+      {"cylinder_sector",
+       [](int n) { return make_cylinder(0.5, 1.0, 2 * n + 1, 2 * n + 1, 120); },
+       from_axis,
+       1,
+       0.5 * 2 * kPi / 3,
+       {},
+       40},
+      {"sphere_sector",
+       [](int n) { return make_sphere_sector(0.5, -30, 60, 2 * n + 1, 2 * n + 1, 80); },
+       [](const Vec3& p) { return p; },
+       1,
+       0.25 * (sine(60) + sine(30)) * 80 * kPi / 180,
+       {},
+       20},
+      {"sphere_zone",
+       [](int n) { return make_sphere_sector(0.5, 10, 50, n + 1, 6 * n); },
+       [](const Vec3& p) { return p; },
+       0,
+       0.25 * (sine(50) - sine(10)) * 2 * kPi,
+       {},
+       25},
+  };
+}
+
+// Smallest angle of all triangles, degrees.
+double smallest_angle(const Surface& surface) {
+  double largest_cosine = -1;
+  for (const auto& corner : build_mesh(surface.atlas).triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const Vec3& at = surface.positions[corner[i]];
+      const Vec3 a = surface.positions[corner[(i + 1) % 3]] - at;
+      const Vec3 b = surface.positions[corner[(i + 2) % 3]] - at;
+      largest_cosine = std::max(largest_cosine, a.normalized().dot(b.normalized()));
+    }
+  }
+  return std::acos(largest_cosine) * 180 / kPi;
+}
+
+class SmoothShapes : public testing::TestWithParam<SmoothShape> {};
+
+// build_mesh() refuses edges that two triangles use in the same direction.
+TEST_P(SmoothShapes, AreOrientedAndSewn) {
+  for (const int n : {1, 2, 3, 8}) {
+    const Surface surface = GetParam().make(n);
+    EXPECT_EQ(euler_characteristic(surface), GetParam().euler_characteristic);
+    EXPECT_EQ(border_edges(surface) == 0, GetParam().volume.has_value());
+    expect_facing(surface, GetParam().outwards);
+    // A trajectory stores all patches of a body in one array.
+    for (const Patch& patch : surface.atlas.patches()) {
+      EXPECT_EQ(patch.rows, surface.atlas.patches().front().rows);
+      EXPECT_EQ(patch.cols, surface.atlas.patches().front().cols);
+    }
+  }
+}
+
+TEST_P(SmoothShapes, HaveNoThinTriangles) {
+  for (const int n : {2, 3, 8, 32}) {
+    EXPECT_GT(smallest_angle(GetParam().make(n)), GetParam().smallest_angle) << n;
+  }
+}
+
+// Errors at twice the resolution are a quarter, or rounding where the shape is flat.
+TEST_P(SmoothShapes, ConvergeAtSecondOrder) {
+  const Surface coarse = GetParam().make(16), fine = GetParam().make(32);
+  const auto expect_order = [](double error, double finer_error) {
+    if (std::abs(error) < 1e-12) return;
+    const double order = std::log2(error / finer_error);
+    EXPECT_NEAR(order, 2, 0.15);
+    RecordProperty("order", std::to_string(order));
+  };
+  expect_order(area(coarse) / GetParam().area - 1, area(fine) / GetParam().area - 1);
+  EXPECT_NEAR(area(fine) / GetParam().area, 1, 3e-3);
+  if (!GetParam().volume) return;
+  expect_order(volume(coarse) / *GetParam().volume - 1, volume(fine) / *GetParam().volume - 1);
+  EXPECT_NEAR(volume(fine) / *GetParam().volume, 1, 3e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, SmoothShapes, testing::ValuesIn(smooth_shapes()),
+                         [](const auto& row) { return row.param.name; });
+
+TEST(Shapes, DiscHasItsRimAndItsCentre) {
+  const Surface surface = make_disc(0.7, 5);
+  EXPECT_EQ(surface.atlas.patches().size(), 12U);
+  EXPECT_EQ(border_edges(surface), 32);
+  for (int patch = 4; patch < 12; ++patch) {
+    for (int col = 0; col < 5; ++col) {
+      EXPECT_NEAR(surface.positions[surface.atlas.particle(patch, 0, col)].norm(), 0.7, 1e-15);
+    }
+  }
+  for (int patch = 0; patch < 4; ++patch) {
+    EXPECT_EQ(surface.positions[surface.atlas.particle(patch, 4, 0)], Vec3::Zero());
+  }
+}
+
+TEST(Shapes, BoxHasSharpEdgesAndSquareTiles) {
+  const Surface surface = make_box({1.0, 0.6, 0.2}, {11, 7, 3});
+  EXPECT_EQ(surface.atlas.patches().size(), 2U * (5 * 3 + 3 * 1 + 1 * 5));
+  const auto on_face = [](const Vec3& p) {
+    return std::abs(p.x()) == 0.5 || std::abs(p.y()) == 0.3 || std::abs(p.z()) == 0.1;
+  };
+  for (const Vec3& p : surface.positions) EXPECT_TRUE(on_face(p)) << p.transpose();
+}
+
+TEST(Shapes, CapsuleIsRoundAtBothEnds) {
+  const Surface surface = make_capsule(0.3, 0.5, 5, 3);
+  EXPECT_EQ(surface.atlas.patches().size(), 24U + 2 * 8);
+  for (const Vec3& p : surface.positions) {
+    EXPECT_NEAR(from_segment(0.25)(p).norm(), 0.3, 1e-15);
+  }
+}
+
+TEST(Shapes, SectorsBeginAtTheXAxis) {
+  const Surface sector = make_cylinder(0.5, 1.0, 3, 5, 90);
+  EXPECT_TRUE(sector.positions[0].isApprox(Vec3(0.5, 0, -0.5)));
+  EXPECT_TRUE(sector.positions[4].isApprox(Vec3(0, 0.5, -0.5)));
+  EXPECT_FALSE(sector.atlas.patches()[0].wrap_u);
+  EXPECT_TRUE(make_annulus(0.2, 0.5, 3, 5).atlas.patches()[0].wrap_u);
+}
+
 TEST(Shapes, RefuseImpossibleSizes) {
   EXPECT_THROW(make_rectangle(0, 1, 4, 4), std::invalid_argument);
   EXPECT_THROW(make_rectangle(1, std::numeric_limits<double>::quiet_NaN(), 4, 4),
@@ -187,6 +374,17 @@ TEST(Shapes, RefuseImpossibleSizes) {
   EXPECT_THROW(make_torus(1, 0.5, 2, 4), std::invalid_argument);
   EXPECT_THROW(make_sphere(std::numeric_limits<double>::infinity(), 4), std::invalid_argument);
   EXPECT_THROW(make_sphere(1, 1), std::invalid_argument);
+  EXPECT_THROW(make_box({1, 0, 1}, {3, 3, 3}), std::invalid_argument);
+  EXPECT_THROW(make_box({1, 1, 1}, {3, 4, 5}), std::invalid_argument);
+  EXPECT_THROW(make_disc(1, 1), std::invalid_argument);
+  EXPECT_THROW(make_capsule(1, 1, 4, 3), std::invalid_argument);
+  EXPECT_THROW(make_cone(1, 0, 3), std::invalid_argument);
+  EXPECT_THROW(make_frustum(1, 0, 1, 3, 9), std::invalid_argument);
+  EXPECT_THROW(make_annulus(1, 1, 3, 9), std::invalid_argument);
+  EXPECT_THROW(make_annulus(1, 2, 3, 9, 361), std::invalid_argument);
+  EXPECT_THROW(make_cylinder(1, 1, 3, 9, 0), std::invalid_argument);
+  EXPECT_THROW(make_sphere_sector(1, -90, 0, 3, 9), std::invalid_argument);
+  EXPECT_THROW(make_sphere_sector(1, 10, 10, 3, 9), std::invalid_argument);
   EXPECT_THROW(make_from_texels(0, 2, 2, {}, false, false), std::invalid_argument);
   EXPECT_THROW(make_from_texels(1, 2, 2, {Vec3::Zero()}, false, false), std::invalid_argument);
 }

@@ -1,0 +1,40 @@
+// Builders of shapes.h share these: checks of sizes, and patches sewn by the integer labels of
+// their texels.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "bsi/shapes.h"
+
+namespace weft::bsi {
+
+// The label of a texel. Texels with equal labels are one particle: no floating-point numbers are
+// compared along a seam.
+using Label = std::array<int, 3>;
+
+// Throws std::invalid_argument unless the value is positive and finite; `name` is that of the size.
+void check_size(const char* name, double value);
+
+// Sorts texel indices by (key, texel): texels with the same key form a group in ascending order.
+template <typename Less>
+void sort_texels(std::vector<int>& texels, Less less) {
+  std::ranges::sort(texels, [&](int a, int b) {
+    if (less(a, b)) return true;
+    if (less(b, a)) return false;
+    return a < b;
+  });
+}
+
+// Numbers particles in the order of their first texels. `first_of` names for each texel the first
+// texel that coincides with it.
+std::vector<int> number_particles(std::vector<int> first_of);
+
+// Makes a surface of patches with one label per texel, patch by patch, row by row. position(label)
+// is in m.
+Surface make_sewn(const std::vector<Patch>& patches, const std::vector<Label>& labels,
+                  const std::function<Vec3(const Label&)>& position);
+
+}  // namespace weft::bsi

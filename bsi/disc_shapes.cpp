@@ -1,0 +1,121 @@
+// Discs and pointed cones: a square of four patches inside a ring of eight.
+//
+// One square image of a disc has corners of 180 degrees. Here the square's corners have nearly the
+// 120 degrees that three patches share, and patches of equal size have cells of similar size.
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "bsi/detail/sewn_patches.h"
+#include "bsi/shapes.h"
+
+namespace weft::bsi {
+
+namespace {
+
+constexpr double quarter_turn = std::numbers::pi / 4;  // half of a quarter of the circle
+
+// Distance of the square's corners from the centre, and the part of its sides' shape that is a
+// circle's (the rest is straight). They give the largest smallest angle, 32 degrees.
+constexpr double corner_distance = 0.52;
+constexpr double roundness = 0.7;
+
+// The image of the disc in quads: the square covers |i|, |j| <= n, the ring has 8 n quads around
+// and n across.
+struct DiscLattice {
+  int n = 0;
+
+  // Labels: {i, j, 0} in the square with its border; {i, j, k} on the ray through the border point
+  // (i, j), k quads outside it.
+  static Label in_square(int i, int j) { return {i, j, 0}; }
+
+  // Returns the border point after so many quads from the corner (n, -n), counter-clockwise.
+  Label in_ring(int around, int across) const {
+    const int along = around % (2 * n) - n;
+    switch (around / (2 * n) % 4) {
+      case 0:
+        return {n, along, across};
+      case 1:
+        return {-along, n, across};
+      case 2:
+        return {-n, -along, across};
+      default:
+        return {along, -n, across};
+    }
+  }
+
+  std::vector<Label> labels() const;
+  Vec3 position(const Label& label) const;
+};
+
+// Each quarter of the square is turned so that its diagonals run from the centre outwards: they
+// split the angle at the corner.
+std::vector<Label> DiscLattice::labels() const {
+  std::vector<Label> result;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    for (int row = 0; row <= n; ++row) {
+      for (int col = 0; col <= n; ++col) {
+        int i = n - row, j = col;
+        for (int turn = 0; turn < quarter; ++turn) {
+          const int old = i;
+          i = -j;
+          j = old;
+        }
+        result.push_back(in_square(i, j));
+      }
+    }
+  }
+  for (int patch = 0; patch < 8; ++patch) {
+    for (int row = 0; row <= n; ++row) {
+      for (int col = 0; col <= n; ++col) result.push_back(in_ring(patch * n + col, n - row));
+    }
+  }
+  return result;
+}
+
+// Returns the point of the square's right side at s in -1 .. 1. It lies on the ray at the angle
+// s * 45 degrees.
+Vec3 side_point(double s) {
+  const double angle = s * quarter_turn;
+  const double straight = 1 / (std::numbers::sqrt2 * std::cos(angle));
+  const double distance = corner_distance * (straight + roundness * (1 - straight));
+  return {distance * std::cos(angle), distance * std::sin(angle), 0};
+}
+
+// Returns a point of the unit disc. The square is the Coons patch of its four sides.
+Vec3 DiscLattice::position(const Label& label) const {
+  const double s = static_cast<double>(label[0]) / n;
+  const double t = static_cast<double>(label[1]) / n;
+  const Vec3 at_s = side_point(s), at_t = side_point(t);
+  const double corner = corner_distance / std::numbers::sqrt2;
+  const Vec3 inner(s * (at_t.x() - corner) + at_s.y(), t * (at_s.x() - corner) + at_t.y(), 0);
+  if (label[2] == 0) return inner;
+  const double outside = static_cast<double>(label[2]) / n;
+  return (1 - outside) * inner + outside * inner.normalized();
+}
+
+// Makes the disc's patches of n x n vertices; position(point of the unit disc) is in m.
+template <typename Position>
+Surface make_from_disc(int n, Position position) {
+  if (n < 2) throw std::invalid_argument("an open axis needs at least 2 vertices");
+  const DiscLattice lattice{n - 1};
+  return make_sewn(std::vector<Patch>(12, Patch{n, n}), lattice.labels(),
+                   [&](const Label& label) -> Vec3 { return position(lattice.position(label)); });
+}
+
+}  // namespace
+
+Surface make_disc(double radius, int n) {
+  check_size("the disc's radius", radius);
+  return make_from_disc(n, [radius](const Vec3& p) -> Vec3 { return radius * p; });
+}
+
+Surface make_cone(double radius, double length, int n) {
+  check_size("the cone's radius", radius);
+  check_size("the cone's length", length);
+  return make_from_disc(n, [=](const Vec3& p) -> Vec3 {
+    return {radius * p.x(), radius * p.y(), length * (0.5 - p.norm())};
+  });
+}
+
+}  // namespace weft::bsi
