@@ -77,16 +77,35 @@ struct MaterialCase {
   double tangential_drag = 0.0;                // coefficient
 };
 
-enum class ShapeType { rectangle, cylinder, torus, sphere, blob, file };
+enum class ShapeType {
+  rectangle,
+  plane,
+  disc,
+  annulus,
+  box,
+  cylinder,
+  capsule,
+  cone,
+  torus,
+  sphere,
+  sphere_sector,
+  blob,
+  file
+};
 
 struct ShapeCase {
   ShapeType type = ShapeType::rectangle;
-  std::vector<double> size;            // rectangle: [x, y], m
-  std::vector<int> resolution;         // [rows, cols] vertices; sphere, blob: [n]
-  std::optional<double> radius;        // cylinder, sphere, blob: m
-  std::optional<double> length;        // cylinder: m
+  std::vector<double> size;            // rectangle, plane: [x, y]; box: [x, y, z]; m
+  std::vector<int> resolution;         // vertices, in the order of docs/guide.md, Shapes
+  std::optional<double> radius;        // m; not of rectangle, plane, annulus, box, torus, file
+  double top_radius = 0;               // cone: m; 0 is an apex
+  std::optional<double> length;        // cylinder, capsule, cone: m
+  std::optional<double> inner_radius;  // annulus: m
+  std::optional<double> outer_radius;  // annulus: m
   std::optional<double> major_radius;  // torus: m
   std::optional<double> minor_radius;  // torus: m
+  std::vector<double> latitude_deg;    // sphere_sector: [south, north]
+  double angle_deg = 360;              // annulus, cylinder, sphere_sector
   std::string path;                    // file: HDF5, relative to the case file
   std::string dataset;                 // file: [rows, cols, 3] or [patches, rows, cols, 3], m
   bool wrap_u = false;                 // file

@@ -277,37 +277,69 @@ Table describe(MaterialCase& target) {
 }
 
 Table describe(ShapeCase& target) {
-  auto& [type, size, resolution, radius, length, major_radius, minor_radius, path, dataset, wrap_u,
-         wrap_v, location] = target;
+  auto& [type, size, resolution, radius, top_radius, length, inner_radius, outer_radius,
+         major_radius, minor_radius, latitude, angle, path, dataset, wrap_u, wrap_v, location] =
+      target;
   Table result{{
       field("type",
             choice(&type, {{ShapeType::rectangle, "rectangle"},
+                           {ShapeType::plane, "plane"},
+                           {ShapeType::disc, "disc"},
+                           {ShapeType::annulus, "annulus"},
+                           {ShapeType::box, "box"},
                            {ShapeType::cylinder, "cylinder"},
+                           {ShapeType::capsule, "capsule"},
+                           {ShapeType::cone, "cone"},
                            {ShapeType::torus, "torus"},
                            {ShapeType::sphere, "sphere"},
+                           {ShapeType::sphere_sector, "sphere_sector"},
                            {ShapeType::blob, "blob"},
                            {ShapeType::file, "file"}}),
-            "A rectangle in the x-y plane; a cylinder or a torus around the z axis; a sphere of "
-            "six sewn patches; a blob, which is a sphere with dents, of 48 patches; or positions "
-            "from an HDF5 file. All but those from a file are centred on the origin.")
+            "In the x-y plane: a rectangle; a plane, which is a large rectangle of few vertices, "
+            "for floors; a disc; an annulus. Around the z axis: a cylinder, open at both ends; a "
+            "capsule, which is a cylinder between two hemispheres; a cone, open at its base; a "
+            "torus; a sphere_sector, which is the part of a sphere between two latitudes. A box "
+            "with sharp edges; a sphere; a blob, which is a sphere with dents; positions from an "
+            "HDF5 file. All but those from a file are centred on the origin. Normals point "
+            "outwards, or along +z.")
           .needed(),
-      field("size", &size, "m", positive, "Lengths along x (columns) and y (rows).")
+      field("size", &size, "m", positive, "Lengths along x, y and, of a box, z.")
           .needed()
-          .entries(2, 2)
-          .only_for("type", {"rectangle"}),
+          .entries(2, 3)
+          .only_for("type", {"rectangle", "plane", "box"}),
       field("resolution", &resolution, "", at_least(2),
-            "Vertices [rows, cols]: at least 2, or 3 along a closed axis (cols of a cylinder, both "
-            "of a torus). sphere: [n] along an edge of each of its six patches. blob: [n] columns "
-            "and 2 n - 1 rows of each of its 48 patches.")
+            "Vertices. rectangle: [rows, cols], rows along y. annulus, cylinder, sphere_sector, "
+            "and cone with a top_radius: [rows, cols], at least 3 columns around in a full turn; "
+            "rows from the outer radius inwards, or upwards along z. torus: [rows, cols], at least "
+            "3 rows around the axis and 3 columns around the tube. box: [x, y, z] along the axes; "
+            "with n the least of them, patches have n x n vertices, and each number less 1 is a "
+            "multiple of n - 1. capsule: [rows, n], rows of the straight part, where rows - 1 is a "
+            "multiple of n - 1, and patches of n x n vertices, eight around. sphere: [n] along an "
+            "edge of each of its six patches. disc, and cone with an apex: [n] along an edge of "
+            "each of their 12 patches. blob: [n] columns and 2 n - 1 rows of each of its 48 "
+            "patches.")
           .needed()
-          .entries(1, 2)
-          .only_for("type", {"rectangle", "cylinder", "torus", "sphere", "blob"}),
-      field("radius", &radius, "m", positive, "Radius.")
+          .entries(1, 3)
+          .only_for("type", {"rectangle", "disc", "annulus", "box", "cylinder", "capsule", "cone",
+                             "torus", "sphere", "sphere_sector", "blob"}),
+      field("radius", &radius, "m", positive, "Radius; of a cone: at its base, at the bottom.")
           .needed()
-          .only_for("type", {"cylinder", "sphere", "blob"}),
-      field("length", &length, "m", positive, "Length along z.")
+          .only_for("type",
+                    {"disc", "cylinder", "capsule", "cone", "sphere", "sphere_sector", "blob"}),
+      field("top_radius", &top_radius, "m", not_negative,
+            "Radius of a cone at the top, where a frustum is open; 0 is an apex.")
+          .only_for("type", {"cone"}),
+      field("length", &length, "m", positive,
+            "Length along z; of a capsule: of its straight part, between the hemispheres.")
           .needed()
-          .only_for("type", {"cylinder"}),
+          .only_for("type", {"cylinder", "capsule", "cone"}),
+      field("inner_radius", &inner_radius, "m", positive, "Radius of the hole.")
+          .needed()
+          .only_for("type", {"annulus"}),
+      field("outer_radius", &outer_radius, "m", positive,
+            "Radius of the rim; more than the inner radius.")
+          .needed()
+          .only_for("type", {"annulus"}),
       field("major_radius", &major_radius, "m", positive,
             "Distance from the axis to the tube's centre.")
           .needed()
@@ -316,6 +348,16 @@ Table describe(ShapeCase& target) {
             "Radius of the tube; less than the major radius.")
           .needed()
           .only_for("type", {"torus"}),
+      field("latitude_deg", &latitude, "degrees", {-85, 85},
+            "Latitudes [south, north] between which the sector lies; the equator is in the x-y "
+            "plane. Cells would shrink to nothing at the poles.")
+          .needed()
+          .entries(2, 2)
+          .only_for("type", {"sphere_sector"}),
+      field("angle_deg", &angle, "degrees", {0, 360, true, false},
+            "Angle around the z axis, from the x axis, counter-clockwise seen from +z. 360: a full "
+            "turn, closed; less: a sector.")
+          .only_for("type", {"annulus", "cylinder", "sphere_sector"}),
       field("path", &path, "HDF5 file, relative to the file that names it.")
           .needed()
           .only_for("type", {"file"}),

@@ -1,6 +1,7 @@
 #include "sim/case/case_shape_checks.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -18,7 +19,7 @@ constexpr int most_vertices = 100'000'000;
 
 // Size of a shape's image; 64 bits hold any resolution that an int can express.
 struct ImageSize {
-  std::int64_t patches;
+  std::int64_t patches;  // all of one size
   std::int64_t rows;
   std::int64_t cols;
 
@@ -28,43 +29,190 @@ struct ImageSize {
   }
 };
 
-// Returns the size of a shape's image; nothing for a shape from a file, whose size is known only
-// once it is opened. Precondition: the resolution is checked.
-std::optional<ImageSize> image_size(const ShapeCase& shape) {
-  if (shape.type == ShapeType::file) return std::nullopt;
-  const std::int64_t n = shape.resolution[0];
-  if (shape.type == ShapeType::sphere) return ImageSize{6, n, n};
-  if (shape.type == ShapeType::blob) return ImageSize{48, 2 * n - 1, n};
-  return ImageSize{1, n, shape.resolution[1]};
+// Returns the size of a box's image. No count is more than most_vertices: the products stay within
+// 64 bits.
+ImageSize box_size(const std::vector<int>& resolution) {
+  const std::int64_t n = *std::ranges::min_element(resolution);
+  std::array<std::int64_t, 3> tiles{};
+  for (int axis = 0; axis < 3; ++axis) {
+    tiles[axis] = std::min<std::int64_t>(resolution[axis] - 1, most_vertices) / (n - 1);
+  }
+  return {2 * (tiles[0] * tiles[1] + tiles[1] * tiles[2] + tiles[2] * tiles[0]), n, n};
 }
 
-void check_resolution(const ShapeCase& shape, const std::string& path, const Locations& locations) {
-  const std::string place = join_path(path, "resolution");
-  const bool has_square_faces = shape.type == ShapeType::sphere || shape.type == ShapeType::blob;
-  if (shape.resolution.size() != (has_square_faces ? 1U : 2U)) {
-    throw CaseError(locations.value(place),
-                    "\"resolution\" is an array of " + std::to_string(shape.resolution.size()),
-                    has_square_faces ? "expected [n], the vertices along an edge of each patch"
-                                     : "expected [rows, cols]");
-  }
-  const bool is_torus = shape.type == ShapeType::torus;
-  const bool is_cylinder = shape.type == ShapeType::cylinder;
-  if (is_torus && shape.resolution[0] < 3) {
-    throw CaseError(locations.value(join_path(place, 0)),
-                    "a torus of " + std::to_string(shape.resolution[0]) + " rows",
-                    "expected at least 3: rows go around the axis");
-  }
-  if ((is_torus || is_cylinder) && shape.resolution[1] < 3) {
-    throw CaseError(locations.value(join_path(place, 1)),
-                    std::string(is_torus ? "a torus" : "a cylinder") + " of " +
-                        std::to_string(shape.resolution[1]) + " columns",
-                    "expected at least 3: columns go around");
-  }
-  if (image_size(shape)->vertices() > most_vertices) {
-    throw CaseError(locations.value(place), "too many vertices",
-                    "expected at most " + std::to_string(most_vertices));
+// Returns the size of a shape's image; nothing for a shape from a file, whose size is known only
+// once it is opened. Precondition: the resolution has its entries, each at least 2.
+std::optional<ImageSize> image_size(const ShapeCase& shape) {
+  if (shape.type == ShapeType::file) return std::nullopt;
+  if (shape.type == ShapeType::plane) return ImageSize{1, plane_vertices, plane_vertices};
+  const std::int64_t n = shape.resolution[0];
+  const std::int64_t last = shape.resolution.back();
+  switch (shape.type) {
+    case ShapeType::sphere:
+      return ImageSize{6, n, n};
+    case ShapeType::disc:
+      return ImageSize{12, n, n};
+    case ShapeType::cone:
+      return has_apex(shape) ? ImageSize{12, n, n} : ImageSize{1, n, last};
+    case ShapeType::blob:
+      return ImageSize{48, 2 * n - 1, n};
+    case ShapeType::box:
+      return box_size(shape.resolution);
+    case ShapeType::capsule:
+      return ImageSize{24 + 8 * ((n - 1) / (last - 1)), last, last};
+    default:
+      return ImageSize{1, n, last};
   }
 }
+
+// The entries of a type's "resolution", and their meaning.
+struct ResolutionEntries {
+  std::size_t count;
+  const char* hint;
+};
+
+ResolutionEntries resolution_entries(const ShapeCase& shape) {
+  const ResolutionEntries patch_edge{1, "expected [n], the vertices along an edge of each patch"};
+  const ResolutionEntries image{2, "expected [rows, cols]"};
+  switch (shape.type) {
+    case ShapeType::sphere:
+    case ShapeType::disc:
+    case ShapeType::blob:
+      return patch_edge;
+    case ShapeType::cone:
+      return has_apex(shape) ? patch_edge : image;
+    case ShapeType::capsule:
+      return {
+          2, "expected [rows, n]: rows of the straight part, vertices along an edge of each patch"};
+    case ShapeType::box:
+      return {3, "expected [x, y, z], the vertices along each axis"};
+    default:
+      return image;
+  }
+}
+
+// True if the columns of the shape's only patch close around the z axis.
+bool closes_around(const ShapeCase& shape) {
+  switch (shape.type) {
+    case ShapeType::annulus:
+    case ShapeType::cylinder:
+    case ShapeType::sphere_sector:
+      return shape.angle_deg == 360;
+    case ShapeType::cone:
+      return !has_apex(shape);
+    default:
+      return shape.type == ShapeType::torus;
+  }
+}
+
+class ShapeChecker {
+ public:
+  ShapeChecker(const ShapeCase& shape, const std::string& path, const Locations& locations)
+      : shape_(shape), path_(path), locations_(locations) {}
+
+  void check() const {
+    if (!shape_.size.empty()) size();
+    if (shape_.type != ShapeType::plane) {
+      resolution();
+      closed_axes();
+    }
+    if (shape_.type == ShapeType::torus) {
+      below("minor_radius", *shape_.minor_radius, "major_radius", *shape_.major_radius);
+    }
+    if (shape_.type == ShapeType::annulus) {
+      below("inner_radius", *shape_.inner_radius, "outer_radius", *shape_.outer_radius);
+    }
+    if (shape_.type == ShapeType::sphere_sector) latitudes();
+    if (shape_.type == ShapeType::box) {
+      const int n = *std::ranges::min_element(shape_.resolution);
+      for (std::size_t axis = 0; axis < 3; ++axis) tiled(axis, n);
+    }
+    if (shape_.type == ShapeType::capsule) tiled(0, shape_.resolution[1]);
+    if (image_size(shape_)->vertices() > most_vertices) {
+      fail("resolution", "too many vertices", "expected at most " + std::to_string(most_vertices));
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& message,
+                         const std::string& hint) const {
+    throw CaseError(locations_.value(join_path(path_, key)), message, hint);
+  }
+
+  void size() const {
+    const bool is_box = shape_.type == ShapeType::box;
+    if (shape_.size.size() == (is_box ? 3U : 2U)) return;
+    fail("size", "\"size\" is an array of " + std::to_string(shape_.size.size()),
+         is_box ? "expected [x, y, z]" : "expected [x, y]");
+  }
+
+  void resolution() const {
+    const ResolutionEntries entries = resolution_entries(shape_);
+    if (shape_.resolution.size() == entries.count) return;
+    fail("resolution", "\"resolution\" is an array of " + std::to_string(shape_.resolution.size()),
+         entries.hint);
+  }
+
+  void closed_axes() const {
+    if (shape_.type == ShapeType::torus && shape_.resolution[0] < 3) {
+      fail(join_path("resolution", 0),
+           "a torus of " + std::to_string(shape_.resolution[0]) + " rows",
+           "expected at least 3: rows go around the axis");
+    }
+    if (closes_around(shape_) && shape_.resolution[1] < 3) {
+      fail(join_path("resolution", 1),
+           type_with_article() + " of " + std::to_string(shape_.resolution[1]) + " columns",
+           "expected at least 3: columns go around");
+    }
+  }
+
+  std::string type_with_article() const {
+    switch (shape_.type) {
+      case ShapeType::annulus:
+        return "an annulus";
+      case ShapeType::cylinder:
+        return "a cylinder";
+      case ShapeType::cone:
+        return "a cone";
+      case ShapeType::sphere_sector:
+        return "a sphere_sector";
+      default:
+        return "a torus";
+    }
+  }
+
+  // Checks that patches of n x n vertices fit into an entry of "resolution".
+  void tiled(std::size_t entry, int n) const {
+    const std::int64_t vertices = shape_.resolution[entry];
+    const std::int64_t tile = n - 1;
+    if ((vertices - 1) % tile == 0) return;
+    const std::int64_t lower = (vertices - 1) / tile * tile + 1;
+    const std::string patch = std::to_string(n) + " x " + std::to_string(n);
+    fail(join_path("resolution", entry),
+         in_quotes(join_path("resolution", entry)) + " is " + std::to_string(vertices) +
+             ", into which no patches of " + patch + " vertices fit",
+         "expected " + (lower > 1 ? std::to_string(lower) + " or " : std::string()) +
+             std::to_string(lower + tile) + ": a multiple of " + std::to_string(tile) + ", plus 1");
+  }
+
+  void below(const std::string& smaller, double value, const std::string& larger,
+             double limit) const {
+    if (value < limit) return;
+    fail(smaller, smaller + " is " + number_text(value) + " m",
+         "expected less than " + larger + ", " + number_text(limit) + " m");
+  }
+
+  void latitudes() const {
+    const double south = shape_.latitude_deg[0], north = shape_.latitude_deg[1];
+    if (south < north) return;
+    fail(join_path("latitude_deg", 1), "latitude_deg ends at " + number_text(north) + " degrees",
+         "expected [south, north], north of " + number_text(south) + " degrees");
+  }
+
+  const ShapeCase& shape_;
+  const std::string& path_;
+  const Locations& locations_;
+};
 
 class PinChecker {
  public:
@@ -178,12 +326,7 @@ void check_shape(const ShapeCase& shape, const std::string& path, const std::str
     throw CaseError(locations.value(join_path(path, "path")), "no file " + in_quotes(shape.path),
                     "expected an HDF5 file, here " + file.string());
   }
-  check_resolution(shape, path, locations);
-  if (shape.type == ShapeType::torus && *shape.minor_radius >= *shape.major_radius) {
-    throw CaseError(locations.value(join_path(path, "minor_radius")),
-                    "minor_radius is " + number_text(*shape.minor_radius) + " m",
-                    "expected less than major_radius, " + number_text(*shape.major_radius) + " m");
-  }
+  ShapeChecker(shape, path, locations).check();
 }
 
 std::optional<double> vertices_of(const ShapeCase& shape) {

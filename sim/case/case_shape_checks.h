@@ -9,6 +9,14 @@
 
 namespace weft::sim {
 
+// Vertices along each side of a plane.
+constexpr int plane_vertices = 17;
+
+// True for a cone that ends in a point, not in an open end.
+inline bool has_apex(const ShapeCase& shape) {
+  return shape.type == ShapeType::cone && shape.top_radius == 0;
+}
+
 // Throw CaseError, placed at the value that breaks a rule, or at the header of a pin that selects
 // nothing. `path` is the path of the shape or pin in the case (case_schema.h). The path of a file
 // shape is relative to the case file `case_path`.

@@ -4,52 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <stdexcept>
 
-#include "sim/base/file_error.h"
 #include "sim/case/case_error.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/scene/held_bodies.h"
 #include "sim/scene/pins.h"
+#include "sim/scene/shape_builder.h"
 #include "sim/scene/surface_points.h"
-#include "sim/scene/texel_file.h"
 #include "sim/scene/timed_pins.h"
 
 namespace weft::sim {
 
 namespace {
-
-bsi::Surface make_shape(const ShapeCase& shape, const Case& source) {
-  const auto rows = [&] { return shape.resolution[0]; };
-  const auto cols = [&] { return shape.resolution[1]; };
-  try {
-    switch (shape.type) {
-      case ShapeType::rectangle:
-        return bsi::make_rectangle(shape.size[0], shape.size[1], rows(), cols());
-      case ShapeType::cylinder:
-        return bsi::make_cylinder(*shape.radius, *shape.length, rows(), cols());
-      case ShapeType::torus:
-        return bsi::make_torus(*shape.major_radius, *shape.minor_radius, rows(), cols());
-      case ShapeType::sphere:
-        return bsi::make_sphere(*shape.radius, shape.resolution[0]);
-      case ShapeType::blob:
-        return bsi::make_blob(*shape.radius, shape.resolution[0]);
-      case ShapeType::file: {
-        const auto path = std::filesystem::path(source.path).parent_path() / shape.path;
-        const TexelFile file = read_texels(path.string(), shape.dataset, memory_limit(source));
-        return bsi::make_from_texels(file.patches, file.rows, file.cols, file.texels, shape.wrap_u,
-                                     shape.wrap_v);
-      }
-    }
-  } catch (const std::invalid_argument& error) {
-    throw CaseError(shape.location, error.what());
-  } catch (const FileError& error) {
-    throw CaseError(shape.location, error.what());
-  }
-  throw CaseError(shape.location, "shape type without a builder");
-}
 
 void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
@@ -87,7 +55,7 @@ void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertic
 
 SceneBody make_body(const std::string& name, const ShapeCase& shape, const Scene& scene) {
   const Case& source = scene.source;
-  bsi::Surface surface = make_shape(shape, source);
+  bsi::Surface surface = build_shape(shape, source);
   refuse_beyond_memory(scene, shape, surface.atlas.particle_count());
   SceneBody body;
   body.name = name;

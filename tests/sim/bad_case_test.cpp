@@ -259,7 +259,7 @@ name = "a"
 shape = { type = "teapot" }
 )",
        R"(case.toml:3:18: "type" is "teapot"
-  expected one of "rectangle", "cylinder", "torus", "sphere", "blob", "file")"},
+  expected one of "rectangle", "plane", "disc", "annulus", "box", "cylinder", "capsule", "cone", "torus", "sphere", "sphere_sector", "blob", "file")"},
       {"corner_misspelt", sheet + R"([[body.pin]]
 corners = ["first_first", "first_lats"]
 )",
@@ -347,7 +347,7 @@ name = "sheet"
 size = [1, 1]
 )",
        R"(case.toml:3:1: [body.shape] has no "type"
-  expected "type", one of "rectangle", "cylinder", "torus", "sphere", "blob", "file")"},
+  expected "type", one of "rectangle", "plane", "disc", "annulus", "box", "cylinder", "capsule", "cone", "torus", "sphere", "sphere_sector", "blob", "file")"},
       {"size_missing",
        R"([[body]]
 name = "sheet"
@@ -356,7 +356,7 @@ type = "rectangle"
 resolution = [3, 3]
 )",
        R"(case.toml:3:1: [body.shape] has no "size"
-  expected "size", an array of 2 numbers > 0 (m))"},
+  expected "size", an array of 2 to 3 numbers > 0 (m))"},
       {"length_missing",
        R"([[body]]
 name = "tube"
@@ -383,14 +383,14 @@ name = "sheet"
 shape = { type = "rectangle", size = [1, 1], resolution = [3, 3], radius = 1 }
 )",
        R"(case.toml:3:67: "radius" does not belong to type = "rectangle"
-  expected only with type = "cylinder", "sphere", "blob")"},
+  expected only with type = "disc", "cylinder", "capsule", "cone", "sphere", "sphere_sector", "blob")"},
       {"resolution_of_file",
        R"([[body]]
 name = "scan"
 shape = { type = "file", path = "a.h5", dataset = "x", resolution = [3, 3] }
 )",
        R"(case.toml:3:56: "resolution" does not belong to type = "file"
-  expected only with type = "rectangle", "cylinder", "torus", "sphere", "blob")"},
+  expected only with type = "rectangle", "disc", "annulus", "box", "cylinder", "capsule", "cone", "torus", "sphere", "sphere_sector", "blob")"},
       {"springs_of_triangles",
        R"([material.cotton]
 structural_stiffness = 500

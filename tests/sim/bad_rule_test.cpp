@@ -15,28 +15,28 @@ name = "thing"
 shape = { type = "rectangle", size = [1, 0], resolution = [3, 3] }
 )" + sheet,
        R"(case.toml:3:42: "size[1]" is 0
-  expected an array of 2 numbers > 0 (m))"},
+  expected an array of 2 to 3 numbers > 0 (m))"},
       {"size_of_one_number",
        R"([[obstacle]]
 name = "thing"
 shape = { type = "rectangle", size = 1, resolution = [3, 3] }
 )" + sheet,
        R"(case.toml:3:38: "size" is a whole number
-  expected an array of 2 numbers > 0 (m))"},
+  expected an array of 2 to 3 numbers > 0 (m))"},
       {"image_of_one_row",
        R"([[obstacle]]
 name = "thing"
 shape = { type = "rectangle", size = [1, 1], resolution = [1, 9] }
 )" + sheet,
        R"(case.toml:3:60: "resolution[0]" is 1
-  expected an array of 1 to 2 whole numbers >= 2)"},
+  expected an array of 1 to 3 whole numbers >= 2)"},
       {"resolution_of_three",
        R"([[obstacle]]
 name = "thing"
 shape = { type = "rectangle", size = [1, 1], resolution = [3, 3, 3] }
 )" + sheet,
        R"(case.toml:3:59: "resolution" is an array of 3
-  expected an array of 1 to 2 whole numbers >= 2)"},
+  expected [rows, cols])"},
       {"rectangle_of_one_number",
        R"([[obstacle]]
 name = "thing"
@@ -72,6 +72,146 @@ shape = { type = "torus", major_radius = 1, minor_radius = 1, resolution = [9, 9
 )" + sheet,
        R"(case.toml:3:60: minor_radius is 1 m
   expected less than major_radius, 1 m)"},
+      {"box_of_two_lengths",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "box", size = [1, 2], resolution = [3, 3, 3] }
+)" + sheet,
+       R"(case.toml:3:32: "size" is an array of 2
+  expected [x, y, z])"},
+      {"rectangle_of_three_lengths",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "rectangle", size = [1, 2, 3], resolution = [3, 3] }
+)" + sheet,
+       R"(case.toml:3:38: "size" is an array of 3
+  expected [x, y])"},
+      {"box_of_two_numbers",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "box", size = [1, 2, 1], resolution = [3, 3] }
+)" + sheet,
+       R"(case.toml:3:56: "resolution" is an array of 2
+  expected [x, y, z], the vertices along each axis)"},
+      {"box_without_tiles",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "box", size = [1, 1, 1], resolution = [5, 9, 12] }
+)" + sheet,
+       R"(case.toml:3:63: "resolution[2]" is 12, into which no patches of 5 x 5 vertices fit
+  expected 9 or 13: a multiple of 4, plus 1)"},
+      {"box_of_too_many_vertices",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "box", size = [1, 1, 1], resolution = [2147483647, 2147483647, 2] }
+)" + sheet,
+       R"(case.toml:3:56: too many vertices
+  expected at most 100000000)"},
+      {"disc_of_two_numbers",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "disc", radius = 1, resolution = [9, 9] }
+)" + sheet,
+       R"(case.toml:3:51: "resolution" is an array of 2
+  expected [n], the vertices along an edge of each patch)"},
+      {"capsule_of_one_number",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "capsule", radius = 1, length = 1, resolution = [9] }
+)" + sheet,
+       R"(case.toml:3:66: "resolution" is an array of 1
+  expected [rows, n]: rows of the straight part, vertices along an edge of each patch)"},
+      {"capsule_too_few_rows",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "capsule", radius = 1, length = 1, resolution = [3, 9] }
+)" + sheet,
+       R"(case.toml:3:67: "resolution[0]" is 3, into which no patches of 9 x 9 vertices fit
+  expected 9: a multiple of 8, plus 1)"},
+      {"cone_with_rows_of_an_apex",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "cone", radius = 1, length = 1, resolution = [9, 9] }
+)" + sheet,
+       R"(case.toml:3:63: "resolution" is an array of 2
+  expected [n], the vertices along an edge of each patch)"},
+      {"frustum_of_two_columns",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "cone", radius = 1, top_radius = 0.5, length = 1, resolution = [9, 2] }
+)" + sheet,
+       R"(case.toml:3:85: a cone of 2 columns
+  expected at least 3: columns go around)"},
+      {"annulus_without_surface",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "annulus", inner_radius = 1, outer_radius = 0.5, resolution = [3, 9] }
+)" + sheet,
+       R"(case.toml:3:44: inner_radius is 1 m
+  expected less than outer_radius, 0.5 m)"},
+      {"annulus_of_two_columns",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "annulus", inner_radius = 1, outer_radius = 2, resolution = [3, 2] }
+)" + sheet,
+       R"(case.toml:3:82: an annulus of 2 columns
+  expected at least 3: columns go around)"},
+      {"cylinder_beyond_a_turn",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "cylinder", radius = 1, length = 1, angle_deg = 361, resolution = [3, 9] }
+)" + sheet,
+       R"(case.toml:3:66: "angle_deg" is 361
+  expected a number > 0 and <= 360 (degrees))"},
+      {"sphere_sector_to_the_pole",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "sphere_sector", radius = 1, latitude_deg = [0, 90], resolution = [3, 9] }
+)" + sheet,
+       R"(case.toml:3:66: "latitude_deg[1]" is 90
+  expected an array of 2 numbers >= -85 and <= 85 (degrees))"},
+      {"sphere_sector_upside_down",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "sphere_sector", radius = 1, latitude_deg = [10, -20], resolution = [3, 9] }
+)" + sheet,
+       R"(case.toml:3:67: latitude_deg ends at -20 degrees
+  expected [south, north], north of 10 degrees)"},
+      {"resolution_of_plane",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "plane", size = [9, 9], resolution = [3, 3] }
+)" + sheet,
+       R"(case.toml:3:42: "resolution" does not belong to type = "plane"
+  expected only with type = "rectangle", "disc", "annulus", "box", "cylinder", "capsule", "cone", "torus", "sphere", "sphere_sector", "blob")"},
+      {"angle_of_torus",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "torus", major_radius = 2, minor_radius = 1, angle_deg = 90, resolution = [9, 9] }
+)" + sheet,
+       R"(case.toml:3:63: "angle_deg" does not belong to type = "torus"
+  expected only with type = "annulus", "cylinder", "sphere_sector")"},
+      {"latitude_missing",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "sphere_sector", radius = 1, resolution = [3, 9] }
+)" + sheet,
+       R"(case.toml:3:9: [obstacle.shape] has no "latitude_deg"
+  expected "latitude_deg", an array of 2 numbers >= -85 and <= 85 (degrees))"},
+      {"shape_misspelt",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "capsul" }
+)" + sheet,
+       R"(case.toml:3:18: "type" is "capsul"
+  did you mean "capsule"?)"},
+      {"inner_radius_misspelt",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "annulus", iner_radius = 1, outer_radius = 2, resolution = [3, 9] }
+)" + sheet,
+       R"(case.toml:3:29: unknown key "iner_radius" in [obstacle.shape]
+  did you mean "inner_radius"?)"},
       {"too_many_vertices",
        R"([[obstacle]]
 name = "thing"
@@ -433,13 +573,13 @@ corners = ["all"]
        R"([material.cotton]
 )" + sheet,
        R"(--set body.sheet.shape={ type = "sphere", radius = 1 }: [body.shape] has no "resolution"
-  expected "resolution", an array of 1 to 2 whole numbers >= 2)",
+  expected "resolution", an array of 1 to 3 whole numbers >= 2)",
        {"body.sheet.shape={ type = \"sphere\", radius = 1 }"}},
       {"set_misplaced_key",
        R"([material.cotton]
 )" + sheet,
        R"(--set body.sheet.shape.radius=1: "radius" does not belong to type = "rectangle"
-  expected only with type = "cylinder", "sphere", "blob")",
+  expected only with type = "disc", "cylinder", "capsule", "cone", "sphere", "sphere_sector", "blob")",
        {"body.sheet.shape.radius=1"}},
   };
 }
