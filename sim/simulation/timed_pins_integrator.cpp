@@ -15,8 +15,8 @@ std::string described(const std::vector<char>& before, const std::vector<char>& 
     released += static_cast<int>(before[i] != 0 && after[i] == 0);
     taken += static_cast<int>(before[i] == 0 && after[i] != 0);
   }
-  return "pins let go of " + std::to_string(released) + " vertices and take hold of " +
-         std::to_string(taken) + " at t = " + rounded_text(time) + " s";
+  return "vertices that pins let go at t = " + rounded_text(time) +
+         " s: " + std::to_string(released) + ", and take hold of: " + std::to_string(taken);
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <ostream>
 
+#include "sim/accuracy/error_monitor.h"
+#include "sim/case/case_checks.h"
 #include "sim/run/make_simulation.h"
 #include "tests/sim/simulated_case.h"
 
@@ -277,6 +279,37 @@ rows = [1, -1]
   advance_to(simulation, 3);
   for (std::size_t i = 0; i < start.size(); ++i)
     EXPECT_LT(simulation.position("sheet")[i][1], start[i][1] - 0.01);
+}
+
+TEST(TimedPins, LetErrorsBeEstimated) {
+  const Overrides pin = with_pin({}, {"release_time=0.037"});
+  for (const char* name : {"cvode", "euler"}) {
+    Simulation run = simulation_of(hanging_sheet, method(name, pin));
+    Simulation exact = simulation_of(
+        hanging_sheet,
+        with_pin(method("cvode", {"time.position_tolerance=1e-9"}), {"release_time=0.037"}));
+    ErrorMonitor monitor(run.scene(), nullptr);
+    for (const double time : {0.02, 0.06, 0.1}) {
+      for (Simulation* each : {&run, &exact}) advance_to(*each, time);
+      monitor.compare(time, run.state());
+    }
+    EXPECT_EQ(monitor.estimate().failure, "");
+    const double truth = distance_between(run.position("sheet"), exact.position("sheet"));
+    EXPECT_NEAR(std::log2(monitor.estimate().bodies.at(0).last / truth), 0, 1) << name;
+  }
+}
+
+TEST(TimedPins, AreNoticedAfterTheEnd) {
+  const auto notice_of = [](const Overrides& keys) {
+    return late_pins_notice(parse_case(hanging_sheet, "test.toml", with_pin({}, keys)));
+  };
+  EXPECT_EQ(notice_of({"release_time=0.09"}), "");
+  EXPECT_EQ(notice_of({"release_time=0.2"}),
+            "release_time, 0.2 s, of a pin of body \"sheet\" is not within the run of 0.1 s: the "
+            "pin never lets go");
+  EXPECT_EQ(notice_of({"hold_time=0.2"}),
+            "hold_time, 0.2 s, of a pin of body \"sheet\" is not within the run of 0.1 s: the "
+            "pin never holds");
 }
 
 }  // namespace weft::sim
