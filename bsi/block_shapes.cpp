@@ -2,10 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
-#include <string>
 
 #include "bsi/detail/sewn_patches.h"
 #include "bsi/shapes.h"
@@ -60,6 +59,12 @@ Surface make_block(const Quads& quads, const Tile& tile,
   return make_sewn(patches, labels, position);
 }
 
+// Returns the largest square that tiles every face.
+Tile square_tile(const Quads& quads) {
+  const int side = std::gcd(std::gcd(quads[0], quads[1]), quads[2]);
+  return {side, side};
+}
+
 // Projects a point of the cube's surface on the unit sphere: equal angles between the vertices.
 Vec3 on_unit_sphere(const Label& point, int quads) {
   Vec3 direction;
@@ -105,16 +110,12 @@ Surface make_blob(double radius, int n) {
 
 Surface make_box(const Vec3& size, const std::array<int, 3>& vertices) {
   for (const double side : size) check_size("the box's size", side);
-  const int n = *std::ranges::min_element(vertices);
-  check_vertices(n);
   Quads quads{};
   for (int axis = 0; axis < 3; ++axis) {
+    check_vertices(vertices[axis]);
     quads[axis] = vertices[axis] - 1;
-    if (quads[axis] % (n - 1) == 0) continue;
-    throw std::invalid_argument("the box's quads along each axis must be a multiple of " +
-                                std::to_string(n - 1));
   }
-  return make_block(quads, {n - 1, n - 1}, [&](const Label& point) {
+  return make_block(quads, square_tile(quads), [&](const Label& point) {
     Vec3 position;
     // Halves are exact: the corners lie at half the size to the bit.
     for (int axis = 0; axis < 3; ++axis)
@@ -129,13 +130,10 @@ Surface make_capsule(double radius, double length, int rows, int n) {
   check_vertices(n);
   check_vertices(rows);
   const int straight = rows - 1;
-  if (straight % (n - 1) != 0) {
-    throw std::invalid_argument("the capsule's straight quads must be a multiple of " +
-                                std::to_string(n - 1));
-  }
   // Half of a cube of 2 (n - 1) quads at each end, with the straight part between them.
   const int cube = 2 * (n - 1);
-  return make_block({cube, cube, cube + straight}, {n - 1, n - 1}, [=](const Label& point) -> Vec3 {
+  const Quads quads{cube, cube, cube + straight};
+  return make_block(quads, square_tile(quads), [=](const Label& point) -> Vec3 {
     const int along = std::clamp(point[2], -straight, straight);
     const Vec3 end = on_unit_sphere({point[0], point[1], point[2] - along}, cube);
     return radius * end + Vec3(0, 0, 0.5 * length * along / straight);

@@ -88,7 +88,7 @@ Vec3 DiscLattice::position(const Label& label) const {
   const double t = static_cast<double>(label[1]) / n;
   const Vec3 at_s = side_point(s), at_t = side_point(t);
   const double corner = corner_distance / std::numbers::sqrt2;
-  const Vec3 inner(s * (at_t.x() - corner) + at_s.y(), t * (at_s.x() - corner) + at_t.y(), 0);
+  Vec3 inner(s * (at_t.x() - corner) + at_s.y(), t * (at_s.x() - corner) + at_t.y(), 0);
   if (label[2] == 0) return inner;
   const double outside = static_cast<double>(label[2]) / n;
   return (1 - outside) * inner + outside * inner.normalized();

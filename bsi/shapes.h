@@ -30,17 +30,17 @@ Surface make_disc(double radius, int n);
 Surface make_annulus(double inner_radius, double outer_radius, int rows, int cols,
                      double angle_deg = 360);
 
-// A box centred on the origin, with sharp edges. `vertices` counts them along x, y and z. With n
-// the least of these, each face is split into square patches of n x n vertices: throws unless all
-// counts less 1 are multiples of n - 1. Normal outwards.
+// A box centred on the origin, with sharp edges. `vertices` counts them along x, y and z. Each face
+// is split into square patches, whose quads along an edge are the greatest common divisor of these
+// counts less 1. Normal outwards.
 Surface make_box(const Vec3& size, const std::array<int, 3>& vertices);
 // A cylinder around the z axis, centred on the origin, open at both ends, or its sector from the x
 // axis, counter-clockwise: u around (wrapped at 360 degrees), v along z; normal outwards.
 Surface make_cylinder(double radius, double length, int rows, int cols, double angle_deg = 360);
 // A cylinder around the z axis of `length` with a hemisphere on each end, centred on the origin.
-// All patches have n x n vertices: four on the cap around each pole, and bands of eight around the
-// axis. The straight part has `rows` rows: throws unless rows - 1 is a multiple of n - 1. Normal
-// outwards.
+// An eighth of the way around has n vertices, the straight part has `rows` rows. The image is that
+// of a box with 2 n - 1 vertices along x and y and rows + 2 n - 2 along z, so the patches are those
+// of this box. Normal outwards.
 Surface make_capsule(double radius, double length, int rows, int n);
 // The side of a cone around the z axis with its apex at z = length / 2 and its open base at
 // z = -length / 2. Its image is that of the disc, with a vertex at the apex; the angles of slender

@@ -311,10 +311,9 @@ Table describe(ShapeCase& target) {
             "Vertices. rectangle: [rows, cols], rows along y. annulus, cylinder, sphere_sector, "
             "and cone with a top_radius: [rows, cols], at least 3 columns around in a full turn; "
             "rows from the outer radius inwards, or upwards along z. torus: [rows, cols], at least "
-            "3 rows around the axis and 3 columns around the tube. box: [x, y, z] along the axes; "
-            "with n the least of them, patches have n x n vertices, and each number less 1 is a "
-            "multiple of n - 1. capsule: [rows, n], rows of the straight part, where rows - 1 is a "
-            "multiple of n - 1, and patches of n x n vertices, eight around. sphere: [n] along an "
+            "3 rows around the axis and 3 columns around the tube. box: [x, y, z] along the axes. "
+            "capsule: [rows, n], rows of its straight part and n along an eighth of the way "
+            "around. sphere: [n] along an "
             "edge of each of its six patches. disc, and cone with an apex: [n] along an edge of "
             "each of their 12 patches. blob: [n] columns and 2 n - 1 rows of each of its 48 "
             "patches.")

@@ -1,9 +1,9 @@
 #include "sim/case/case_shape_checks.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 
 #include "sim/case/case_error.h"
@@ -29,15 +29,16 @@ struct ImageSize {
   }
 };
 
-// Returns the size of a box's image. No count is more than most_vertices: the products stay within
-// 64 bits.
-ImageSize box_size(const std::vector<int>& resolution) {
-  const std::int64_t n = *std::ranges::min_element(resolution);
-  std::array<std::int64_t, 3> tiles{};
-  for (int axis = 0; axis < 3; ++axis) {
-    tiles[axis] = std::min<std::int64_t>(resolution[axis] - 1, most_vertices) / (n - 1);
-  }
-  return {2 * (tiles[0] * tiles[1] + tiles[1] * tiles[2] + tiles[2] * tiles[0]), n, n};
+// Returns the size of the image of a block with so many quads along its axes (bsi/shapes.h,
+// make_box). The products may exceed 64 bits: they are capped far above most_vertices.
+ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
+  const std::int64_t side = std::gcd(std::gcd(x, y), z);
+  const auto tiles = [side](std::int64_t quads) {
+    const std::int64_t count = quads / side;
+    return static_cast<double>(count);
+  };
+  const double patches = 2 * (tiles(x) * tiles(y) + tiles(y) * tiles(z) + tiles(z) * tiles(x));
+  return {static_cast<std::int64_t>(std::min(patches, 1e18)), side + 1, side + 1};
 }
 
 // Returns the size of a shape's image; nothing for a shape from a file, whose size is known only
@@ -57,9 +58,9 @@ std::optional<ImageSize> image_size(const ShapeCase& shape) {
     case ShapeType::blob:
       return ImageSize{48, 2 * n - 1, n};
     case ShapeType::box:
-      return box_size(shape.resolution);
+      return block_size(n - 1, shape.resolution[1] - 1, last - 1);
     case ShapeType::capsule:
-      return ImageSize{24 + 8 * ((n - 1) / (last - 1)), last, last};
+      return block_size(2 * (last - 1), 2 * (last - 1), 2 * (last - 1) + n - 1);
     default:
       return ImageSize{1, n, last};
   }
@@ -82,8 +83,9 @@ ResolutionEntries resolution_entries(const ShapeCase& shape) {
     case ShapeType::cone:
       return has_apex(shape) ? patch_edge : image;
     case ShapeType::capsule:
-      return {
-          2, "expected [rows, n]: rows of the straight part, vertices along an edge of each patch"};
+      return {2,
+              "expected [rows, n]: rows of the straight part, vertices along an eighth of the way "
+              "around"};
     case ShapeType::box:
       return {3, "expected [x, y, z], the vertices along each axis"};
     default:
@@ -123,11 +125,6 @@ class ShapeChecker {
       below("inner_radius", *shape_.inner_radius, "outer_radius", *shape_.outer_radius);
     }
     if (shape_.type == ShapeType::sphere_sector) latitudes();
-    if (shape_.type == ShapeType::box) {
-      const int n = *std::ranges::min_element(shape_.resolution);
-      for (std::size_t axis = 0; axis < 3; ++axis) tiled(axis, n);
-    }
-    if (shape_.type == ShapeType::capsule) tiled(0, shape_.resolution[1]);
     if (image_size(shape_)->vertices() > most_vertices) {
       fail("resolution", "too many vertices", "expected at most " + std::to_string(most_vertices));
     }
@@ -179,20 +176,6 @@ class ShapeChecker {
       default:
         return "a torus";
     }
-  }
-
-  // Checks that patches of n x n vertices fit into an entry of "resolution".
-  void tiled(std::size_t entry, int n) const {
-    const std::int64_t vertices = shape_.resolution[entry];
-    const std::int64_t tile = n - 1;
-    if ((vertices - 1) % tile == 0) return;
-    const std::int64_t lower = (vertices - 1) / tile * tile + 1;
-    const std::string patch = std::to_string(n) + " x " + std::to_string(n);
-    fail(join_path("resolution", entry),
-         in_quotes(join_path("resolution", entry)) + " is " + std::to_string(vertices) +
-             ", into which no patches of " + patch + " vertices fit",
-         "expected " + (lower > 1 ? std::to_string(lower) + " or " : std::string()) +
-             std::to_string(lower + tile) + ": a multiple of " + std::to_string(tile) + ", plus 1");
   }
 
   void below(const std::string& smaller, double value, const std::string& larger,
