@@ -311,9 +311,10 @@ Table describe(ShapeCase& target) {
             "Vertices. rectangle: [rows, cols], rows along y. annulus, cylinder, sphere_sector, "
             "and cone with a top_radius: [rows, cols], at least 3 columns around in a full turn; "
             "rows from the outer radius inwards, or upwards along z. torus: [rows, cols], at least "
-            "3 rows around the axis and 3 columns around the tube. box: [x, y, z] along the axes. "
-            "capsule: [rows, n], rows of its straight part and n along an eighth of the way "
-            "around. sphere: [n] along an "
+            "3 rows around the axis and 3 columns around the tube. box: [x, y, z] along the axes; "
+            "a body is cheaper where these numbers less 1 have a large common divisor, which makes "
+            "large patches. capsule: [rows, n], rows of its straight part and n along an eighth of "
+            "the way around; rows - 1 is best a multiple of n - 1. sphere: [n] along an "
             "edge of each of its six patches. disc, and cone with an apex: [n] along an edge of "
             "each of their 12 patches. blob: [n] columns and 2 n - 1 rows of each of its 48 "
             "patches.")
