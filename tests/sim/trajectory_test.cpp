@@ -18,6 +18,9 @@
 #include <sstream>
 #include <thread>
 
+#include "sim/run/recorded_run.h"
+#include "sim/simulation/simulation.h"
+#include "tests/sim/simulated_case.h"
 #include "tests/sim/trajectory_fixture.h"
 
 namespace weft::sim {
@@ -451,6 +454,41 @@ TEST_F(Trajectory, TrianglesOfWrappedSurfacesClose) {
     EXPECT_TRUE(edges.emplace(corners[c], corners[next]).second);
   }
   for (const auto& [from, to] : edges) EXPECT_TRUE(edges.contains({to, from}));
+}
+
+// A watched simulation of the same case has the same energies after its steps. Without the key,
+// the file has none.
+TEST_F(Trajectory, HoldsEnergiesOfStepsOnRequest) {
+  class Watcher final : public StepObserver {
+   public:
+    void after_step(const Simulation& simulation) override {
+      energies.push_back(static_cast<float>(simulation.energies().total()));
+    }
+    std::vector<float> energies;
+  } watcher;
+  const auto scene_with = [](const std::string& requested) {
+    return build_scene(parse_case(
+        hanging_sheet, "test.toml",
+        {"time.method=verlet", "time.duration=0.02", "output.step_energies=" + requested}));
+  };
+  const auto recorded_to = [&](const Scene& scene, const std::string& name) {
+    RunOptions options;
+    options.trajectory = path(name);
+    return run_simulation(scene, options).status;
+  };
+  const auto scene = scene_with("true");
+  ASSERT_EQ(recorded_to(*scene, "with.h5"), RunReport::Status::done);
+  Simulation simulation(*scene);
+  simulation.add_observer(watcher);
+  while (simulation.time() < 0.02) ASSERT_FALSE(simulation.step());
+  EXPECT_GT(watcher.energies.size(), 10U);
+  EXPECT_EQ(read_numbers<float>(path("with.h5"), "/steps/energy_total"), watcher.energies);
+
+  ASSERT_EQ(recorded_to(*scene_with("false"), "without.h5"), RunReport::Status::done);
+  const hid_t file = H5Fopen(path("without.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  EXPECT_GT(H5Lexists(file, "/steps/step_size", H5P_DEFAULT), 0);
+  EXPECT_EQ(H5Lexists(file, "/steps/energy_total", H5P_DEFAULT), 0);
+  H5Fclose(file);
 }
 
 }  // namespace
