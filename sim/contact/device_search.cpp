@@ -1,5 +1,6 @@
 #include "sim/contact/device_search.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "gpu/compute_traversal.h"
@@ -28,43 +29,78 @@ class OpenGlSearch : public PairSearch {
       : scene_(scene),
         context_(make_context(backend)),
         pyramids_(*context_, atlases_of(scene)),
-        traversal_(pyramids_, scene.source.contact.bound) {}
+        traversal_(pyramids_, scene.source.contact.bound),
+        is_rigid_(scene.bodies.size(), 0) {
+    const auto moves = [](const SceneBody& body) { return !body.dynamic && body.moves; };
+    if (std::ranges::any_of(scene.bodies, moves)) beside_rigid_ = make_cpu_search(scene);
+  }
 
   std::string device() const { return context_->device(); }
+  bool takes_frames() const override { return true; }
 
-  // Obstacles that move are uploaded and rebuilt like all other bodies.
+  // Each body is counted once, even if it has a pyramid on both sides.
   int rebuild(std::span<const BodyPath> paths) override {
     std::vector<gpu::BodyImage> images;
+    std::vector<BodyPath> rigid, others;
     for (const BodyPath& path : paths) {
-      gpu::BodyImage image{.body = path.body, .start = path.start};
-      if (path.is_swept()) image.end = path.end;
-      image.tangents = scene_.bodies[path.body].self_contact;
-      image.spheres = scene_.source.contact.bound != bsi::Bound::box;
-      images.push_back(image);
+      is_rigid_[path.body] = static_cast<char>(path.obstacle != nullptr);
+      (path.obstacle != nullptr ? rigid : others).push_back(path);
+      if (path.obstacle == nullptr) images.push_back(image_of(path));
     }
     if (!images.empty()) pyramids_.rebuild(images);
-    return static_cast<int>(images.size());
+    int built = static_cast<int>(images.size());
+    if (!beside_rigid_) return built;
+    std::erase_if(others, [&](const BodyPath& path) { return !scene_.bodies[path.body].dynamic; });
+    beside_rigid_->rebuild(others);
+    return built + beside_rigid_->rebuild(rigid);
   }
 
   // Boxes are not counted on the device.
   void find(std::span<const PairQuery> queries, std::vector<std::vector<bsi::LeafPair>>& found,
-            bsi::TraversalCounters&) override {
+            bsi::TraversalCounters& counters) override {
     std::vector<gpu::PairQuery> asked;
-    for (const PairQuery& query : queries) {
-      asked.push_back({query.body_a, query.body_b, query.margin, true, true});
+    std::vector<PairQuery> rigid;
+    std::vector<std::size_t> asked_place, rigid_place;  // in `queries`
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      const PairQuery& query = queries[i];
+      if (is_rigid_[query.body_b] != 0) {
+        rigid.push_back(query);
+        rigid_place.push_back(i);
+      } else {
+        asked.push_back({query.body_a, query.body_b, query.margin, true, true});
+        asked_place.push_back(i);
+      }
     }
     found.resize(queries.size());
     for (auto& pairs : found) pairs.clear();
-    for (const auto& [query, a, b] : traversal_.find_pairs(asked, bsi::Leaf::quad)) {
-      found[query].push_back({static_cast<int>(a), static_cast<int>(b)});
+    if (!asked.empty()) {
+      for (const auto& [query, a, b] : traversal_.find_pairs(asked, bsi::Leaf::quad))
+        found[asked_place[query]].push_back({static_cast<int>(a), static_cast<int>(b)});
     }
+    if (rigid.empty()) return;
+    beside_rigid_->find(rigid, found_beside_rigid_, counters);
+    for (std::size_t i = 0; i < rigid.size(); ++i)
+      found[rigid_place[i]].swap(found_beside_rigid_[i]);
   }
 
  private:
+  gpu::BodyImage image_of(const BodyPath& path) const {
+    gpu::BodyImage image{.body = path.body, .start = path.start};
+    if (path.is_swept()) image.end = path.end;
+    image.tangents = scene_.bodies[path.body].self_contact;
+    image.spheres = scene_.source.contact.bound != bsi::Bound::box;
+    return image;
+  }
+
   const Scene& scene_;
   std::unique_ptr<gpu::GlContext> context_;
   gpu::ComputePyramid pyramids_;
   gpu::ComputeTraversal traversal_;
+  std::vector<char> is_rigid_;  // by body: at its last rebuild it was a rigid obstacle
+  // Searches beside rigid obstacles that move, on the CPU: their pyramids stay in their own frames,
+  // while the device would need all of their vertices anew. Null if none moves.
+  std::unique_ptr<PairSearch> beside_rigid_;
+  std::vector<std::vector<bsi::LeafPair>> found_beside_rigid_;
 };
 
 }  // namespace

@@ -334,15 +334,15 @@ void expect_same_lists(std::span<const CandidateList> found,
   }
 }
 
-// The device is given the vertices of obstacles where the CPU is given their poses.
+// Beside a device, too, obstacles that move keep their pyramids and are given by their poses.
 TEST(RigidObstacles, ListsOnADeviceAreThoseOfTheCpu) {
   for (const char* bound : bounds) {
     const auto scene =
         scene_of(small_and_near, {std::string("contact.bound=") + bound, "compute.backend=osmesa"});
     const RigidObstacles obstacles(*scene);
-    Statistics statistics;
-    ContactSearch on_cpu(*scene, statistics, {make_cpu_search(*scene), {}});
-    ContactSearch on_device(*scene, statistics, choose_search(*scene));
+    Statistics of_cpu, of_device;
+    ContactSearch on_cpu(*scene, of_cpu, {make_cpu_search(*scene), {}});
+    ContactSearch on_device(*scene, of_device, choose_search(*scene));
     Walk walk(*scene, obstacles, 3);
     std::size_t pairs = 0;
     for (int k = 0; k < 40; ++k) {
@@ -361,6 +361,7 @@ TEST(RigidObstacles, ListsOnADeviceAreThoseOfTheCpu) {
       for (const CandidateList& list : on_cpu.lists()) pairs += list.edge_edge.size();
     }
     EXPECT_NE(on_device.compute().backend, ComputeBackend::cpu) << on_device.compute().text();
+    EXPECT_EQ(of_device.counters.rebuilds, of_cpu.counters.rebuilds);
     EXPECT_GT(pairs, 1000U);
   }
 }
