@@ -32,6 +32,18 @@ int moving_count(const std::vector<TrajectoryBody>& bodies) {
   return static_cast<int>(std::ranges::count_if(bodies, &TrajectoryBody::moves));
 }
 
+std::string home_of(const TrajectoryBody& body) { return "/body/" + body.name; }
+
+XdmfSurface surface_of(const TrajectoryBody& body) {
+  XdmfSurface surface;
+  surface.name = body.name;
+  surface.points = body.atlas.texel_count();
+  surface.triangles = 2 * body.atlas.quad_count();
+  surface.triangle_dataset = home_of(body) + "/triangles";
+  surface.position_dataset = home_of(body) + "/position";
+  return surface;
+}
+
 }  // namespace
 
 std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas) {
@@ -95,6 +107,14 @@ std::string FrameViews::link_view(hid_t group, const std::string& group_name,
   return group_name + "/" + body.name;
 }
 
+std::vector<XdmfSurface> FrameViews::surfaces_at_rest() const {
+  std::vector<XdmfSurface> surfaces;
+  for (const TrajectoryBody& body : bodies_) {
+    if (!body.moves) surfaces.push_back(surface_of(body));
+  }
+  return surfaces;
+}
+
 std::vector<XdmfSurface> FrameViews::add_frame() {
   open_groups();
   const std::string frame = std::to_string(frame_);
@@ -106,22 +126,14 @@ std::vector<XdmfSurface> FrameViews::add_frame() {
       has_velocity_ ? make_group(group.get(), "velocity", of_bodies_) : Handle();
   std::vector<XdmfSurface> surfaces;
   for (const TrajectoryBody& body : bodies_) {
-    const std::string home = "/body/" + body.name;
-    XdmfSurface surface;
-    surface.name = body.name;
-    surface.points = body.atlas.texel_count();
-    surface.triangles = 2 * body.atlas.quad_count();
-    surface.triangle_dataset = home + "/triangles";
-    surface.position_dataset = home + "/position";
-    if (body.moves) {
-      surface.position_dataset =
-          link_view(positions.get(), frame_name + "/position", body, home + "/position");
-      if (has_velocity_) {
-        surface.velocity_dataset =
-            link_view(velocities.get(), frame_name + "/velocity", body, home + "/velocity");
-      }
+    if (!body.moves) continue;
+    XdmfSurface& surface = surfaces.emplace_back(surface_of(body));
+    surface.position_dataset =
+        link_view(positions.get(), frame_name + "/position", body, home_of(body) + "/position");
+    if (has_velocity_) {
+      surface.velocity_dataset =
+          link_view(velocities.get(), frame_name + "/velocity", body, home_of(body) + "/velocity");
     }
-    surfaces.push_back(std::move(surface));
   }
   ++frame_;
   return surfaces;

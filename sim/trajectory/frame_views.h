@@ -20,7 +20,10 @@ class FrameViews {
   FrameViews(const hdf5::Access& access, hid_t file, const std::vector<TrajectoryBody>& bodies,
              bool velocity);
 
-  // Adds the views of the next frame, counted from 0, and returns its surfaces for the sidecar.
+  // Returns the surfaces of bodies at rest, which have no views, for the sidecar.
+  std::vector<XdmfSurface> surfaces_at_rest() const;
+  // Adds the views of the next frame, counted from 0, and returns its moving surfaces for the
+  // sidecar.
   std::vector<XdmfSurface> add_frame();
   // Closes the groups, so that the file can be closed.
   void close();

@@ -326,7 +326,8 @@ void TrajectoryWriter::Implementation::publish() {
   }
   temporary.clear();
   sidecar.create(sidecar_of(access.path()),
-                 std::filesystem::path(access.path()).filename().string());
+                 std::filesystem::path(access.path()).filename().string(),
+                 views->surfaces_at_rest());
 }
 
 // Renames the new file, which is locked, to its final name. Whoever replaces a file holds its lock,

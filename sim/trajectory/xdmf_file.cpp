@@ -48,15 +48,17 @@ XdmfFile::~XdmfFile() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-void XdmfFile::create(const std::string& path, const std::string& trajectory) {
+void XdmfFile::create(const std::string& path, const std::string& trajectory,
+                      const std::vector<XdmfSurface>& at_rest) {
   path_ = path;
   trajectory_ = escape(trajectory);
+  for (const XdmfSurface& surface : at_rest) at_rest_ += text_of(surface);
   const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
   descriptor_ = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail(path);
   const std::string head =
       "<?xml version=\"1.0\"?>\n"
-      "<Xdmf Version=\"3.0\">\n <Domain>\n"
+      "<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n <Domain>\n"
       "  <Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
   write_at(0, head + closing_tags);
   end_ = static_cast<long>(head.size());
@@ -89,23 +91,20 @@ std::string XdmfFile::text_of(const XdmfSurface& surface) const {
   return text + "    </Grid>\n";
 }
 
-// Reuses the text of a surface that is the same as in the frame before, such as an obstacle at
-// rest.
-const std::string& XdmfFile::kept_text_of(std::size_t place, const XdmfSurface& surface) {
-  if (place >= texts_.size()) texts_.resize(place + 1);
-  SurfaceText& kept = texts_[place];
-  if (kept.text.empty() || kept.surface != surface) kept = {surface, text_of(surface)};
-  return kept.text;
-}
-
-std::string XdmfFile::describe(double time, const std::vector<XdmfSurface>& surfaces) {
+std::string XdmfFile::describe(double time, const std::vector<XdmfSurface>& moving) {
   std::ostringstream head;
   head.precision(17);
   head << "   <Grid Name=\"frame\" GridType=\"Collection\" CollectionType=\"Spatial\">\n"
        << "    <Time Value=\"" << time << "\"/>\n";
   std::string text = head.str();
-  for (std::size_t i = 0; i < surfaces.size(); ++i) text += kept_text_of(i, surfaces[i]);
-  return text + "   </Grid>\n";
+  for (const XdmfSurface& surface : moving) text += text_of(surface);
+  text += at_rest_ + "   </Grid>\n";
+  if (!at_rest_.empty() && !includes_) {
+    includes_ = true;
+    at_rest_ = "    <xi:include xpointer=\"xpointer(/Xdmf/Domain/Grid/Grid[1]/Grid[position()&gt;" +
+               std::to_string(moving.size()) + "])\"/>\n";
+  }
+  return text;
 }
 
 void XdmfFile::append(const std::string& frames) {
