@@ -129,9 +129,9 @@ struct MotionCase {
   SourceLocation location;
 };
 
-// Holds every vertex that any selector names. Rows and cols together select a block; one of them
-// alone selects whole rows or columns.
-struct PinCase {
+// Every vertex of a body that any selector names. Rows and cols together select a block; one of
+// them alone selects whole rows or columns.
+struct VertexSelection {
   std::vector<std::string>
       corners;  // "first_first", "first_last", "last_first", "last_last" (row_col), or "all"
   std::vector<std::string> edges;  // "first_row", "last_row", "first_col", "last_col"
@@ -139,9 +139,23 @@ struct PinCase {
   std::vector<int> cols;           // [first, last]
   int patch = 0;
   std::optional<Vec3> region_min, region_max;  // m, box in world space at t = 0
-  double hold_time = 0;                        // s: the vertices are free before
-  std::optional<double> release_time;          // s: the vertices are free from then on
+};
+
+struct PinCase {
+  VertexSelection vertices;
+  bool clamp = false;                  // holds the surface's tangent plane at the held edges, too
+  double hold_time = 0;                // s: the vertices are free before
+  std::optional<double> release_time;  // s: the vertices are free from then on
   std::optional<MotionCase> motion;
+  SourceLocation location;
+};
+
+// The shape in which a body starts, where that is not its rest shape: `shape`, or the rest shape
+// bent.
+struct StartCase {
+  std::optional<ShapeCase> shape;     // an image like that of the rest shape
+  std::optional<double> bend_radius;  // m: bends upwards if positive, downwards if negative
+  double bend_direction_deg = 0;      // in which the surface curves; from the x towards the y axis
   SourceLocation location;
 };
 
@@ -149,7 +163,8 @@ struct BodyCase {
   std::string name;
   ShapeCase shape;
   std::string material;                // name of a [material.NAME]
-  Vec3 stretch{1, 1, 1};               // of the shape along its axes, at the start
+  std::optional<StartCase> start;      // default: it starts in its rest shape
+  Vec3 stretch{1, 1, 1};               // of that along its axes, at the start
   Vec3 position{0, 0, 0};              // m
   Vec3 rotation_deg{0, 0, 0};          // rotation vector, degrees, before the translation
   Vec3 velocity{0, 0, 0};              // m/s
@@ -167,6 +182,16 @@ struct ObstacleCase {
   Vec3 rotation_deg{0, 0, 0};
   double thickness = 1e-3;
   std::optional<MotionCase> motion;
+  SourceLocation location;
+};
+
+// Ties vertices of a body to another body, or to an obstacle, by springs.
+struct TieCase {
+  VertexSelection vertices;
+  std::string body;
+  std::string to;                     // name of a body or obstacle
+  double stiffness = 1e4;             // N/m, of all springs together
+  std::optional<double> break_force;  // N: the sum of their forces at which all break
   SourceLocation location;
 };
 
@@ -201,6 +226,7 @@ struct Case {
   std::vector<MaterialCase> material;  // [material.NAME]
   std::vector<BodyCase> body;          // [[body]]
   std::vector<ObstacleCase> obstacle;  // [[obstacle]]
+  std::vector<TieCase> tie;            // [[tie]]
 
   std::string path;  // of the case file; base of relative paths
   // The case as TOML with every default and override, as trajectories store it. In place of

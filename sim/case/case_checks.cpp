@@ -38,10 +38,15 @@ class Checker {
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
       const std::string path = join_path("body", i);
       check_shape(case_.body[i].shape, join_path(path, "shape"), case_.path, locations_);
+      if (case_.body[i].start) {
+        check_start(*case_.body[i].start, case_.body[i].shape, join_path(path, "start"), case_.path,
+                    locations_);
+      }
       for (std::size_t j = 0; j < case_.body[i].pin.size(); ++j) {
         const PinCase& pin = case_.body[i].pin[j];
         const std::string pin_path = join_path(join_path(path, "pin"), j);
-        check_pin(pin, case_.body[i].shape, pin_path, locations_);
+        check_selection(pin.vertices, "pin", case_.body[i].shape, pin_path, locations_);
+        clamp(pin, case_.body[i], pin_path);
         pin_times(pin, pin_path);
         if (pin.motion) motion(*pin.motion, join_path(pin_path, "motion"));
       }
@@ -52,6 +57,7 @@ class Checker {
       check_shape(obstacle.shape, join_path(path, "shape"), case_.path, locations_);
       if (obstacle.motion) motion(*obstacle.motion, join_path(path, "motion"));
     }
+    for (std::size_t i = 0; i < case_.tie.size(); ++i) tie(case_.tie[i], join_path("tie", i));
     memory();
   }
 
@@ -191,6 +197,41 @@ class Checker {
            "nothing holds body " + in_quotes(case_.body[i].name) +
                ": under gravity it has no equilibrium (time.method = \"static\")",
            "expected a pin, or an obstacle or a pinned body that it can rest on, with contact");
+    }
+  }
+
+  void clamp(const PinCase& pin, const BodyCase& body, const std::string& path) const {
+    const auto material = std::ranges::find(case_.material, body.material, &MaterialCase::name);
+    if (!pin.clamp || material->bending_stiffness > 0) return;
+    fail(join_path(path, "clamp"),
+         "a clamp of body " + in_quotes(body.name) + ", whose material does not resist bending",
+         "expected bending_stiffness > 0 in " + heading(join_path("material", body.material)));
+  }
+
+  void tie(const TieCase& target, const std::string& path) const {
+    std::vector<std::string> bodies, others;
+    for (const BodyCase& body : case_.body) bodies.push_back(body.name);
+    const auto body = std::ranges::find(case_.body, target.body, &BodyCase::name);
+    if (body == case_.body.end()) {
+      fail(join_path(path, "body"), "no body " + in_quotes(target.body),
+           name_hint(target.body, bodies));
+    }
+    for (const std::string& name : bodies) {
+      if (name != target.body) others.push_back(name);
+    }
+    for (const ObstacleCase& obstacle : case_.obstacle) others.push_back(obstacle.name);
+    if (std::ranges::find(others, target.to) == others.end()) {
+      fail(join_path(path, "to"),
+           target.to == target.body ? "a tie of body " + in_quotes(target.to) + " to itself"
+                                    : "no body or obstacle " + in_quotes(target.to),
+           others.empty() ? "expected another body or an obstacle, and the case has none"
+                          : name_hint(target.to, others));
+    }
+    check_selection(target.vertices, "tie", body->shape, path, locations_);
+    if (target.break_force && traits_of(case_.time.method).finds_equilibria()) {
+      fail(join_path(path, "break_force"),
+           "\"break_force\" does not go with time.method = \"static\"",
+           "expected a method that follows the motion in time, or a tie that holds");
     }
   }
 

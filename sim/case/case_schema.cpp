@@ -37,8 +37,10 @@ Table describe(ShapeCase& target);
 Table describe(KeyframeCase& target);
 Table describe(MotionCase& target);
 Table describe(PinCase& target);
+Table describe(StartCase& target);
 Table describe(BodyCase& target);
 Table describe(ObstacleCase& target);
+Table describe(TieCase& target);
 
 template <class Enum>
 struct NamedValue {
@@ -405,10 +407,9 @@ Table describe(MotionCase& target) {
   return result;
 }
 
-Table describe(PinCase& target) {
-  auto& [corners, edges, rows, cols, patch, region_min, region_max, hold_time, release_time, motion,
-         location] = target;
-  Table result{{
+std::vector<Field> fields_of(VertexSelection& target) {
+  auto& [corners, edges, rows, cols, patch, region_min, region_max] = target;
+  return {
       field("corners", &corners, "Corners of the image, row before column, or all four.")
           .entries(1, 4)
           .out_of({"first_first", "first_last", "last_first", "last_last", "all"}),
@@ -426,36 +427,66 @@ Table describe(PinCase& target) {
       field("patch", &patch, "", at_least(0),
             "Patch in which corners, edges, rows and cols are counted."),
       field("region_min", &region_min, "m", any,
-            "Lower corner of a box in space. The pin holds all vertices that are in the box at the "
-            "start."),
+            "Lower corner of a box in space. It selects all vertices that are in it at the start."),
       field("region_max", &region_max, "m", any, "Upper corner of the box."),
-      field("hold_time", &hold_time, "s", not_negative,
-            "Time at which the pin takes hold of its vertices where they then are; they are free "
-            "before. Not with time.method = \"static\"."),
-      field(
-          "release_time", &release_time, "s", positive,
-          "Time at which the pin lets go, later than hold_time; its vertices keep their velocity. "
-          "Not with time.method = \"static\".")
-          .with_default("never"),
-      field("motion", table(&motion), "Motion of the held vertices; without it they stay at rest."),
+  };
+}
+
+Table describe(PinCase& target) {
+  auto& [vertices, clamp, hold_time, release_time, motion, location] = target;
+  Table result{fields_of(vertices)};
+  for (Field& each : std::vector<Field>{
+           field("clamp", &clamp,
+                 "Holds the surface's tangent plane at the held edges, too, as it is when the pin "
+                 "takes hold. Needs a material with bending_stiffness, and an edge of which the "
+                 "pin holds both ends."),
+           field("hold_time", &hold_time, "s", not_negative,
+                 "Time at which the pin takes hold of its vertices where they then are; they are "
+                 "free before. Not with time.method = \"static\"."),
+           field("release_time", &release_time, "s", positive,
+                 "Time at which the pin lets go, later than hold_time; its vertices keep their "
+                 "velocity. Not with time.method = \"static\".")
+               .with_default("never"),
+           field("motion", table(&motion),
+                 "Motion of the held vertices; without it they stay at rest."),
+       })
+    result.fields.push_back(std::move(each));
+  result.location = &location;
+  return result;
+}
+
+Table describe(StartCase& target) {
+  auto& [shape, bend_radius, bend_direction, location] = target;
+  Table result{{
+      field("shape", table(&shape),
+            "Shape in which the body starts: its image must be like that of the rest shape, with "
+            "as many rows, columns and patches, and closed and sewn alike.")
+          .not_with("bend_radius"),
+      field("bend_radius", &bend_radius, "m", any,
+            "Radius of the cylinder onto which the rest shape is bent; lengths in the plane z = 0 "
+            "do not change. Positive: its borders move towards +z; negative: towards -z. Not 0."),
+      field("bend_direction_deg", &bend_direction, "degrees", any,
+            "Direction in which the bent surface curves, from the x towards the y axis."),
   }};
   result.location = &location;
   return result;
 }
 
 Table describe(BodyCase& target) {
-  auto& [name, shape, material, stretch, position, rotation, velocity, angular_velocity, thickness,
-         self_contact, pin, location] = target;
+  auto& [name, shape, material, start, stretch, position, rotation, velocity, angular_velocity,
+         thickness, self_contact, pin, location] = target;
   Table result{{
       field("name", &name, "Name, unique among bodies and obstacles.")
           .needed()
           .named_with_letters(),
       field("shape", table(&shape),
-            "Shape without strain; the body starts in it unless it is stretched.")
+            "Shape without strain; the body starts in it unless it has a start or is stretched.")
           .needed(),
       field("material", &material, "Name of a [material.NAME].")
           .with_default("the only material")
           .named_with_letters(),
+      field("start", table(&start), "Shape in which the body starts; stretch and rotation follow.")
+          .with_default("the rest shape"),
       field("stretch", &stretch, "", positive,
             "Factors by which the body starts stretched along the axes of the shape, before the "
             "rotation."),
@@ -492,10 +523,35 @@ Table describe(ObstacleCase& target) {
   return result;
 }
 
+Table describe(TieCase& target) {
+  auto& [vertices, body, to, stiffness, break_force, location] = target;
+  Table result{{
+      field("body", &body, "Name of the body whose vertices are tied.")
+          .needed()
+          .named_with_letters(),
+      field("to", &to,
+            "Name of another body, to whose nearest points the vertices are tied, or of an "
+            "obstacle.")
+          .needed()
+          .named_with_letters(),
+      field("stiffness", &stiffness, "N/m", positive,
+            "Stiffness of all springs of the tie together; each vertex has a part as large as the "
+            "area "
+            "around it."),
+      field("break_force", &break_force, "N", positive,
+            "Sum of the forces of the springs at which the tie breaks. Not with time.method = "
+            "\"static\".")
+          .with_default("never"),
+  }};
+  for (Field& each : fields_of(vertices)) result.fields.push_back(std::move(each));
+  result.location = &location;
+  return result;
+}
+
 }  // namespace
 
 Table describe(Case& target) {
-  auto& [title, time, world, contact, output, compute, include, material, body, obstacle, path,
+  auto& [title, time, world, contact, output, compute, include, material, body, obstacle, tie, path,
          resolved, method_given, method_location, accuracy_location, choice] = target;
   return {{
       field("title", &title, "Short description of the case."),
@@ -512,6 +568,8 @@ Table describe(Case& target) {
       field("body", tables(&body), "Bodies that are simulated; at least one.").needed(),
       field("obstacle", tables(&obstacle),
             "Surfaces that stay at rest or follow a prescribed motion."),
+      field("tie", tables(&tie),
+            "Springs between vertices of a body and another body or an obstacle."),
   }};
 }
 

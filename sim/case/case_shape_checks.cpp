@@ -27,6 +27,12 @@ struct ImageSize {
   double vertices() const {
     return static_cast<double>(patches) * static_cast<double>(rows) * static_cast<double>(cols);
   }
+  // The size in words: "17 x 33 vertices", "6 patches of 9 x 9 vertices".
+  std::string text() const {
+    return (patches > 1 ? std::to_string(patches) + " patches of " : std::string()) +
+           std::to_string(rows) + " x " + std::to_string(cols) + " vertices";
+  }
+  bool operator==(const ImageSize&) const = default;
 };
 
 // Returns the size of the image of a block with so many quads along its axes (bsi/shapes.h,
@@ -197,30 +203,34 @@ class ShapeChecker {
   const Locations& locations_;
 };
 
-class PinChecker {
+class SelectionChecker {
  public:
-  PinChecker(const PinCase& pin, const ShapeCase& shape, const std::string& path,
-             const Locations& locations)
-      : pin_(pin), size_(image_size(shape)), path_(path), locations_(locations) {}
+  SelectionChecker(const VertexSelection& vertices, const std::string& owner,
+                   const ShapeCase& shape, const std::string& path, const Locations& locations)
+      : vertices_(vertices),
+        owner_(owner),
+        size_(image_size(shape)),
+        path_(path),
+        locations_(locations) {}
 
   void check() const {
-    const bool in_image =
-        !pin_.corners.empty() || !pin_.edges.empty() || !pin_.rows.empty() || !pin_.cols.empty();
-    if (!in_image && !pin_.region_min && !pin_.region_max) {
-      throw CaseError(locations_.value(path_), "the pin holds nothing",
+    const bool in_image = !vertices_.corners.empty() || !vertices_.edges.empty() ||
+                          !vertices_.rows.empty() || !vertices_.cols.empty();
+    if (!in_image && !vertices_.region_min && !vertices_.region_max) {
+      throw CaseError(locations_.value(path_), "the " + owner_ + " holds nothing",
                       "expected corners, edges, rows, cols, or region_min and region_max");
     }
-    repeats("corners", pin_.corners);
-    repeats("edges", pin_.edges);
+    repeats("corners", vertices_.corners);
+    repeats("edges", vertices_.edges);
     if (size_) {
       patch();
-      block("rows", pin_.rows, size_->rows);
-      block("cols", pin_.cols, size_->cols);
+      block("rows", vertices_.rows, size_->rows);
+      block("cols", vertices_.cols, size_->cols);
     }
-    order("rows", pin_.rows);
-    order("cols", pin_.cols);
+    order("rows", vertices_.rows);
+    order("cols", vertices_.cols);
     region();
-    if (!in_image && pin_.patch != 0) {
+    if (!in_image && vertices_.patch != 0) {
       fail("patch", "\"patch\" does not go with a region alone",
            "expected corners, edges, rows or cols with it");
     }
@@ -245,8 +255,9 @@ class PinChecker {
   }
 
   void patch() const {
-    if (pin_.patch < size_->patches) return;
-    fail("patch", "patch " + std::to_string(pin_.patch) + " of " + std::to_string(size_->patches),
+    if (vertices_.patch < size_->patches) return;
+    fail("patch",
+         "patch " + std::to_string(vertices_.patch) + " of " + std::to_string(size_->patches),
          "expected 0" +
              (size_->patches > 1 ? " to " + std::to_string(size_->patches - 1) : std::string()));
   }
@@ -278,21 +289,22 @@ class PinChecker {
   }
 
   void region() const {
-    if (pin_.region_min && !pin_.region_max) {
+    if (vertices_.region_min && !vertices_.region_max) {
       fail("region_min", "region_min without region_max", "expected both corners of the box");
     }
-    if (pin_.region_max && !pin_.region_min) {
+    if (vertices_.region_max && !vertices_.region_min) {
       fail("region_max", "region_max without region_min", "expected both corners of the box");
     }
-    if (!pin_.region_min) return;
+    if (!vertices_.region_min) return;
     for (int axis = 0; axis < 3; ++axis) {
-      if ((*pin_.region_min)[axis] <= (*pin_.region_max)[axis]) continue;
+      if ((*vertices_.region_min)[axis] <= (*vertices_.region_max)[axis]) continue;
       fail(join_path("region_max", static_cast<std::size_t>(axis)), "an empty region",
            "expected region_min <= region_max along each axis");
     }
   }
 
-  const PinCase& pin_;
+  const VertexSelection& vertices_;
+  const std::string& owner_;
   std::optional<ImageSize> size_;
   const std::string& path_;
   const Locations& locations_;
@@ -317,9 +329,34 @@ std::optional<double> vertices_of(const ShapeCase& shape) {
   return size ? std::optional(size->vertices()) : std::nullopt;
 }
 
-void check_pin(const PinCase& pin, const ShapeCase& shape, const std::string& path,
-               const Locations& locations) {
-  PinChecker(pin, shape, path, locations).check();
+void check_start(const StartCase& start, const ShapeCase& rest, const std::string& path,
+                 const std::string& case_path, const Locations& locations) {
+  if (!start.shape && !start.bend_radius) {
+    throw CaseError(locations.value(path), "the start has no shape",
+                    "expected \"shape\" or \"bend_radius\"");
+  }
+  if (start.bend_radius && *start.bend_radius == 0) {
+    throw CaseError(locations.value(join_path(path, "bend_radius")), "a bend of radius 0",
+                    "expected a number > 0, or < 0 to bend the borders downwards");
+  }
+  const std::string direction = join_path(path, "bend_direction_deg");
+  if (!start.bend_radius && locations.given(direction)) {
+    throw CaseError(locations.value(direction), "\"bend_direction_deg\" without a bend",
+                    "expected \"bend_radius\" with it");
+  }
+  if (!start.shape) return;
+  const std::string shape_path = join_path(path, "shape");
+  check_shape(*start.shape, shape_path, case_path, locations);
+  const auto of_rest = image_size(rest), of_start = image_size(*start.shape);
+  if (!of_rest || !of_start || *of_rest == *of_start) return;
+  throw CaseError(locations.value(shape_path),
+                  "the start has " + of_start->text() + ", the rest shape " + of_rest->text(),
+                  "expected a shape with as many rows, columns and patches as body.shape has");
+}
+
+void check_selection(const VertexSelection& vertices, const std::string& owner,
+                     const ShapeCase& shape, const std::string& path, const Locations& locations) {
+  SelectionChecker(vertices, owner, shape, path, locations).check();
 }
 
 }  // namespace weft::sim

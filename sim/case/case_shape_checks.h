@@ -1,4 +1,4 @@
-// The rules of shapes, and of pins, which choose from a shape's vertices.
+// The rules of shapes, and of selections of their vertices.
 #pragma once
 
 #include <optional>
@@ -17,13 +17,17 @@ inline bool has_apex(const ShapeCase& shape) {
   return shape.type == ShapeType::cone && shape.top_radius == 0;
 }
 
-// Throw CaseError, placed at the value that breaks a rule, or at the header of a pin that selects
-// nothing. `path` is the path of the shape or pin in the case (case_schema.h). The path of a file
+// Throw CaseError, placed at the value that breaks a rule, or at the header of a pin or tie that
+// selects nothing. `path` is the path of the table in the case (case_schema.h). The path of a file
 // shape is relative to the case file `case_path`.
 void check_shape(const ShapeCase& shape, const std::string& path, const std::string& case_path,
                  const Locations& locations);
-void check_pin(const PinCase& pin, const ShapeCase& shape, const std::string& path,
-               const Locations& locations);
+// `rest` is the rest shape of the body that has the start.
+void check_start(const StartCase& start, const ShapeCase& rest, const std::string& path,
+                 const std::string& case_path, const Locations& locations);
+// `owner` is "pin" or "tie"; `shape` is that of the body whose vertices are selected.
+void check_selection(const VertexSelection& vertices, const std::string& owner,
+                     const ShapeCase& shape, const std::string& path, const Locations& locations);
 
 // Number of vertices of a shape; vertices on a seam count once for each patch. Empty for a shape
 // from a file, whose size is known only once the file is opened.

@@ -14,6 +14,7 @@ namespace {
 
 using materials::lane_count;
 using materials::Lanes;
+using materials::Mat3;
 using materials::Mat3Of;
 using materials::Nodes3;
 using materials::NodesOf;
@@ -356,8 +357,10 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
   return hinges;
 }
 
-void add_body(const SceneBody& body, BendingQuads& quads) {
+void add_body(const Scene& scene, int index, BendingQuads& quads) {
+  const SceneBody& body = scene.bodies[index];
   const MaterialCase& material = *body.material;
+  const std::vector<char> at_clamps = triangles_at_clamps(scene, index);
   const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // the body's own mesh may have no edges
   for (int q = 0; q < quad_count(body); ++q) {
     Surroundings nodes;
@@ -373,8 +376,11 @@ void add_body(const SceneBody& body, BendingQuads& quads) {
         rest.col(i) = body.rest[corners[corners_of[t][i]]];
         if (hinged_triangles[t].hinges[i] != 0) nodes[of_hinge[3]] = hinges.across[i];
       }
-      moduli[t] = materials::triangle_bending_modulus(
-          rest, hinges.has_angle, material.bending_stiffness, material.poisson_ratio);
+      const bool is_at_clamp = !at_clamps.empty() && at_clamps[2 * q + t] != 0;
+      moduli[t] = is_at_clamp ? Mat3(Mat3::Zero())
+                              : materials::triangle_bending_modulus(rest, hinges.has_angle,
+                                                                    material.bending_stiffness,
+                                                                    material.poisson_ratio);
     }
     for (int& node : nodes) {
       if (node != no_node) node += body.first_particle;
@@ -389,7 +395,7 @@ void add_body(const SceneBody& body, BendingQuads& quads) {
 std::unique_ptr<Force> make_bending_force(const Scene& scene) {
   BendingQuads quads;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    if (scene.bodies[b].material->bending_stiffness > 0) add_body(scene.bodies[b], quads);
+    if (scene.bodies[b].material->bending_stiffness > 0) add_body(scene, b, quads);
   }
   if (quads.nodes.empty()) return nullptr;
   return std::make_unique<BendingForce>(quads, rest_positions(scene));

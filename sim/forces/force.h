@@ -11,6 +11,7 @@
 namespace weft::sim {
 
 struct Scene;
+struct Instant;
 
 // Positions and velocities of every particle of the dynamic bodies (m, m/s).
 struct Kinematics {
@@ -46,10 +47,20 @@ class Force {
   virtual bool has_damping() const = 0;
   // True if the force exchanges energy with what is not simulated, such as air.
   virtual bool is_external() const { return false; }
+  // True if its coefficients vary in time.
+  virtual bool varies() const { return false; }
+  // Gives its coefficients their values at a time, for all evaluations until the next call. Called
+  // before the first evaluation if they vary.
+  virtual void set_time(const Instant& /*now*/) {}
   // Cost of one evaluation of all forces if this is the most expensive of them, in the unit of
   // sim/motion/work.h. Measured once, by time.
   virtual double evaluation_work() const = 0;
   virtual double energy(const Kinematics& state, int threads) = 0;  // J
+  // True if the force has moving points outside the state, such as those to which vertices are
+  // tied.
+  virtual bool has_moving_points() const { return false; }
+  // Power (W) that these points put into its energy.
+  virtual double power_of_moving_points(const Kinematics& /*state*/) { return 0; }
   // Adds forces (N) to `force`, which has one entry per particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;
   // Adds the pairs of particles that its derivatives couple.

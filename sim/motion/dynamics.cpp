@@ -50,6 +50,15 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   has_damping_ = !mass_damping_.empty() || std::ranges::any_of(forces_, [](const auto& force) {
     return force->has_damping();
   });
+  varies_ = std::ranges::any_of(forces_, [](const auto& force) { return force->varies(); });
+}
+
+void Dynamics::set_time(double time) {
+  if (!varies_) return;
+  const Instant now = instant(time);
+  for (const auto& force : forces_) {
+    if (force->varies()) force->set_time(now);
+  }
 }
 
 void Dynamics::add_mass_damping() {
@@ -69,7 +78,9 @@ double Dynamics::evaluation_work() const {
 }
 
 bool Dynamics::has_external_forces() const {
-  return std::ranges::any_of(forces_, [](const auto& force) { return force->is_external(); });
+  return std::ranges::any_of(forces_, [](const auto& force) {
+    return force->is_external() || force->has_moving_points();
+  });
 }
 
 std::vector<double> Dynamics::initial_state() const {
@@ -84,6 +95,7 @@ std::vector<double> Dynamics::initial_state() const {
 }
 
 Kinematics Dynamics::kinematics(double time, std::span<const double> y) {
+  set_time(time);
   // If pins do not move, the state has the positions and zero velocities of pinned particles too.
   if (!contact_ && !pins_move_ && !load_) {
     const StateView state = StateView::of(y);
@@ -387,11 +399,13 @@ double Dynamics::external_power(double time, std::span<const double> y) {
   for (const int i : held_) force[i].setZero();
   double power = 0;
   for (std::size_t i = 0; i < force.size(); ++i) power += force[i].dot(state.velocity[i]);
+  for (const auto& each : forces_) power += each->power_of_moving_points(state);
   return power;
 }
 
 void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
                                   std::vector<int>& loaded) {
+  set_time(time);
   expand(time, y, position_, velocity_);
   const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
   force.resize(position_.size(), Vec3::Zero());

@@ -156,8 +156,9 @@ class Dynamics {
   // Computes the energies at (t, y), but takes that of contact from the last rate(), whose state is
   // within a step's tolerance of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
-  // Power (W) of external forces on the free particles; positive if wind drives them. Without
-  // prescribed motion it costs one evaluation of those forces alone.
+  // Power (W) of external forces on the free particles, positive if wind drives them, and of moving
+  // points outside the state on forces. Without prescribed motion it costs one evaluation of those
+  // forces alone.
   double external_power(double time, std::span<const double> y);
   bool has_external_forces() const;
   // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
@@ -172,11 +173,18 @@ class Dynamics {
  private:
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces,
            ChosenSearch search);
-  // Returns the state of the dynamic particles, with held ones where they belong. Valid as long as
-  // y and until the next call.
+  // Returns the state of the dynamic particles, with held ones where they belong, and sets the time
+  // of what varies. Valid as long as y and until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
   void add_mass_damping();
+  // A jump within the shortest step counts as passed, as for MotionLimits.
+  Instant instant(double time) const {
+    const double within = is_before_jump(time) ? step_start_ : time;
+    return {time, within + scene_.source.time.minimum_step};
+  }
+  // Gives everything that varies its value at this time; costs nothing if nothing does.
+  void set_time(double time);
   // Turns forces (N) into accelerations (m/s^2), which are zero for held particles. Returns true if
   // all are finite.
   bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
@@ -202,6 +210,7 @@ class Dynamics {
   Statistics& statistics_;
   int threads_ = 1;
   std::vector<std::unique_ptr<Force>> forces_;
+  bool varies_ = false;  // a force varies in time
   bool pins_move_ = false;
   std::vector<int> held_;  // dynamic particles that are pinned
   std::optional<Contact> contact_;

@@ -19,6 +19,12 @@ constexpr double shortening = 0.8;
 // Part of a size that rounding cannot take.
 constexpr double beyond_rounding = 1e-9;
 
+bool is_tied_to(const Scene& scene, int body) {
+  return std::ranges::any_of(scene.ties, [&](const Tie& tie) {
+    return scene.case_order[tie.body] == body || scene.case_order[tie.to] == body;
+  });
+}
+
 }  // namespace
 
 MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
@@ -32,8 +38,8 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
     if (!held.moves || held.particles.empty()) continue;
     const int body = scene.body_index_of_particle(held.particles.front());
     const bool is_obstacle = !scene.bodies[body].dynamic;
-    if (is_obstacle && range_ == 0) continue;
-    motions_.push_back({&held, body, is_obstacle});
+    if (is_obstacle && range_ == 0 && !is_tied_to(scene, body)) continue;
+    if (!is_obstacle || range_ > 0) motions_.push_back({&held, body, is_obstacle});
     double time = -1;
     while (const auto event = held.motion.next_event(time)) {
       events_.push_back(*event);

@@ -26,7 +26,8 @@ namespace weft::sim {
 //   of the range);
 // - before pins might pass through an obstacle or through other pins (prescribed_paths.h).
 // An obstacle counts by its distance and by the speeds at the start of the step: one that cannot
-// come into reach shortens no step. Without contact, obstacles do not count. Proofs are in
+// come into reach shortens no step. Without contact, obstacles do not count, but for the keyframes,
+// starts and stops of those to which a body is tied. Proofs are in
 // docs/theory.md, section 2.
 class MotionLimits {
  public:

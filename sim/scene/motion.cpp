@@ -65,6 +65,10 @@ Vec3 RigidPose::place(const Vec3& start) const {
   return position;
 }
 
+Vec3 RigidPose::start_of(const Vec3& position) const {
+  return rotation.transpose() * (position - centre - translation) + centre;
+}
+
 RigidMotion::RigidMotion(const MotionCase& motion, const Vec3& centre)
     : centre_(motion.centre.value_or(centre)),
       velocity_(motion.velocity),

@@ -26,6 +26,13 @@ struct MotionEvent {
   bool jumps = false;  // the velocity is discontinuous
 };
 
+// A time (s) at which forces are evaluated. Where a value in time jumps, it is the one that holds
+// at `within`, a time of the same step after its start.
+struct Instant {
+  double time = 0;
+  double within = 0;
+};
+
 // A rigid motion at one time: it tells where points are and how they go on.
 struct RigidPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -39,6 +46,8 @@ struct RigidPose {
   // Moves one point (m) and gives its velocity (m/s). A point gets the same bits whoever asks.
   void place(const Vec3& start, Vec3& position, Vec3& rate) const;
   Vec3 place(const Vec3& start) const;
+  // Returns the point that place() puts at `position`, m.
+  Vec3 start_of(const Vec3& position) const;
 };
 
 // x(t) = R(t) (x0 - centre) + centre + d(t). With keyframes each stretch between two frames is

@@ -12,14 +12,14 @@ struct IndexRange {
   int first = 0, last = -1;
 };
 
-IndexRange resolve_range(const PinCase& pin, const std::vector<int>& range, int count,
-                         const char* axis) {
+IndexRange resolve_range(const SourceLocation& where, const std::string& owner,
+                         const std::vector<int>& range, int count, const char* axis) {
   if (range.empty()) return {0, count - 1};
   const auto from_end = [&](int i) { return i < 0 ? i + count : i; };
   const IndexRange resolved{from_end(range.front()), from_end(range.back())};
   if (resolved.first < 0 || resolved.last >= count || resolved.first > resolved.last) {
-    throw CaseError(pin.location,
-                    std::string("pin ") + axis + " [" + std::to_string(range.front()) + ", " +
+    throw CaseError(where,
+                    owner + " " + axis + " [" + std::to_string(range.front()) + ", " +
                         std::to_string(range.back()) + "] lie outside the image",
                     "expected first <= last within 0.." + std::to_string(count - 1) +
                         ", or counted from the end: -1 is the last");
@@ -29,14 +29,15 @@ IndexRange resolve_range(const PinCase& pin, const std::vector<int>& range, int 
 
 class Selection {
  public:
-  Selection(const PinCase& pin, const bsi::Atlas& atlas) : pin_(pin), atlas_(atlas) {
-    if (pin.patch < 0 || pin.patch >= static_cast<int>(atlas.patches().size())) {
-      throw CaseError(pin.location, "the body has no patch " + std::to_string(pin.patch),
+  Selection(int patch, const SourceLocation& where, const bsi::Atlas& atlas)
+      : patch_(patch), where_(where), atlas_(atlas) {
+    if (patch < 0 || patch >= static_cast<int>(atlas.patches().size())) {
+      throw CaseError(where, "the body has no patch " + std::to_string(patch),
                       "expected 0.." + std::to_string(atlas.patches().size() - 1));
     }
   }
 
-  void add_texel(int row, int col) { particles_.push_back(atlas_.particle(pin_.patch, row, col)); }
+  void add_texel(int row, int col) { particles_.push_back(atlas_.particle(patch_, row, col)); }
   void add_block(IndexRange rows, IndexRange cols) {
     for (int r = rows.first; r <= rows.last; ++r) {
       for (int c = cols.first; c <= cols.last; ++c) add_texel(r, c);
@@ -69,7 +70,7 @@ class Selection {
       }
     }
   }
-  const bsi::Patch& patch() const { return atlas_.patches()[pin_.patch]; }
+  const bsi::Patch& patch() const { return atlas_.patches()[patch_]; }
   std::vector<int> take() {
     std::sort(particles_.begin(), particles_.end());
     particles_.erase(std::unique(particles_.begin(), particles_.end()), particles_.end());
@@ -79,34 +80,37 @@ class Selection {
  private:
   void require_open(bool u_axis, const std::string& name) const {
     if (u_axis ? patch().wrap_u : patch().wrap_v) {
-      throw CaseError(pin_.location,
+      throw CaseError(where_,
                       "the shape is closed along its " + std::string(u_axis ? "columns" : "rows") +
                           ": it has no \"" + name + "\"",
                       "expected rows, cols or a region instead");
     }
   }
 
-  const PinCase& pin_;
+  int patch_;
+  const SourceLocation& where_;
   const bsi::Atlas& atlas_;
   std::vector<int> particles_;
 };
 
 }  // namespace
 
-std::vector<int> select_pinned(const PinCase& pin, const bsi::Atlas& atlas,
-                               std::span<const Vec3> positions) {
-  Selection selection(pin, atlas);
-  for (const std::string& corner : pin.corners) selection.add_corner(corner);
-  for (const std::string& edge : pin.edges) selection.add_edge(edge);
-  if (!pin.rows.empty() || !pin.cols.empty()) {
-    selection.add_block(resolve_range(pin, pin.rows, selection.patch().rows, "rows"),
-                        resolve_range(pin, pin.cols, selection.patch().cols, "cols"));
+std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
+                                 const std::string& owner, const bsi::Atlas& atlas,
+                                 std::span<const Vec3> positions) {
+  Selection selection(vertices.patch, where, atlas);
+  for (const std::string& corner : vertices.corners) selection.add_corner(corner);
+  for (const std::string& edge : vertices.edges) selection.add_edge(edge);
+  if (!vertices.rows.empty() || !vertices.cols.empty()) {
+    const bsi::Patch& patch = selection.patch();
+    selection.add_block(resolve_range(where, owner, vertices.rows, patch.rows, "rows"),
+                        resolve_range(where, owner, vertices.cols, patch.cols, "cols"));
   }
-  if (pin.region_min && pin.region_max)
-    selection.add_region(positions, *pin.region_min, *pin.region_max);
+  if (vertices.region_min && vertices.region_max)
+    selection.add_region(positions, *vertices.region_min, *vertices.region_max);
   std::vector<int> particles = selection.take();
   if (particles.empty()) {
-    throw CaseError(pin.location, "this pin selects no vertex",
+    throw CaseError(where, "this " + owner + " selects no vertex",
                     "expected a region that holds at least one vertex at t = 0");
   }
   return particles;

@@ -12,6 +12,7 @@
 #include "sim/scene/held_bodies.h"
 #include "sim/scene/pins.h"
 #include "sim/scene/shape_builder.h"
+#include "sim/scene/start_shape.h"
 #include "sim/scene/surface_points.h"
 #include "sim/scene/timed_pins.h"
 
@@ -76,10 +77,10 @@ SceneBody make_body(const std::string& name, const ShapeCase& shape, const Scene
   return body;
 }
 
-void append_positions(Scene& scene, const SceneBody& body, const Vec3& stretch,
+void append_positions(Scene& scene, const std::vector<Vec3>& shape, const Vec3& stretch,
                       const Vec3& position, const Vec3& rotation_deg) {
   const Eigen::Matrix3d placing = rotation_from_degrees(rotation_deg) * stretch.asDiagonal();
-  for (const Vec3& p : body.rest) scene.initial_position.push_back(placing * p + position);
+  for (const Vec3& p : shape) scene.initial_position.push_back(placing * p + position);
 }
 
 const MaterialCase* find_material(const Case& source, const std::string& name) {
@@ -97,7 +98,8 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
   if (body.material == nullptr)
     throw CaseError(from.location, "unknown material \"" + from.material + "\"");
   refuse_flat_triangles(body, from.shape.location);
-  append_positions(scene, body, from.stretch, from.position, from.rotation_deg);
+  append_positions(scene, start_shape(from, body, scene.source), from.stretch, from.position,
+                   from.rotation_deg);
   const int count = body.particle_count();
   body.velocity = from.velocity;
   body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
@@ -117,7 +119,7 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   body.dynamic = false;
   body.moves = from.motion.has_value();
   refuse_flat_triangles(body, from.shape.location);
-  append_positions(scene, body, Vec3::Ones(), from.position, from.rotation_deg);
+  append_positions(scene, body.rest, Vec3::Ones(), from.position, from.rotation_deg);
   const int count = body.particle_count();
   scene.particle_count += count;
   if (body.moves) {
@@ -149,6 +151,9 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
       held.motion = RigidMotion(*pin.motion, mean_of(held.start));
       held.radius = held.motion.radius_of(held.start);
     }
+    if (pin.clamp)
+      held.clamped = find_clamped_edges(body, held.particles, scene.initial_position, {});
+    require_clamped_edges(pin, held.clamped);
     pins.push_back(std::move(held));
   }
 }
@@ -253,6 +258,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   std::ranges::move(pins, std::back_inserter(scene->prescribed));
   apply_initial_motions(*scene);
   add_timed_pins(*scene);
+  add_ties(*scene);
   number_surface_points(*scene);
   return scene;
 }

@@ -11,8 +11,10 @@
 #include "bsi/geometry_image.h"
 #include "bsi/shapes.h"
 #include "sim/case/case.h"
+#include "sim/scene/clamps.h"
 #include "sim/scene/motion.h"
 #include "sim/scene/surface_map.h"
+#include "sim/scene/ties.h"
 
 namespace weft::sim {
 
@@ -60,9 +62,10 @@ struct SceneBody {
 struct PrescribedMotion {
   RigidMotion motion;
   bool moves = true;
-  std::vector<int> particles;  // global indices
-  std::vector<Vec3> start;     // positions at t = 0, m
-  double radius = 0;           // m, largest distance of `start` from the centre
+  std::vector<int> particles;        // global indices
+  std::vector<Vec3> start;           // positions at t = 0, m
+  double radius = 0;                 // m, largest distance of `start` from the centre
+  std::vector<ClampedEdge> clamped;  // of the body that the particles belong to
 };
 
 // A pin that takes hold or lets go during the run, or another pin of the same body.
@@ -77,7 +80,8 @@ struct TimedHold {
   int pin = 0;  // index into Scene::timed_pins
   std::vector<int> particles;
   std::vector<Vec3> start;  // m, places at t = 0 from which the pin's motion leads to theirs
-  Vec3 centre{0, 0, 0};     // m, default centre of the motion: their mean when the pin took hold
+  std::vector<ClampedEdge> clamped;
+  Vec3 centre{0, 0, 0};  // m, default centre of the motion: their mean when the pin took hold
 };
 
 // Bodies and obstacles with their particles. Particles are numbered through: first those of dynamic
@@ -108,6 +112,7 @@ struct Scene {
                                        // points; empty without contact
   std::vector<char> pinned;            // dynamic particles: 1 where prescribed
   std::vector<PrescribedMotion> prescribed;
+  std::vector<Tie> ties;
   std::vector<TimedPin> timed_pins;    // by body, in the order of the case
   std::vector<TimedHold> first_holds;  // of timed pins at t = 0
   double pins_change_at = std::numeric_limits<double>::infinity();  // s: a step ends there

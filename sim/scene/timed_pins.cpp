@@ -17,6 +17,7 @@ PrescribedMotion prescribed_by(const TimedHold& hold, const PinCase& pin) {
   PrescribedMotion held;
   held.particles = hold.particles;
   held.start = hold.start;
+  held.clamped = hold.clamped;
   held.moves = pin.motion.has_value();
   if (held.moves) {
     held.motion = RigidMotion(*pin.motion, hold.centre);
@@ -25,20 +26,30 @@ PrescribedMotion prescribed_by(const TimedHold& hold, const PinCase& pin) {
   return held;
 }
 
-// Returns the place at t = 0 from which the motion leads to `position` at the pose's time.
-Vec3 start_of(const RigidPose& pose, const Vec3& position) {
-  return pose.rotation.transpose() * (position - pose.centre - pose.translation) + pose.centre;
-}
-
 Vec3 mean_of(std::span<const Vec3> position, const std::vector<int>& particles) {
   Vec3 sum = Vec3::Zero();
   for (const int particle : particles) sum += position[particle];
   return sum / static_cast<double>(particles.size());
 }
 
+// Returns the edges that a clamp holds. Those that it held before keep their ghosts.
+std::vector<ClampedEdge> clamped_edges(const SceneBody& body, const TimedHold& hold,
+                                       const RigidPose& pose, std::span<const Vec3> position,
+                                       const TimedHold* before) {
+  std::vector<ClampedEdge> edges = find_clamped_edges(body, hold.particles, position, pose);
+  if (before == nullptr) return edges;
+  for (ClampedEdge& edge : edges) {
+    for (const ClampedEdge& earlier : before->clamped) {
+      if (earlier.triangle == edge.triangle && earlier.edge == edge.edge)
+        edge.ghost = earlier.ghost;
+    }
+  }
+  return edges;
+}
+
 // Returns the hold of a pin on these particles. `before` is its hold so far, if it has one.
-TimedHold hold_of(int pin, const PinCase& source, std::vector<int> particles, double now,
-                  std::span<const Vec3> position, const TimedHold* before) {
+TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::vector<int> particles,
+                  double now, std::span<const Vec3> position, const TimedHold* before) {
   TimedHold hold;
   hold.pin = pin;
   hold.particles = std::move(particles);
@@ -55,8 +66,9 @@ TimedHold hold_of(int pin, const PinCase& source, std::vector<int> particles, do
       }
     }
     const bool is_at_rest = !source.motion || now == 0;
-    hold.start.push_back(is_at_rest ? position[particle] : start_of(pose, position[particle]));
+    hold.start.push_back(is_at_rest ? position[particle] : pose.start_of(position[particle]));
   }
+  if (source.clamp) hold.clamped = clamped_edges(body, hold, pose, position, before);
   return hold;
 }
 
@@ -77,6 +89,10 @@ void add_timed_pins(Scene& scene) {
     for (const PinCase& pin : from.pin) {
       TimedPin timed{&pin, scene.case_order[b], select_pinned(pin, body.atlas, positions)};
       for (int& particle : timed.particles) particle += body.first_particle;
+      if (pin.clamp) {
+        require_clamped_edges(
+            pin, find_clamped_edges(body, timed.particles, scene.initial_position, {}));
+      }
       scene.timed_pins.push_back(std::move(timed));
     }
   }
@@ -106,8 +122,8 @@ std::vector<TimedHold> find_holds(const Scene& whole, double event, double now,
     if (particles.empty()) continue;
     const int index = static_cast<int>(p);
     const auto found = std::ranges::find(before, index, &TimedHold::pin);
-    holds.push_back(hold_of(index, *pin.source, std::move(particles), now, position,
-                            found == before.end() ? nullptr : &*found));
+    holds.push_back(hold_of(index, *pin.source, whole.bodies[pin.body], std::move(particles), now,
+                            position, found == before.end() ? nullptr : &*found));
   }
   return holds;
 }

@@ -9,8 +9,8 @@
 #include "sim/case/time_methods.h"
 #include "sim/integrator/integrator.h"
 #include "sim/motion/energy_watch.h"
+#include "sim/simulation/changing_scene_integrator.h"
 #include "sim/simulation/sleeping_integrator.h"
-#include "sim/simulation/timed_pins_integrator.h"
 
 namespace weft::sim {
 
@@ -35,10 +35,10 @@ struct Simulation::Implementation {
 
   void make_own_integrator();
   // The dynamics of what is simulated at the moment, and its state: without bodies that sleep, with
-  // the pins of the time.
+  // the pins and ties of the time.
   Dynamics& awake() {
     if (sleeping != nullptr) return sleeping->dynamics();
-    return timed_pins != nullptr ? timed_pins->dynamics() : dynamics;
+    return changing != nullptr ? changing->dynamics() : dynamics;
   }
   std::span<const double> awake_state() const {
     return sleeping != nullptr ? sleeping->awake_state() : integrator->state();
@@ -64,8 +64,8 @@ struct Simulation::Implementation {
   Statistics statistics;
   Dynamics dynamics;
   std::unique_ptr<Integrator> integrator;
-  SleepingIntegrator* sleeping = nullptr;     // the integrator, or that inside timed_pins
-  TimedPinsIntegrator* timed_pins = nullptr;  // the integrator, if the scene has timed pins
+  SleepingIntegrator* sleeping = nullptr;       // the integrator, or that inside changing
+  ChangingSceneIntegrator* changing = nullptr;  // the integrator, if the scene changes
   std::optional<EnergyWatch> watch;
   int steps_since_look = 0;
   double last_look = 0;  // s
@@ -84,15 +84,15 @@ struct Simulation::Implementation {
 
 void Simulation::Implementation::make_own_integrator() {
   const auto after_change = [this](const std::string& text) {
-    if (timed_pins != nullptr) sleeping = timed_pins->sleeping();
+    if (changing != nullptr) sleeping = changing->sleeping();
     watch.emplace(awake(), awake_state(), integrator->time());
     if (!text.empty()) decide(text);
   };
-  if (!scene.timed_pins.empty()) {
-    auto made = std::make_unique<TimedPinsIntegrator>(scene, dynamics);
-    timed_pins = made.get();
-    sleeping = timed_pins->sleeping();
-    timed_pins->set_after_change(after_change);
+  if (changes_in_time(scene)) {
+    auto made = std::make_unique<ChangingSceneIntegrator>(scene, dynamics);
+    changing = made.get();
+    sleeping = changing->sleeping();
+    changing->set_after_change(after_change);
     integrator = std::move(made);
   } else if (may_sleep(scene)) {
     auto made = std::make_unique<SleepingIntegrator>(scene, dynamics);

@@ -26,6 +26,13 @@ std::vector<char> find_moving_pins(const Scene& scene) {
     const double last = std::max(pin.source->hold_time, pin.source->release_time.value_or(0));
     if (last >= scene.pins_change_at) has_moving_pin[pin.body] = 1;
   }
+  for (const Tie& tie : scene.ties) {
+    const int body = scene.case_order[tie.body], other = scene.case_order[tie.to];
+    if (scene.bodies[body].dynamic && scene.bodies[other].moves && !scene.bodies[other].dynamic)
+      has_moving_pin[body] = 1;
+    if (scene.bodies[other].dynamic && scene.bodies[body].moves && !scene.bodies[body].dynamic)
+      has_moving_pin[other] = 1;
+  }
   return has_moving_pin;
 }
 
@@ -147,8 +154,8 @@ int SleepingIntegrator::sleeping_bodies() const {
   return static_cast<int>(std::ranges::count(asleep_, 1));
 }
 
-// Returns, by dynamic body, the first one of those that it is in contact with, directly or through
-// others, at the last evaluation of the forces.
+// Returns, by dynamic body, the first one of those that it is tied to, or in contact with at the
+// last evaluation of the forces, directly or through others.
 std::vector<int> SleepingIntegrator::find_islands() const {
   std::vector<int> set(scene_.dynamic_bodies);
   std::iota(set.begin(), set.end(), 0);
@@ -164,6 +171,12 @@ std::vector<int> SleepingIntegrator::find_islands() const {
       const int a = root(pair.nodes[0]), b = root(pair.nodes[3]);
       set[std::max(a, b)] = std::min(a, b);
     }
+  }
+  for (const Tie& tie : scene_.ties) {
+    const int body = scene_.case_order[tie.body], other = scene_.case_order[tie.to];
+    if (std::max(body, other) >= scene_.dynamic_bodies) continue;
+    const int a = root_of(set, body), b = root_of(set, other);
+    set[std::max(a, b)] = std::min(a, b);
   }
   for (int body = 0; body < scene_.dynamic_bodies; ++body) set[body] = root_of(set, body);
   return set;

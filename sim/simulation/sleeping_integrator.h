@@ -21,8 +21,9 @@ bool may_sleep(const Scene& scene);
 // bodies sleep, a dynamics and an integrator of the awake ones alone compute them.
 //
 // A body may sleep if it is at rest (rest_watch.h), none of its pins moves or is still to take hold
-// or let go, and no obstacle moves near it within the next half second. Bodies in contact with each
-// other fall asleep and wake together. At least one body stays awake. Bodies fall asleep only if
+// or let go, it is not tied to what moves by prescription, and no obstacle moves near it within the
+// next half second. Bodies in contact with each other, or tied to each other, fall asleep and wake
+// together. At least one body stays awake. Bodies fall asleep only if
 // they make up a tenth of the awake vertices, since the method then begins anew.
 //
 // Sleeping bodies are obstacles at rest to all others. A step in which any evaluation of the forces

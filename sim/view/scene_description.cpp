@@ -100,8 +100,43 @@ void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out)
                            [&](const TimedPin& pin) { return is_of(pin, body, scene); }))
     out << ", " << pinned << " pinned vertices";
   out << '\n';
+  std::size_t clamped = 0;
+  for (const PrescribedMotion& held : scene.prescribed) {
+    if (!held.clamped.empty() && &scene.body_of_particle(held.particles.front()) == &body)
+      clamped += held.clamped.size();
+  }
+  if (clamped > 0) out << "            " << counted(clamped, "edge", "edges") << " clamped\n";
   for (const TimedPin& pin : scene.timed_pins) {
     if (is_of(pin, body, scene)) describe_timed_pin(pin, out);
+  }
+}
+
+// Says how much energy bodies that start strained begin with.
+void describe_start(const Scene& scene, std::ostream& out) {
+  const bool is_strained = std::ranges::any_of(
+      scene.source.body, [](const BodyCase& body) { return body.start || !body.stretch.isOnes(); });
+  if (!is_strained) return;
+  const auto count = static_cast<std::size_t>(scene.dynamic_particles);
+  const std::vector<Vec3> at_rest(count, Vec3::Zero());
+  const Kinematics start{std::span(scene.initial_position).first(count), at_rest};
+  out << "start     strained:";
+  const char* separator = " ";
+  for (const auto& force : make_forces(scene)) {
+    if (force->is_external()) continue;
+    out << separator << force->name() << ' ' << force->energy(start, 1) << " J";
+    separator = ", ";
+  }
+  out << '\n';
+}
+
+void describe_ties(const Scene& scene, std::ostream& out) {
+  for (const Tie& tie : scene.ties) {
+    const auto longest = std::ranges::max_element(tie.springs, {}, &TieSpring::length);
+    out << "tie       " << counted(tie.springs.size(), "vertex", "vertices") << " of "
+        << tie.source->body << " to " << tie.source->to << ", " << tie.source->stiffness
+        << " N/m, the longest spring " << 1e3 * longest->length << " mm";
+    if (tie.source->break_force) out << ", breaks at " << *tie.source->break_force << " N";
+    out << '\n';
   }
 }
 
@@ -237,6 +272,8 @@ std::string describe_scene(const Scene& scene) {
   std::ostringstream out;
   out << printable(scene.source.title.empty() ? scene.source.path : scene.source.title) << '\n';
   describe_bodies(scene, out);
+  describe_ties(scene, out);
+  describe_start(scene, out);
   describe_forces(scene, out);
   describe_contact(scene, out);
   const auto backend =

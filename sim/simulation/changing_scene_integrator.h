@@ -1,4 +1,4 @@
-// Lets pins take hold and let go at their times.
+// Lets pins take hold and let go at their times, and lets ties break.
 #pragma once
 
 #include <functional>
@@ -6,25 +6,31 @@
 #include <string>
 #include <vector>
 
+#include "sim/forces/tie_springs.h"
 #include "sim/integrator/integrator.h"
 #include "sim/scene/timed_pins.h"
 #include "sim/simulation/sleeping_integrator.h"
 
 namespace weft::sim {
 
-// Integrates a scene with timed pins. From one change of pins to the next, a dynamics and an
-// integrator of their own simulate the scene with the vertices that are held then. Steps end at
-// the changes, up to time.minimum_step, and the method begins anew there. States are those of the
-// whole scene, with held vertices in their place.
+// True if the scene changes in the course of a run: it has timed pins, or a tie may break.
+bool changes_in_time(const Scene& scene);
+
+// Integrates a scene that changes. From one change to the next, a dynamics and an integrator of
+// their own simulate the scene with the vertices that pins hold then and the ties that are intact.
+// Steps end at the changes of pins, up to time.minimum_step. A step at whose end a tie carries more
+// than its break_force ends where it reached that force instead, as interpolated within the step.
+// The method begins anew at every change. States are those of the whole scene, with held vertices
+// in their place.
 //
 // A vertex that is let go keeps the velocity of its pin; where that jumps at the time, the one
 // before the jump. A vertex that is taken hold of gets the velocity of its pin at once.
-class TimedPinsIntegrator final : public Integrator {
+class ChangingSceneIntegrator final : public Integrator {
  public:
   // `whole` is the dynamics of `scene`; both must outlive the integrator.
-  TimedPinsIntegrator(const Scene& scene, Dynamics& whole);
-  // Sets a function that is called as that of SleepingIntegrator: after pins have changed, and
-  // after bodies have fallen asleep or woken. Must be set before the first step.
+  ChangingSceneIntegrator(const Scene& scene, Dynamics& whole);
+  // Sets a function that is called as that of SleepingIntegrator: after pins or ties have changed,
+  // and after bodies have fallen asleep or woken. Must be set before the first step.
   void set_after_change(std::function<void(const std::string&)> after_change) {
     after_change_ = std::move(after_change);
   }
@@ -45,23 +51,28 @@ class TimedPinsIntegrator final : public Integrator {
   [[nodiscard]] bool transfer(StateArchive& archive) override;
   std::string decision() const override { return stage_->integrator->decision(); }
 
-  // The dynamics with the vertices that are held at time(), of all bodies.
+  // The dynamics with the vertices that are held at time() and the ties that are intact, of all
+  // bodies.
   Dynamics& dynamics() const { return stage_->dynamics; }
-  // The integrator inside if bodies may sleep, else null. Changes with the pins.
+  // The integrator inside if bodies may sleep, else null. Changes with the scene.
   SleepingIntegrator* sleeping() const { return stage_->sleeping; }
 
  private:
   struct Stage {
-    Stage(Scene held, Statistics& statistics)
-        : scene(std::move(held)), dynamics(scene, statistics) {}
+    Stage(Scene now, Statistics& statistics);
     Scene scene;
     Dynamics dynamics;
+    mutable std::vector<TieSprings> breakable;  // of the scene's ties with a break_force, in order
     std::unique_ptr<Integrator> integrator;
     SleepingIntegrator* sleeping = nullptr;
   };
 
   bool is_change_due() const;
-  void change();
+  void change_pins();
+  void break_ties();
+  double overload(double time, std::span<const double> y) const;
+  double breaking_time() const;
+  void begin_stage(double now, std::span<const double> y);
   void build();
   void copy_state();
 
@@ -70,7 +81,9 @@ class TimedPinsIntegrator final : public Integrator {
   std::function<void(const std::string&)> after_change_;
   double event_ = 0;              // s, of the last change of pins
   std::vector<TimedHold> holds_;  // since then
-  std::vector<Vec3> built_at_;    // m, of dynamic particles at that time
+  std::vector<int> broken_;       // numbers of ties
+  double before_ = 0;             // s, start of the last step
+  std::vector<Vec3> built_at_;    // m, of dynamic particles when stage_ was made
   std::unique_ptr<Stage> stage_;
   std::vector<double> state_;  // with held vertices in their place; kept only while pins move
   IntegratorCounts earlier_;   // of earlier integrators

@@ -1,0 +1,33 @@
+// Points outside the state that move rigidly with pins or obstacles.
+#pragma once
+
+#include <vector>
+
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// Points to which forces are anchored: the ghosts of clamps, and the places on obstacles to which
+// vertices are tied.
+class MovingPoints {
+ public:
+  // Adds a point that follows `held`, which must outlive this object, or rests if `held` does; it
+  // is at `start` (m) where the motion starts. Returns its number.
+  int add(const PrescribedMotion& held, const Vec3& start) {
+    return add(held.moves ? &held : nullptr, start);
+  }
+  int add(const PrescribedMotion* held, const Vec3& start);
+  // True if a point moves.
+  bool move() const { return !motions_.empty(); }
+  // Puts the points where they are at a time. Called before the first use if they move.
+  void set_time(const Instant& now);
+  const Vec3& position(int point) const { return position_[point]; }  // m
+  const Vec3& velocity(int point) const { return velocity_[point]; }  // m/s
+
+ private:
+  std::vector<const PrescribedMotion*> motions_;
+  std::vector<int> motion_of_;  // by point; -1: at rest
+  std::vector<Vec3> start_, position_, velocity_;
+};
+
+}  // namespace weft::sim

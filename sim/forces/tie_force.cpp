@@ -1,0 +1,110 @@
+// The forces of ties. They act along the line between a vertex and its point, on the nodes around
+// the point by their weights: momentum and angular momentum are conserved.
+#include "sim/forces/force_arrays.h"
+#include "sim/forces/tie_springs.h"
+
+namespace weft::sim {
+
+namespace {
+
+class TieForce final : public Force {
+ public:
+  explicit TieForce(TieSprings springs) : springs_(std::move(springs)) {}
+
+  std::string_view name() const override { return "ties"; }
+  bool has_damping() const override { return false; }
+  bool varies() const override { return springs_.anchors().move(); }
+  bool has_moving_points() const override { return springs_.anchors().move(); }
+  void set_time(const Instant& now) override { springs_.anchors().set_time(now); }
+  double evaluation_work() const override { return 0.1; }
+
+  double energy(const Kinematics& state, int /*threads*/) override {
+    double sum = 0;
+    for (const SpringEnds& spring : springs_.springs()) {
+      const double strain = springs_.between(spring, state.position).norm() - spring.length;
+      sum += 0.5 * spring.stiffness * strain * strain;
+    }
+    return sum;
+  }
+
+  double power_of_moving_points(const Kinematics& state) override {
+    double power = 0;
+    for (const SpringEnds& spring : springs_.springs()) {
+      if (spring.anchor < 0) continue;
+      power += spring.anchor_coefficient *
+               slope(spring, state.position).dot(springs_.anchors().velocity(spring.anchor));
+    }
+    return power;
+  }
+
+  void add_forces(const Kinematics& state, std::span<Vec3> force, int /*threads*/) override {
+    for (const SpringEnds& spring : springs_.springs()) {
+      const Vec3 pull = slope(spring, state.position);
+      for (int i = 0; i < spring.count; ++i)
+        force[spring.particle[i]] -= spring.coefficient[i] * pull;
+    }
+  }
+
+  void add_couplings(std::vector<std::vector<int>>& neighbours) const override {
+    for (const SpringEnds& spring : springs_.springs()) {
+      for (int a = 0; a < spring.count; ++a) {
+        for (int b = 0; b < spring.count; ++b)
+          neighbours[spring.particle[a]].push_back(spring.particle[b]);
+      }
+    }
+  }
+  void attach(const BlockPattern& /*pattern*/) override {}
+
+  // d^2 W / dd dd = k ((1 - L/|d|) I + L/|d| n n^T) with n = d / |d|. Under compression the first
+  // part is negative, and semi-definite matrices leave it out.
+  void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
+                       int /*threads*/) override {
+    const BlockPattern& pattern = into.stiffness.pattern();
+    for (const SpringEnds& spring : springs_.springs()) {
+      const Mat3 stiffness = curvature(spring, state.position, definiteness);
+      for (int a = 0; a < spring.count; ++a) {
+        for (int b = 0; b < spring.count; ++b) {
+          const int row = spring.particle[a], column = spring.particle[b];
+          if (row > column) continue;
+          into.stiffness.upper_block(pattern.upper(row, pattern.slot(row, column))) +=
+              spring.coefficient[a] * spring.coefficient[b] * stiffness;
+        }
+      }
+    }
+  }
+
+ private:
+  // dW/dd, N. Points that coincide have no direction, and no force unless the length is zero.
+  Vec3 slope(const SpringEnds& spring, std::span<const Vec3> position) const {
+    const Vec3 d = springs_.between(spring, position);
+    if (spring.length == 0) return spring.stiffness * d;
+    const double distance = d.norm();
+    if (distance == 0) return Vec3::Zero();
+    return spring.stiffness * (1 - spring.length / distance) * d;
+  }
+
+  Mat3 curvature(const SpringEnds& spring, std::span<const Vec3> position,
+                 Definiteness definiteness) const {
+    if (spring.length == 0) return spring.stiffness * Mat3::Identity();
+    const Vec3 d = springs_.between(spring, position);
+    const double distance = d.norm();
+    if (distance == 0) return spring.stiffness * Mat3::Identity();
+    const double across = 1 - spring.length / distance;
+    const bool leaves_out = across < 0 && definiteness == Definiteness::semi_definite;
+    const Vec3 n = d / distance;
+    const Mat3 along = n * n.transpose();
+    return spring.stiffness * (along + (leaves_out ? 0.0 : across) * (Mat3::Identity() - along));
+  }
+
+  TieSprings springs_;
+};
+
+}  // namespace
+
+std::unique_ptr<Force> make_tie_force(const Scene& scene) {
+  TieSprings springs(scene, scene.ties);
+  if (springs.springs().empty()) return nullptr;
+  return std::make_unique<TieForce>(std::move(springs));
+}
+
+}  // namespace weft::sim

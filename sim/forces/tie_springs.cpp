@@ -1,0 +1,77 @@
+#include "sim/forces/tie_springs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::sim {
+
+namespace {
+
+// Returns the motion of a body that is not simulated; null if it rests.
+const PrescribedMotion* motion_of(const Scene& scene, const SceneBody& body) {
+  const auto found = std::ranges::find_if(scene.prescribed, [&](const PrescribedMotion& held) {
+    return held.moves && !held.particles.empty() &&
+           &scene.body_of_particle(held.particles.front()) == &body;
+  });
+  return found == scene.prescribed.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+TieSprings::TieSprings(const Scene& scene, std::span<const Tie> ties) {
+  for (const Tie& tie : ties) {
+    for (const TieSpring& from : tie.springs) {
+      SpringEnds spring;
+      spring.stiffness = from.share * tie.source->stiffness;
+      spring.length = from.length;
+      const SceneBody& body = scene.bodies[scene.case_order[tie.body]];
+      const Vec3 place = scene.initial_position[body.first_particle + from.vertex];
+      add_point(scene, tie.body, 1, {&from.vertex, 1}, Vec3::UnitX(), place, spring);
+      add_point(scene, tie.to, -1, from.nodes, from.weights, from.place, spring);
+      if (spring.count > 0) springs_.push_back(spring);
+    }
+  }
+}
+
+// Adds `sign` times a point of a body to the vector between a spring's points.
+void TieSprings::add_point(const Scene& scene, int case_body, double sign,
+                           std::span<const int> nodes, const Vec3& weights, const Vec3& place,
+                           SpringEnds& spring) {
+  const SceneBody& body = scene.bodies[scene.case_order[case_body]];
+  if (!body.dynamic) {
+    const PrescribedMotion* held = motion_of(scene, body);
+    // A body that sleeps, or is held at rest, may be elsewhere than at t = 0.
+    Vec3 now = place;
+    if (!body.is_obstacle) {
+      now.setZero();
+      for (std::size_t i = 0; i < nodes.size(); ++i)
+        now +=
+            weights[static_cast<int>(i)] * scene.initial_position[body.first_particle + nodes[i]];
+    }
+    spring.anchor = anchors_.add(held, held != nullptr ? held->motion.pose(0).start_of(now) : now);
+    spring.anchor_coefficient = sign;
+    return;
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (weights[static_cast<int>(i)] == 0) continue;
+    spring.particle[spring.count] = body.first_particle + nodes[i];
+    spring.coefficient[spring.count++] = sign * weights[static_cast<int>(i)];
+  }
+}
+
+Vec3 TieSprings::between(const SpringEnds& spring, std::span<const Vec3> position) const {
+  Vec3 sum = Vec3::Zero();
+  if (spring.anchor >= 0) sum = spring.anchor_coefficient * anchors_.position(spring.anchor);
+  for (int i = 0; i < spring.count; ++i)
+    sum += spring.coefficient[i] * position[spring.particle[i]];
+  return sum;
+}
+
+double TieSprings::load(std::span<const Vec3> position) const {
+  double sum = 0;
+  for (const SpringEnds& spring : springs_)
+    sum += spring.stiffness * std::abs(between(spring, position).norm() - spring.length);
+  return sum;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,48 @@
+// The springs of ties (sim/scene/ties.h), by the particles of a scene.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "sim/forces/moving_points.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// A spring between two points: sum_i coefficient[i] x_i over dynamic particles, plus an anchor
+// where one of the points is not simulated, is the vector d between them. Its energy is
+//   W = k/2 (|d| - L)^2.
+struct SpringEnds {
+  int count = 0;
+  std::array<int, 4> particle{};
+  std::array<double, 4> coefficient{};
+  int anchor = -1;  // number in MovingPoints; -1: none
+  double anchor_coefficient = 0;
+  double stiffness = 0;  // k, N/m
+  double length = 0;     // L, m
+};
+
+// The springs of some ties whose ends are not both out of the simulation.
+class TieSprings {
+ public:
+  // `scene` must outlive the springs if the other end of a tie moves.
+  TieSprings(const Scene& scene, std::span<const Tie> ties);
+
+  const std::vector<SpringEnds>& springs() const { return springs_; }
+  const MovingPoints& anchors() const { return anchors_; }
+  MovingPoints& anchors() { return anchors_; }
+  // The vector between a spring's points, m.
+  Vec3 between(const SpringEnds& spring, std::span<const Vec3> position) const;
+  // The sum of the springs' forces, N. Precondition: anchors are where they belong.
+  double load(std::span<const Vec3> position) const;
+
+ private:
+  void add_point(const Scene& scene, int case_body, double sign, std::span<const int> nodes,
+                 const Vec3& weights, const Vec3& place, SpringEnds& spring);
+
+  std::vector<SpringEnds> springs_;
+  MovingPoints anchors_;
+};
+
+}  // namespace weft::sim

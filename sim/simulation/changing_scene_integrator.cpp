@@ -1,0 +1,194 @@
+#include "sim/simulation/changing_scene_integrator.h"
+
+#include <algorithm>
+
+#include "sim/case/case_text.h"
+
+namespace weft::sim {
+
+namespace {
+
+std::string described(const std::vector<char>& before, const std::vector<char>& after,
+                      double time) {
+  int released = 0, taken = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    released += static_cast<int>(before[i] != 0 && after[i] == 0);
+    taken += static_cast<int>(before[i] == 0 && after[i] != 0);
+  }
+  return "vertices that pins let go at t = " + rounded_text(time) +
+         " s: " + std::to_string(released) + ", and take hold of: " + std::to_string(taken);
+}
+
+Scene scene_without(Scene scene, const std::vector<int>& broken) {
+  std::erase_if(scene.ties, [&](const Tie& tie) {
+    return std::ranges::find(broken, tie.number) != broken.end();
+  });
+  return scene;
+}
+
+}  // namespace
+
+bool changes_in_time(const Scene& scene) {
+  return !scene.timed_pins.empty() || has_breakable_ties(scene);
+}
+
+ChangingSceneIntegrator::Stage::Stage(Scene now, Statistics& statistics)
+    : scene(std::move(now)), dynamics(scene, statistics) {
+  for (const Tie& tie : scene.ties) {
+    if (tie.source->break_force) breakable.emplace_back(scene, std::span(&tie, 1));
+  }
+}
+
+ChangingSceneIntegrator::ChangingSceneIntegrator(const Scene& scene, Dynamics& whole)
+    : scene_(scene),
+      whole_(whole),
+      holds_(scene.first_holds),
+      built_at_(scene.initial_position.begin(),
+                scene.initial_position.begin() + scene.dynamic_particles) {
+  build();
+  copy_state();
+}
+
+// A change within the shortest step counts as reached, as for MotionLimits.
+bool ChangingSceneIntegrator::is_change_due() const {
+  return time() + scene_.source.time.minimum_step >= stage_->scene.pins_change_at;
+}
+
+std::optional<Failure> ChangingSceneIntegrator::step() {
+  while (is_change_due()) change_pins();
+  before_ = time();
+  whole_.begin_step(before_);
+  if (auto failure = stage_->integrator->step()) return failure;
+  copy_state();
+  if (overload(time(), state()) > 0) break_ties();
+  return std::nullopt;
+}
+
+void ChangingSceneIntegrator::change_pins() {
+  const double now = time();
+  const std::vector<char> before = stage_->scene.pinned;
+  std::vector<double> y(state().begin(), state().end());
+  place_pinned(stage_->scene, now, true, y);
+  event_ = stage_->scene.pins_change_at;
+  holds_ = find_holds(scene_, event_, now, StateView::of(y).position, holds_);
+  begin_stage(now, y);
+  after_change_(described(before, stage_->scene.pinned, now));
+}
+
+// Returns how far the ties that may break exceed their forces: the most of load / break_force - 1,
+// or -1 without such ties.
+double ChangingSceneIntegrator::overload(double time, std::span<const double> y) const {
+  double most = -1;
+  auto springs = stage_->breakable.begin();
+  for (const Tie& tie : stage_->scene.ties) {
+    if (!tie.source->break_force) continue;
+    springs->anchors().set_time({time, time});
+    most = std::max(most, springs->load(StateView::of(y).position) / *tie.source->break_force - 1);
+    ++springs;
+  }
+  return most;
+}
+
+// Returns the first time of the last step, as far as bisection finds it, at which a tie carries
+// its break_force.
+double ChangingSceneIntegrator::breaking_time() const {
+  double holds = before_, breaks = time();
+  std::vector<double> y(whole_.state_size());
+  while (breaks - holds > scene_.source.time.minimum_step) {
+    const double middle = 0.5 * (holds + breaks);
+    // The tie breaks at the end of the step if no interpolated state keeps surfaces apart.
+    if (state_at(middle, y)) return time();
+    (overload(middle, y) > 0 ? breaks : holds) = middle;
+  }
+  return breaks;
+}
+
+// Ends the last step where a tie breaks, and goes on without it.
+void ChangingSceneIntegrator::break_ties() {
+  const double now = breaking_time();
+  std::vector<double> y(state().begin(), state().end());
+  if (now < time() && state_at(now, y)) return;  // not reached: breaking_time() has asked for it
+  std::string names;
+  auto springs = stage_->breakable.begin();
+  for (const Tie& tie : stage_->scene.ties) {
+    if (!tie.source->break_force) continue;
+    springs->anchors().set_time({now, now});
+    if (springs->load(StateView::of(y).position) >= *tie.source->break_force) {
+      broken_.push_back(tie.number);
+      names += (names.empty() ? "" : ", ") + in_quotes(tie.source->body) + " to " +
+               in_quotes(tie.source->to);
+    }
+    ++springs;
+  }
+  begin_stage(now, y);
+  after_change_("tie breaks at t = " + rounded_text(now) + " s: " + names);
+}
+
+// Simulates the scene as it is from `now` on, from the state `y`.
+void ChangingSceneIntegrator::begin_stage(double now, std::span<const double> y) {
+  const std::span<const Vec3> position = StateView::of(y).position;
+  built_at_.assign(position.begin(), position.end());
+  earlier_ += stage_->integrator->counts();
+  build();
+  restart(now, y);
+}
+
+// Makes what simulates the scene from event_ on.
+void ChangingSceneIntegrator::build() {
+  stage_.reset();
+  stage_ = std::make_unique<Stage>(
+      scene_without(hold_timed_pins(scene_, holds_, event_, built_at_), broken_),
+      whole_.statistics());
+  if (may_sleep(stage_->scene)) {
+    auto made = std::make_unique<SleepingIntegrator>(stage_->scene, stage_->dynamics);
+    stage_->sleeping = made.get();
+    made->set_after_change([this](const std::string& text) { after_change_(text); });
+    stage_->integrator = std::move(made);
+  } else {
+    stage_->integrator = make_integrator(stage_->scene, stage_->dynamics);
+  }
+  stage_->integrator->set_reason_to_stop([this] { return reason_to_stop(); });
+}
+
+// Methods hold pins that move to their tolerances only.
+void ChangingSceneIntegrator::copy_state() {
+  state_.clear();
+  if (!stage_->dynamics.pins_move()) return;
+  state_.assign(stage_->integrator->state().begin(), stage_->integrator->state().end());
+  place_pinned(stage_->scene, time(), false, state_);
+}
+
+std::optional<Failure> ChangingSceneIntegrator::state_at(double time, std::span<double> y) const {
+  if (auto failure = stage_->integrator->state_at(time, y)) return failure;
+  // Interpolation rounds the places of pins at rest, too.
+  place_pinned(stage_->scene, time, false, y);
+  return std::nullopt;
+}
+
+void ChangingSceneIntegrator::restart(double time, std::span<const double> y) {
+  std::vector<double> placed(y.begin(), y.end());
+  place_pinned(stage_->scene, time, false, placed);
+  stage_->integrator->restart(time, placed);
+  copy_state();
+}
+
+bool ChangingSceneIntegrator::transfer(StateArchive& archive) {
+  std::size_t count = holds_.size();
+  archive(event_, built_at_, earlier_, broken_, count);
+  holds_.resize(count);
+  for (TimedHold& hold : holds_) {
+    std::size_t clamped = hold.clamped.size();
+    archive(hold.pin, hold.particles, hold.start, hold.centre, clamped);
+    hold.clamped.resize(clamped);
+    for (ClampedEdge& edge : hold.clamped) archive(edge.triangle, edge.edge, edge.ghost);
+  }
+  if (archive.reads()) {
+    build();
+    after_change_({});
+  }
+  if (!stage_->integrator->transfer(archive)) return false;
+  copy_state();
+  return true;
+}
+
+}  // namespace weft::sim
