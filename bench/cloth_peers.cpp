@@ -23,10 +23,10 @@ using namespace sim;
 std::optional<std::string> beyond_peers(const MaterialCase& material) {
   if (material.membrane != MembraneModel::springs) return "its membrane is not made of springs";
   if (material.bending_stiffness != 0) return "it has bending stiffness";
-  if (material.mass_damping != 0 || material.stiffness_damping != 0 ||
-      material.bending_damping != 0)
+  if (!material.mass_damping.is_zero() || !material.stiffness_damping.is_zero() ||
+      !material.bending_damping.is_zero())
     return "it has damping";
-  if (material.normal_drag != 0 || material.tangential_drag != 0) return "it has drag";
+  if (!material.normal_drag.is_zero() || !material.tangential_drag.is_zero()) return "it has drag";
   return std::nullopt;
 }
 
@@ -93,6 +93,7 @@ std::optional<std::string> cloth_program(const ClothMethod& method) {
 
 std::optional<std::string> beyond_peers(const Scene& scene) {
   if (scene.source.contact.enabled) return "contact is on";
+  if (scene.source.world.gravity.varies()) return "gravity varies";
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     if (auto reason = beyond_peers(*scene.bodies[b].material))
       return "body " + in_quotes(scene.bodies[b].name) + ": " + *reason;
@@ -107,7 +108,7 @@ std::optional<std::string> beyond_peers(const Scene& scene) {
 
 ClothProblem cloth_problem(const Scene& scene) {
   ClothProblem problem;
-  problem.gravity = array_of(scene.source.world.gravity);
+  problem.gravity = array_of(scene.source.world.gravity.constant());
   for (int i = 0; i < scene.dynamic_particles; ++i) {
     const bool held = scene.pinned[i] != 0;
     problem.position.push_back(array_of(scene.initial_position[i]));

@@ -20,19 +20,20 @@ constexpr double rest_share = 1e-3;  // of gravity
 constexpr double hundred_tolerances = 100;
 
 bool nothing_acts(const Scene& scene) {
-  return !scene.source.contact.enabled && scene.source.world.gravity.isZero() &&
+  return !scene.source.contact.enabled && scene.source.world.gravity.is_zero() &&
          scene.prescribed.empty();
 }
 
 // True if only gravity and the material's own elasticity act, and nothing prescribed moves.
 bool nothing_takes_energy(const Scene& scene) {
-  const auto damps = [](const MaterialCase& material) {
-    return material.mass_damping > 0 || material.stiffness_damping > 0 ||
-           material.bending_damping > 0 || material.normal_drag > 0 || material.tangential_drag > 0;
+  const auto damps = [](const MaterialCase& m) {
+    return !(m.mass_damping.is_zero() && m.stiffness_damping.is_zero() &&
+             m.bending_damping.is_zero() && m.normal_drag.is_zero() && m.tangential_drag.is_zero());
   };
   for (int b = 0; b < scene.dynamic_bodies; ++b)
     if (damps(*scene.bodies[b].material)) return false;
-  return !scene.source.contact.enabled && !something_is_moved(scene);
+  return !scene.source.contact.enabled && !something_is_moved(scene) &&
+         !scene.source.world.gravity.varies();
 }
 
 std::string three_digits(double value) {
@@ -159,7 +160,8 @@ std::optional<std::string> Judge::check_rest(double time, std::span<const double
   double sum = 0;
   for (std::size_t i = 0; i < left.velocity.size(); ++i)
     sum += scene_.mass[i] * left.velocity[i].squaredNorm();
-  const double mean = std::sqrt(sum / mass_), gravity = scene_.source.world.gravity.norm();
+  const double mean = std::sqrt(sum / mass_),
+               gravity = scene_.source.world.gravity.constant().norm();
   if (mean <= rest_share * gravity) return std::nullopt;
   return "accelerations of " + three_digits(mean) + " m/s^2 are left at rest, of a gravity of " +
          three_digits(gravity);

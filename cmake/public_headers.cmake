@@ -36,6 +36,7 @@ set(weft_sim_headers
   case/case.h
   case/case_error.h
   case/case_reader.h
+  case/varying.h
   run/make_simulation.h
   run/recorded_run.h
   simulation/simulation.h

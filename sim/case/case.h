@@ -9,6 +9,7 @@
 
 #include "bsi/leaf_pair.h"
 #include "sim/base/vectors.h"
+#include "sim/case/varying.h"
 
 namespace weft::sim {
 
@@ -42,9 +43,9 @@ struct TimeCase {
 };
 
 struct WorldCase {
-  Vec3 gravity{0, 0, -9.81};  // m/s^2
-  Vec3 wind{0, 0, 0};         // m/s
-  double air_density = 1.2;   // kg/m^3
+  Varying<Vec3> gravity = Vec3(0, 0, -9.81);  // m/s^2
+  Varying<Vec3> wind = Vec3(0, 0, 0);         // m/s
+  Varying<double> air_density = 1.2;          // kg/m^3
 };
 
 struct ContactCase {
@@ -52,7 +53,7 @@ struct ContactCase {
   double range = 2e-3;                 // d-hat, m: gap at which the barrier starts
   double stiffness = 1e6;              // kappa per area, N/m^3
   double damping_time = 1e-3;          // beta, s
-  double friction = 0.0;               // Coulomb coefficient
+  Varying<double> friction = 0.0;      // Coulomb coefficient
   double friction_speed = 1e-2;        // m/s, regularisation
   std::optional<double> search_slack;  // m; default a quarter of the mean edge
   bsi::Bound bound = bsi::Bound::box;  // of the hierarchy
@@ -70,11 +71,11 @@ struct MaterialCase {
   std::optional<double> shear_stiffness;       // N/m; springs only; default half the structural
   std::optional<double> bend_stiffness;        // N/m; springs only; default 0
   double bending_stiffness = 0.0;              // D, N m
-  double mass_damping = 0.0;                   // 1/s
-  double stiffness_damping = 0.0;              // s, of the membrane and its springs
-  double bending_damping = 0.0;                // s, of bending
-  double normal_drag = 0.0;                    // coefficient
-  double tangential_drag = 0.0;                // coefficient
+  Varying<double> mass_damping = 0.0;          // 1/s
+  Varying<double> stiffness_damping = 0.0;     // s, of the membrane and its springs
+  Varying<double> bending_damping = 0.0;       // s, of bending
+  Varying<double> normal_drag = 0.0;           // coefficient
+  Varying<double> tangential_drag = 0.0;       // coefficient
 };
 
 enum class ShapeType {

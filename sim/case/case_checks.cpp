@@ -34,6 +34,7 @@ class Checker {
     tolerances();
     names();
     materials();
+    equilibria();
     supports();
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
       const std::string path = join_path("body", i);
@@ -111,7 +112,7 @@ class Checker {
                " with it, or maximum_order = 2");
     }
     for (const MaterialCase& material : case_.material) {
-      if (material.mass_damping > 0 || material.stiffness_damping > 0) continue;
+      if (smallest(material.mass_damping) > 0 || smallest(material.stiffness_damping) > 0) continue;
       fail("time.maximum_order", order + " is wrong without damping",
            "expected mass_damping or stiffness_damping > 0 in " +
                heading(join_path("material", material.name)) + ", or maximum_order = 2");
@@ -184,9 +185,33 @@ class Checker {
     }
   }
 
+  // Refuses what changes in time where there is none: an equilibrium has a load instead.
+  void equilibria() const {
+    if (!traits_of(case_.time.method).finds_equilibria()) return;
+    Case copy = case_;  // describe() takes a case that it could change
+    refuse_varying(describe(copy), "");
+  }
+  void refuse_varying(const Table& table, const std::string& path) const {
+    for (const Field& field : table.fields) {
+      const std::string place = join_path(path, field.key);
+      if (const auto* member = std::get_if<TableMember>(&field.member)) {
+        if (member->present()) refuse_varying(member->open(), place);
+      } else if (const auto* list = std::get_if<TableList>(&field.member)) {
+        for (std::size_t i = 0; i < list->size(); ++i) {
+          const Table entry = list->at(i);
+          refuse_varying(entry, list->named ? join_path(place, *entry.name) : join_path(place, i));
+        }
+      } else if (varies(field)) {
+        fail(place,
+             in_quotes(field.key) + " varies in time, which time.method = \"static\" has not",
+             "expected a constant, or a method that follows the motion in time");
+      }
+    }
+  }
+
   // Refuses a body that nothing can hold: it falls for ever and has no equilibrium.
   void supports() const {
-    if (!traits_of(case_.time.method).finds_equilibria() || case_.world.gravity.isZero()) return;
+    if (!traits_of(case_.time.method).finds_equilibria() || case_.world.gravity.is_zero()) return;
     const auto is_pinned = [](const BodyCase& body) { return !body.pin.empty(); };
     const bool can_rest = case_.contact.enabled &&
                           (!case_.obstacle.empty() || std::ranges::any_of(case_.body, is_pinned));

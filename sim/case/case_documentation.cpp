@@ -83,8 +83,25 @@ struct FieldSchema {
   Json operator()(const std::vector<double>*) const {
     return entries(number_schema(field, "number"));
   }
+  Json operator()(const std::vector<Vec3>*) const {
+    return entries(array_schema(number_schema(field, "number"), 3, 3));
+  }
   Json operator()(const std::vector<std::string>*) const {
     return entries({{"enum", field.names}});
+  }
+  // The forms of a value that varies; all of its defaults are constants.
+  template <class Value>
+  Json operator()(const Varying<Value>* value) const {
+    const Value constant = value->constant();
+    Json schema = (*this)(&constant);
+    const Json by_default = schema["default"];
+    schema.erase("default");
+    Json forms = Json::array({std::move(schema)});
+    CurveCase<Value> curve;
+    forms.push_back(table_schema(describe_curve(curve, field)));
+    GustCase gust;
+    if (field.takes_gust) forms.push_back(table_schema(describe_gust(gust)));
+    return {{"anyOf", std::move(forms)}, {"default", by_default}};
   }
   Json operator()(const Choice& choice) const {
     Json schema{{"enum", choice.names}};
@@ -225,6 +242,22 @@ void write_page(const Table& table, const std::string& path, std::string& page) 
   }
 }
 
+// Writes the forms of keys that vary in time.
+void write_forms(std::string& page) {
+  std::string keys;
+  for (const std::string& key : keys_that_vary()) keys += (keys.empty() ? "" : ", ") + code(key);
+  page += "\n## Keys that vary in time\n\nEach of " + keys +
+          " takes, instead of a constant, a curve:\n";
+  CurveCase<double> curve;
+  Field of;
+  write_page(describe_curve(curve, of), "", page);
+  page +=
+      "\nThe values of a curve have the unit and the limits of the key; of vectors, each is "
+      "an array of 3 numbers.\n`world.wind` also takes a gust:\n";
+  GustCase gust;
+  write_page(describe_gust(gust), "", page);
+}
+
 }  // namespace
 
 std::string case_json_schema() {
@@ -245,6 +278,7 @@ std::string case_reference_markdown() {
       "their keys.\nNumbers are finite; a number may be written without a point, a whole number "
       "may not be written with one.\n";
   write_page(describe(prototype), "", page);
+  write_forms(page);
   return page;
 }
 

@@ -63,6 +63,11 @@ Field& Field::not_with(std::string key_that_excludes) {
   return *this;
 }
 
+Field& Field::may_be_gust() {
+  takes_gust = true;
+  return *this;
+}
+
 const Field* Table::find(const std::string& key) const {
   const auto found = std::find_if(fields.begin(), fields.end(),
                                   [&](const Field& candidate) { return candidate.key == key; });
@@ -122,8 +127,18 @@ struct ExpectedText {
   std::string operator()(const std::vector<double>*) const {
     return "an array of " + count_text(field, "number") + limits();
   }
+  std::string operator()(const std::vector<Vec3>*) const {
+    return "an array of arrays of 3 numbers" + limits();
+  }
   std::string operator()(const std::vector<std::string>*) const {
     return "an array of " + count_text(field, "name") + " out of " + quoted_list(field.names);
+  }
+  std::string operator()(const Varying<double>*) const {
+    return (*this)(static_cast<const double*>(nullptr)) + " or a curve";
+  }
+  std::string operator()(const Varying<Vec3>*) const {
+    return (*this)(static_cast<const Vec3*>(nullptr)) +
+           (field.takes_gust ? ", a curve or a gust" : " or a curve");
   }
   std::string operator()(const Choice& choice) const {
     return "one of " + quoted_list(choice.names);

@@ -115,9 +115,30 @@ class Override {
         enter_entry(child_array());
       }
       schema_ = std::move(inner);
+    } else if (is_varying(*field) && !is_index(keys_[position_ + 1])) {
+      Table inner = varying_table(*field);
+      table_ = &child_table();
+      path_ = join_path(path_, key());
+      schema_ = std::move(inner);
+      ++position_;
     } else {
       set_entry(*field);
     }
+  }
+
+  static bool is_index(const std::string& key) {
+    return !key.empty() && std::ranges::all_of(key, [](char c) { return c >= '0' && c <= '9'; });
+  }
+
+  // Describes the table of a field that varies, whichever of its forms it has.
+  Table varying_table(const Field& field) {
+    if (std::holds_alternative<Varying<double>*>(field.member))
+      return describe_curve(number_curve_, field);
+    Table table = describe_curve(vector_curve_, field);
+    const Table of_gust = describe_gust(gust_);
+    if (field.takes_gust)
+      table.fields.insert(table.fields.end(), of_gust.fields.begin(), of_gust.fields.end());
+    return table;
   }
 
   // Goes from the list of a [list.NAME] to one entry, or sets that entry as a whole.
@@ -171,6 +192,8 @@ class Override {
   // Sets one number or name of an array.
   void set_entry(const Field& field) {
     const bool is_array = std::holds_alternative<Vec3*>(field.member) ||
+                          std::holds_alternative<Varying<Vec3>*>(field.member) ||
+                          std::holds_alternative<std::vector<Vec3>*>(field.member) ||
                           std::holds_alternative<std::optional<Vec3>*>(field.member) ||
                           std::holds_alternative<std::vector<int>*>(field.member) ||
                           std::holds_alternative<std::vector<double>*>(field.member) ||
@@ -183,17 +206,31 @@ class Override {
     if (table_->get(key()) == nullptr && !by_default.empty()) {
       set(*table_, key(), parsed("value = " + by_default));
     }
-    toml::array& list = child_array();
+    toml::array* list = &child_array();
     ++position_;
-    const std::size_t index = index_key(list);
-    if (index >= list.size() || !at_last_key()) {
-      fail(in_quotes(field.key) + " has no entry " + in_quotes(key()), index_hint(list));
+    std::size_t index = entry_index(field, *list);
+    // The entries of a list of vectors are arrays.
+    if (!at_last_key() && std::holds_alternative<std::vector<Vec3>*>(field.member) &&
+        (*list)[index].is_array()) {
+      list = (*list)[index].as_array();
+      ++position_;
+      index = entry_index(field, *list);
     }
+    if (!at_last_key()) no_entry(field, *list);
     const bool wants_string = std::holds_alternative<std::vector<std::string>*>(field.member);
     toml::table document = value(wants_string);
-    list.replace(list.cbegin() + static_cast<std::ptrdiff_t>(index),
-                 std::move(*document.get("value")));
+    list->replace(list->cbegin() + static_cast<std::ptrdiff_t>(index),
+                  std::move(*document.get("value")));
     done_ = true;
+  }
+
+  [[noreturn]] void no_entry(const Field& field, const toml::array& list) const {
+    fail(in_quotes(field.key) + " has no entry " + in_quotes(key()), index_hint(list));
+  }
+  std::size_t entry_index(const Field& field, const toml::array& list) const {
+    const std::size_t index = index_key(list);
+    if (index >= list.size()) no_entry(field, list);
+    return index;
   }
 
   static std::string index_hint(const toml::array& list) {
@@ -210,7 +247,11 @@ class Override {
 
   toml::table* table_;  // position in the tree
   Table schema_;        // description of that table
-  Case prototype_;      // storage that schema_ points into
+  // Storage that schema_ points into.
+  Case prototype_;
+  CurveCase<double> number_curve_;
+  CurveCase<Vec3> vector_curve_;
+  GustCase gust_;
   std::string source_;
   std::vector<std::string> keys_;
   std::string value_;

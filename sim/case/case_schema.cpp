@@ -1,30 +1,10 @@
 #include "sim/case/case_schema.h"
+#include "sim/case/field_makers.h"
 #include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
 namespace {
-
-constexpr Limits any{};
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr Limits positive{0, infinity, true, false};
-constexpr Limits not_negative{0, infinity, false, false};
-constexpr Limits at_least(double minimum) { return {minimum, infinity, false, false}; }
-
-Field field(std::string key, Member member, std::string unit, Limits limits, std::string meaning) {
-  Field result;
-  result.key = std::move(key);
-  result.member = std::move(member);
-  result.unit = std::move(unit);
-  result.limits = limits;
-  result.meaning = std::move(meaning);
-  return result;
-}
-
-// A field without a number: a name, a switch, a table.
-Field field(std::string key, Member member, std::string meaning) {
-  return field(std::move(key), std::move(member), "", any, std::move(meaning));
-}
 
 Table describe(TimeCase& target);
 Table describe(WorldCase& target);
@@ -41,24 +21,6 @@ Table describe(StartCase& target);
 Table describe(BodyCase& target);
 Table describe(ObstacleCase& target);
 Table describe(TieCase& target);
-
-template <class Enum>
-struct NamedValue {
-  Enum value;
-  std::string name;
-};
-
-template <class Enum>
-Choice choice(Enum* target, std::type_identity_t<std::vector<NamedValue<Enum>>> values) {
-  std::vector<std::string> names;
-  for (const NamedValue<Enum>& each : values) names.push_back(each.name);
-  return {std::move(names),
-          [target, values] {
-            const auto found = std::ranges::find(values, *target, &NamedValue<Enum>::value);
-            return static_cast<std::size_t>(found - values.begin());
-          },
-          [target, values](std::size_t index) { *target = values[index].value; }};
-}
 
 std::vector<NamedValue<TimeMethod>> named_methods() {
   std::vector<NamedValue<TimeMethod>> values;
@@ -162,7 +124,7 @@ Table describe(WorldCase& target) {
   auto& [gravity, wind, air_density] = target;
   return {{
       field("gravity", &gravity, "m/s^2", any, "Acceleration of every body."),
-      field("wind", &wind, "m/s", any, "Velocity of the air, for drag."),
+      field("wind", &wind, "m/s", any, "Velocity of the air, for drag.").may_be_gust(),
       field("air_density", &air_density, "kg/m^3", not_negative, "Density of the air, for drag."),
   }};
 }

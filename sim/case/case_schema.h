@@ -52,10 +52,10 @@ struct TableList {
 };
 
 // An absent std::optional<int> is written "auto".
-using Member =
-    std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*, std::string*,
-                 Vec3*, std::optional<Vec3>*, std::vector<int>*, std::vector<double>*,
-                 std::vector<std::string>*, Choice, TableMember, TableList>;
+using Member = std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*,
+                            std::string*, Vec3*, std::optional<Vec3>*, std::vector<int>*,
+                            std::vector<double>*, std::vector<Vec3>*, std::vector<std::string>*,
+                            Varying<double>*, Varying<Vec3>*, Choice, TableMember, TableList>;
 
 struct Field {
   std::string key;
@@ -72,6 +72,7 @@ struct Field {
   std::string switch_key;
   std::vector<std::string> switch_values;
   std::string excluded_by;  // key of the same table that must be absent
+  bool takes_gust = false;  // a vector that varies: a gust, too
 
   Field& with_default(std::string text);
   Field& needed();
@@ -80,6 +81,7 @@ struct Field {
   Field& out_of(std::vector<std::string> allowed);
   Field& only_for(std::string choice_key, std::vector<std::string> values);
   Field& not_with(std::string key_that_excludes);
+  Field& may_be_gust();
 };
 
 struct Table {
@@ -94,6 +96,23 @@ struct Table {
 // The fields of a whole case; they point into `target`. It must outlive the description, and its
 // lists must not grow except by `append` while the description is in use.
 Table describe(Case& target);
+
+// The fields of the tables that a field of a Varying takes instead of a constant: those of a curve,
+// with the field's unit and limits, and those of a gust.
+template <class Value>
+Table describe_curve(CurveCase<Value>& target, const Field& of);
+extern template Table describe_curve(CurveCase<double>&, const Field&);
+extern template Table describe_curve(CurveCase<Vec3>&, const Field&);
+Table describe_gust(GustCase& target);
+
+inline bool is_varying(const Field& field) {
+  return std::holds_alternative<Varying<double>*>(field.member) ||
+         std::holds_alternative<Varying<Vec3>*>(field.member);
+}
+// True if it has a value that varies.
+bool varies(const Field& field);
+// The keys that may vary in time: "world.wind", "material.NAME.mass_damping", ...
+std::vector<std::string> keys_that_vary();
 
 // True if the field has no switch, or if the switch has one of the values that the field belongs
 // to.

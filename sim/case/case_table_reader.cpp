@@ -19,6 +19,31 @@ std::string wanted(const Field& field, const std::string& path) {
   return expected_text(field);
 }
 
+// Throws at the first key in the text that is not among these.
+void refuse_unknown_keys(const toml::table& source, const std::vector<std::string>& keys,
+                         const std::string& path) {
+  const toml::key* first = first_key_beside(keys, source);
+  if (first == nullptr) return;
+  const std::string name(first->str());
+  throw CaseError(location_of(first->source()),
+                  "unknown key " + in_quotes(name) + " in " + heading(path), name_hint(name, keys));
+}
+
+// Throws at a table that would make a constant vary.
+void refuse_curve(const Field& field, const toml::node& node) {
+  const bool is_number = std::holds_alternative<double*>(field.member) ||
+                         std::holds_alternative<std::optional<double>*>(field.member) ||
+                         std::holds_alternative<Vec3*>(field.member) ||
+                         std::holds_alternative<std::optional<Vec3>*>(field.member) ||
+                         std::holds_alternative<int*>(field.member);
+  const auto* table = node.as_table();
+  if (!is_number || table == nullptr) return;
+  if (!table->contains("times") && !table->contains("values") && !table->contains("mean")) return;
+  throw CaseError(
+      location_of(node.source()), in_quotes(field.key) + " cannot vary in time",
+      "expected " + expected_text(field) + "; these can vary: " + quoted_list(keys_that_vary()));
+}
+
 // Reads one value into one member. Errors are placed at the value, or at the entry of an array.
 class ValueReader {
  public:
@@ -68,6 +93,30 @@ class ValueReader {
       target->push_back(field_.names[name_index(source[i], entry(i), field_.names)]);
     }
   }
+  void operator()(std::vector<Vec3>* target) const {
+    const toml::array& source = array(field_.minimum_entries, field_.maximum_entries);
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      const auto* entries = source[i].as_array();
+      if (entries == nullptr) fail_kind(source[i], entry(i));
+      if (entries->size() != 3) {
+        fail(source[i], entry(i) + " is an array of " + std::to_string(entries->size()));
+      }
+      Vec3& vector = target->emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        vector[k] = number((*entries)[k], in_quotes(join_path(join_path(field_.key, i), k)));
+      }
+    }
+  }
+  template <class Value>
+  void operator()(Varying<Value>* target) const {
+    if (const auto* source = node_.as_table()) {
+      read_varying(*source, *target);
+    } else {
+      Value constant;
+      (*this)(&constant);
+      target->form = constant;
+    }
+  }
   void operator()(const Choice& target) const {
     target.set(name_index(node_, in_quotes(field_.key), target.names));
   }
@@ -94,6 +143,63 @@ class ValueReader {
   }
   [[noreturn]] void fail_value(const toml::node& at, const std::string& value) const {
     fail(at, in_quotes(field_.key) + " is " + value);
+  }
+
+  // Reads a curve or a gust; the keys of the table tell which.
+  template <class Value>
+  void read_varying(const toml::table& source, Varying<Value>& target) const {
+    CurveCase<Value> curve;
+    GustCase gust;
+    const Table of_curve = describe_curve(curve, field_), of_gust = describe_gust(gust);
+    std::vector<std::string> allowed = of_curve.keys();
+    const toml::key* of_both = nullptr;
+    if (field_.takes_gust) {
+      const std::vector<std::string> more = of_gust.keys();
+      of_both = first_key_beside(more, source);
+      if (first_key_beside(allowed, source) == nullptr) of_both = nullptr;
+      allowed.insert(allowed.end(), more.begin(), more.end());
+    }
+    refuse_unknown_keys(source, allowed, path_);
+    if (of_both != nullptr) {
+      throw CaseError(location_of(of_both->source()),
+                      in_quotes(std::string(of_both->str())) + " does not belong to a gust",
+                      "expected either times and values, or mean, intensity and time_scale");
+    }
+    const bool is_gust = first_key_beside(of_curve.keys(), source) != nullptr;
+    read_table(source, is_gust ? of_gust : of_curve, path_, locations_);
+    if (is_gust) {
+      check_gust(gust);
+      target.form = gust;
+    } else {
+      check_curve(curve.times, curve.values.size());
+      target.form = std::move(curve);
+    }
+  }
+
+  [[noreturn]] void fail_at(const std::string& path, const std::string& message,
+                            const std::string& hint) const {
+    throw CaseError(locations_.value(join_path(path_, path)), message, hint);
+  }
+
+  void check_curve(const std::vector<double>& times, std::size_t values) const {
+    if (values != times.size()) {
+      fail_at("values",
+              in_quotes("values") + " has " + std::to_string(values) + " entries beside " +
+                  std::to_string(times.size()) + " in " + in_quotes("times"),
+              "expected a value for each time");
+    }
+    for (std::size_t i = 1; i < times.size(); ++i) {
+      if (times[i] > times[i - 1]) continue;
+      const std::string place = join_path("times", i);
+      fail_at(place, in_quotes(place) + " is " + number_text(times[i]),
+              "expected later than the time before, " + number_text(times[i - 1]) + " s");
+    }
+  }
+
+  void check_gust(const GustCase& gust) const {
+    if (!gust.mean.isZero(0) || gust.intensity == 0) return;
+    fail_at("mean", "the mean of a gust is zero",
+            "expected a mean wind, of which intensity is a fraction");
   }
 
   std::string entry(std::size_t index) const { return in_quotes(join_path(field_.key, index)); }
@@ -185,16 +291,6 @@ class ValueReader {
   Locations& locations_;
 };
 
-// Throws at the first key in the text that the table does not have.
-void refuse_unknown_keys(const toml::table& source, const Table& target, const std::string& path) {
-  const toml::key* first = first_key_beside(target.keys(), source);
-  if (first == nullptr) return;
-  const std::string name(first->str());
-  throw CaseError(location_of(first->source()),
-                  "unknown key " + in_quotes(name) + " in " + heading(path),
-                  name_hint(name, target.keys()));
-}
-
 // Throws at a key that the table's other keys rule out.
 void refuse_misplaced_keys(const Table& target, const std::string& path,
                            const Locations& locations) {
@@ -231,13 +327,14 @@ void require_keys(const toml::table& source, const Table& target, const std::str
 
 void read_field(const Field& field, const toml::node& node, const std::string& path,
                 Locations& locations) {
+  refuse_curve(field, node);
   std::visit(ValueReader(field, node, path, locations), field.member);
 }
 
 void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations) {
   if (target.location != nullptr) *target.location = location_of(source.source());
-  refuse_unknown_keys(source, target, path);
+  refuse_unknown_keys(source, target.keys(), path);
   for (auto&& [key, node] : source) {
     const std::string name(key.str());
     locations.add(join_path(path, name), location_of(key.source()), location_of(node.source()));

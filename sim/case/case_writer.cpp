@@ -17,8 +17,22 @@ std::string toml_array(const Entries& entries, Text text) {
   return '[' + list + ']';
 }
 
+std::string vector_text(const Vec3& vector) {
+  return toml_array(std::array{vector[0], vector[1], vector[2]}, toml_number);
+}
+
+// The table in one line.
+std::string inline_table(const Table& table) {
+  std::string text;
+  for (const Field& field : table.fields)
+    text += (text.empty() ? "" : ", ") + field.key + " = " + value_text(field);
+  return "{ " + text + " }";
+}
+
 // The TOML text of a member; empty for a table and for an absent value.
 struct ValueText {
+  const Field& field;
+
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
   std::string operator()(const int* value) const { return std::to_string(*value); }
   std::string operator()(const std::optional<int>* value) const {
@@ -29,9 +43,7 @@ struct ValueText {
     return *value ? toml_number(**value) : "";
   }
   std::string operator()(const std::string* value) const { return toml_string(*value); }
-  std::string operator()(const Vec3* value) const {
-    return toml_array(std::array{(*value)[0], (*value)[1], (*value)[2]}, toml_number);
-  }
+  std::string operator()(const Vec3* value) const { return vector_text(*value); }
   std::string operator()(const std::optional<Vec3>* value) const {
     return *value ? (*this)(&**value) : "";
   }
@@ -44,6 +56,17 @@ struct ValueText {
   }
   std::string operator()(const std::vector<std::string>* value) const {
     return value->empty() ? "" : toml_array(*value, toml_string);
+  }
+  std::string operator()(const std::vector<Vec3>* value) const {
+    return value->empty() ? "" : toml_array(*value, vector_text);
+  }
+  template <class Value>
+  std::string operator()(const Varying<Value>* value) const {
+    Varying<Value> copy = *value;  // describe_curve() takes one that it could change
+    if (auto* curve = std::get_if<CurveCase<Value>>(&copy.form))
+      return inline_table(describe_curve(*curve, field));
+    if (auto* gust = std::get_if<GustCase>(&copy.form)) return inline_table(describe_gust(*gust));
+    return (*this)(static_cast<const Value*>(std::get_if<Value>(&copy.form)));
   }
   std::string operator()(const Choice& choice) const {
     return toml_string(choice.names[choice.get()]);
@@ -107,7 +130,7 @@ void write_table(const Table& table, const std::string& header, std::string& tex
 
 }  // namespace
 
-std::string value_text(const Field& field) { return std::visit(ValueText{}, field.member); }
+std::string value_text(const Field& field) { return std::visit(ValueText{field}, field.member); }
 
 std::string toml_number(double value) {
   std::string text = number_text(value);

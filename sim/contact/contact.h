@@ -65,6 +65,8 @@ class Contact {
   // Calls visit(row, column, block) for every block of gamma^2 K + gamma D, pair by pair.
   template <class Visit>
   void visit_blocks(double gamma, const Visit& visit) const;
+  // Sets the Coulomb coefficient from now on.
+  void set_friction(double friction) { surface_.set_friction(friction); }
   // From now on, leaves out of the matrix what is negative along a normal, of pairs that part fast
   // and of terms that are subtracted: for long fixed steps.
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }

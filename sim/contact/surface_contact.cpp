@@ -85,7 +85,7 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       range_(scene.source.contact.range),
       stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),
-      friction_(scene.source.contact.friction),
+      friction_(scene.source.contact.friction.constant_or_zero()),
       friction_speed_(scene.source.contact.friction_speed),
       spins_(scene.bodies.size(), Vec3::Zero()),
       touched_(scene.bodies.size(), 0) {

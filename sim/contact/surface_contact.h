@@ -70,6 +70,8 @@ class SurfaceContact {
   // evaluation since the last forget_touched().
   std::span<const char> touched() const { return touched_; }
   void forget_touched() { touched_.assign(touched_.size(), 0); }
+  // Sets the Coulomb coefficient from now on.
+  void set_friction(double friction) { friction_ = friction; }
   // From now on, leaves out of stiffness and damping what is negative along a normal, of pairs that
   // part fast and of terms that are subtracted: for long fixed steps.
   void keep_matrix_definite() { definite_ = true; }

@@ -5,7 +5,7 @@
 #include "sim/forces/quad_hinges.h"
 #include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
-#include "sim/matrix/stencil_numbers.h"
+#include "sim/forces/varying_numbers.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -25,7 +25,8 @@ using Surroundings = std::array<int, QuadSurroundings::count>;
 struct BendingQuads {
   std::vector<Surroundings> nodes;
   std::vector<std::array<Mat3, 2>> moduli;  // of both triangles, over the hinges of each
-  StencilNumbers damping_times;             // s
+  VaryingNumbers damping_times;             // s
+  bool is_damped = false;                   // at any time
 };
 
 // The symmetric matrix C of a triangle, row by row from its diagonal.
@@ -217,8 +218,9 @@ class BendingForce final : public Force {
  public:
   BendingForce(const BendingQuads& quads, const std::vector<Vec3>& rest)
       : quads_(quads.nodes, static_cast<int>(rest.size())),
-        damping_times_(quads.damping_times),
-        is_damped_(damping_times_.has_positive()) {
+        varying_times_(quads.damping_times),
+        damping_times_(varying_times_.numbers()),
+        is_damped_(quads.is_damped) {
     batches_.resize((quads.nodes.size() + lane_count - 1) / lane_count);
     for (std::size_t q = 0; q < lane_count * batches_.size(); ++q) {
       for (int t = 0; t < 2; ++t) {
@@ -241,6 +243,8 @@ class BendingForce final : public Force {
 
   std::string_view name() const override { return "bending"; }
   bool has_damping() const override { return is_damped_; }
+  bool varies() const override { return varying_times_.varies(); }
+  void set_time(const Instant& now) override { varying_times_.update(now, damping_times_); }
   double evaluation_work() const override { return 1.2; }
 
   double energy(const Kinematics& state, int threads) override {
@@ -338,8 +342,9 @@ class BendingForce final : public Force {
 
   StencilArray<QuadSurroundings::count, QuadSurroundings> quads_;
   std::vector<BendingBatch> batches_;
-  StencilNumbers damping_times_;
-  bool is_damped_ = false;
+  VaryingNumbers varying_times_;
+  StencilNumbers damping_times_;  // s, at the time set
+  bool is_damped_ = false;        // at any time
 };
 
 // The edges of a triangle that are hinges, and the nodes across them.
@@ -386,8 +391,9 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
       if (node != no_node) node += body.first_particle;
     }
     quads.nodes.push_back(nodes);
-    quads.damping_times.push_back(material.bending_damping);
   }
+  quads.damping_times.append(quad_count(body), material.bending_damping);
+  quads.is_damped |= !material.bending_damping.is_zero();
 }
 
 }  // namespace

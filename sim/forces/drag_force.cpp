@@ -3,7 +3,7 @@
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
-#include "sim/matrix/stencil_numbers.h"
+#include "sim/forces/varying_numbers.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -18,17 +18,31 @@ using materials::Vec3Of;
 
 // Air density times drag coefficient by quad, kg/m^3.
 struct DragNumbers {
-  StencilNumbers normal, tangential;
+  VaryingNumbers normal, tangential;
 };
 
 class DragForce final : public Force {
  public:
-  DragForce(const std::vector<Quad>& quads, DragNumbers drags, const Vec3& wind, int particle_count)
-      : quads_(quads, particle_count), drags_(std::move(drags)), wind_(wind.cast<Lanes>()) {}
+  DragForce(const std::vector<Quad>& quads, DragNumbers drags, const Varying<Vec3>& wind,
+            int particle_count)
+      : quads_(quads, particle_count),
+        drags_(std::move(drags)),
+        wind_in_time_(wind),
+        normal_(drags_.normal.numbers()),
+        tangential_(drags_.tangential.numbers()),
+        wind_(wind.constant_or_zero().cast<Lanes>()) {}
 
   std::string_view name() const override { return "drag"; }
   bool has_damping() const override { return true; }
   bool is_external() const override { return true; }
+  bool varies() const override {
+    return wind_in_time_.varies() || drags_.normal.varies() || drags_.tangential.varies();
+  }
+  void set_time(const Instant& now) override {
+    wind_ = wind_in_time_.at(now).cast<Lanes>();
+    drags_.normal.update(now, normal_);
+    drags_.tangential.update(now, tangential_);
+  }
   double evaluation_work() const override { return 0.6; }
   // Drag stores no energy.
   double energy(const Kinematics&, int) override { return 0; }
@@ -96,31 +110,39 @@ class DragForce final : public Force {
     return corners;
   }
 
-  DragOf<Lanes> batch(int first) const {
-    return {drags_.normal.batch(first), drags_.tangential.batch(first)};
-  }
+  DragOf<Lanes> batch(int first) const { return {normal_.batch(first), tangential_.batch(first)}; }
 
   StencilArray<4, QuadCorners> quads_;
   DragNumbers drags_;
-  Vec3Of<Lanes> wind_;
+  TimeCurve<Vec3> wind_in_time_;
+  StencilNumbers normal_, tangential_;  // at the time set
+  Vec3Of<Lanes> wind_;                  // likewise, m/s
 };
+
+// Appends the drag of a body's quads: density times coefficient.
+void append(int quads, const Varying<double>& density, const Varying<double>& coefficient,
+            VaryingNumbers& numbers) {
+  const TimeCurve<double> of_air(density), of_body(coefficient);
+  numbers.append(quads, of_air.varies() || of_body.varies(),
+                 [=](const Instant& now) { return of_air.at(now) * of_body.at(now); });
+}
 
 }  // namespace
 
 std::unique_ptr<Force> make_drag_force(const Scene& scene) {
   std::vector<Quad> quads;
   DragNumbers drags;
-  const double density = scene.source.world.air_density;
+  const Varying<double>& density = scene.source.world.air_density;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
-    const double normal = density * body.material->normal_drag;
-    const double tangential = density * body.material->tangential_drag;
-    if (normal == 0 && tangential == 0) continue;
+    const auto& normal = body.material->normal_drag;
+    const auto& tangential = body.material->tangential_drag;
+    if (density.is_zero() || (normal.is_zero() && tangential.is_zero())) continue;
     for (int q = 0; q < quad_count(body); ++q) {
       for (int& corner : quads.emplace_back(quad_corners(body, q))) corner += body.first_particle;
-      drags.normal.push_back(normal);
-      drags.tangential.push_back(tangential);
     }
+    append(quad_count(body), density, normal, drags.normal);
+    append(quad_count(body), density, tangential, drags.tangential);
   }
   if (quads.empty()) return nullptr;
   return std::make_unique<DragForce>(quads, std::move(drags), scene.source.world.wind,

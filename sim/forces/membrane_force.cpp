@@ -4,6 +4,7 @@
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
+#include "sim/forces/varying_numbers.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -25,12 +26,16 @@ using Quads = StencilArray<4, QuadCorners>;
 struct MembraneQuads {
   std::vector<Quad> corners;
   std::vector<std::array<TriangleMembrane, 2>> membranes;
+  VaryingNumbers damping_times;  // s
+  bool is_damped = false;        // at any time
 };
 
 class MembraneForce final : public Force {
  public:
   MembraneForce(const MembraneQuads& quads, const std::vector<Vec3>& rest)
-      : quads_(quads.corners, static_cast<int>(rest.size())) {
+      : quads_(quads.corners, static_cast<int>(rest.size())),
+        damping_times_(quads.damping_times),
+        is_damped_(quads.is_damped) {
     membranes_.resize((quads.membranes.size() + lane_count - 1) / lane_count);
     for (std::size_t i = 0; i < quads.membranes.size(); ++i) {
       const std::size_t lane = i % lane_count;
@@ -40,7 +45,6 @@ class MembraneForce final : public Force {
         for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membrane.root[k];
         batch.shear.values[lane] = membrane.shear;
         batch.damping_time.values[lane] = membrane.damping_time;
-        is_damped_ |= membrane.damping_time > 0;
       }
     }
     // Rest lengths are computed by the operations that later compute lengths: a body at rest then
@@ -56,6 +60,15 @@ class MembraneForce final : public Force {
 
   std::string_view name() const override { return "membrane"; }
   bool has_damping() const override { return is_damped_; }
+  bool varies() const override { return damping_times_.varies(); }
+  void set_time(const Instant& now) override {
+    damping_times_.visit_changed(now, [&](int first, int last, double time) {
+      for (int i = first; i < last; ++i) {
+        for (TriangleMembraneOf<Lanes>& membrane : membranes_[i / lane_count])
+          membrane.damping_time.values[i % lane_count] = time;
+      }
+    });
+  }
   double evaluation_work() const override { return 0.3; }
   bool is_membrane() const override { return true; }
 
@@ -208,7 +221,8 @@ class MembraneForce final : public Force {
   Quads quads_;
   // The triangles of each batch of quads. Lanes beyond the last quad have no stiffness.
   std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
-  bool is_damped_ = false;
+  VaryingNumbers damping_times_;  // of the quads
+  bool is_damped_ = false;        // at any time
 };
 
 MembraneQuads quads_of(const Scene& scene) {
@@ -217,15 +231,17 @@ MembraneQuads quads_of(const Scene& scene) {
     const SceneBody& body = scene.bodies[b];
     const MaterialCase& material = *body.material;
     if (material.membrane != MembraneModel::triangles || material.membrane_stiffness == 0) continue;
+    quads.damping_times.append(quad_count(body), material.stiffness_damping);
+    quads.is_damped |= !material.stiffness_damping.is_zero();
     for (int q = 0; q < quad_count(body); ++q) {
       const Quad corners = quad_corners(body, q);
       Nodes4 rest;
       for (int i = 0; i < 4; ++i) rest.col(i) = body.rest[corners[i]];
       auto& membranes = quads.membranes.emplace_back();
       for (int k = 0; k < 2; ++k) {
-        membranes[k] =
-            materials::make_triangle_membrane(triangle_nodes(rest, k), material.membrane_stiffness,
-                                              material.poisson_ratio, material.stiffness_damping);
+        membranes[k] = materials::make_triangle_membrane(
+            triangle_nodes(rest, k), material.membrane_stiffness, material.poisson_ratio,
+            material.stiffness_damping.constant_or_zero());
       }
       Quad& global = quads.corners.emplace_back(corners);
       for (int& corner : global) corner += body.first_particle;

@@ -17,11 +17,17 @@ class SpringForce final : public Force {
   SpringForce(SpringNetwork network, int particle_count)
       : ends_(network.ends, particle_count),
         springs_(std::move(network.springs)),
-        is_damped_(
-            std::ranges::any_of(springs_, [](const Spring& s) { return s.damping_time > 0; })) {}
+        damping_times_(std::move(network.damping_times)),
+        is_damped_(network.is_damped) {}
 
   std::string_view name() const override { return "springs"; }
   bool has_damping() const override { return is_damped_; }
+  bool varies() const override { return damping_times_.varies(); }
+  void set_time(const Instant& now) override {
+    damping_times_.visit_changed(now, [&](int first, int last, double time) {
+      for (int i = first; i < last; ++i) springs_[i].damping_time = time;
+    });
+  }
   double evaluation_work() const override { return 1.0; }
   bool is_membrane() const override { return true; }
 
@@ -78,7 +84,8 @@ class SpringForce final : public Force {
  private:
   StencilArray<2> ends_;
   std::vector<Spring> springs_;
-  bool is_damped_;
+  VaryingNumbers damping_times_;
+  bool is_damped_;  // at any time
 };
 
 // Collects springs along steps of the image. A pair of particles on two patches gets one spring.
@@ -133,13 +140,17 @@ SpringNetwork springs_of(const Scene& scene) {
         material.structural_stiffness.value_or(0.75 * material.membrane_stiffness);
     const double shear = material.shear_stiffness.value_or(0.5 * structural);
     const double bend = material.bend_stiffness.value_or(0.0);
-    SpringCollector collector(body, material.stiffness_damping, network);
+    const auto first = static_cast<int>(network.springs.size());
+    SpringCollector collector(body, material.stiffness_damping.constant_or_zero(), network);
     collector.add(0, 1, structural);
     collector.add(1, 0, structural);
     collector.add(1, 1, shear);
     collector.add(1, -1, shear);
     collector.add(0, 2, bend);
     collector.add(2, 0, bend);
+    network.damping_times.append(static_cast<int>(network.springs.size()) - first,
+                                 material.stiffness_damping);
+    network.is_damped |= !material.stiffness_damping.is_zero();
   }
   return network;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "materials/spring.h"
+#include "sim/forces/varying_numbers.h"
 
 namespace weft::sim {
 
@@ -13,6 +14,8 @@ struct Scene;
 struct SpringNetwork {
   std::vector<std::array<int, 2>> ends;  // particles
   std::vector<materials::Spring> springs;
+  VaryingNumbers damping_times;  // s
+  bool is_damped = false;        // at any time
 };
 
 // Returns the springs of all dynamic bodies whose membrane is made of springs.

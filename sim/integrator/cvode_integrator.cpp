@@ -215,12 +215,16 @@ void CvodeIntegrator::Implementation::find_swing() {
   CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
 }
 
-// Tells CVODE the latest end of its next step. Restarts CVODE where a velocity jumps, because its
-// history is then of no use.
+// Tells CVODE the latest end of its next step. Restarts CVODE where a velocity or a curve jumps,
+// because its history is then of no use.
 std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const double start = accepted.time();
-  if (start > 0 && motion_limits.jumps_at(start)) begin_anew();
+  const bool jumps = start > 0 && motion_limits.jumps_at(start);
+  if (jumps) begin_anew();
   dynamics.begin_step(start);
+  // Forces that jump ask for another first step than those at t = 0.
+  if (jumps && dynamics.varies())
+    CVodeSetInitStep(cvode, first_step(dynamics, start, accepted.state()));
   double next = 0;
   CVodeGetCurrentStep(cvode, &next);
   const double wanted =

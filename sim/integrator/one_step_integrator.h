@@ -43,8 +43,9 @@ class OneStepIntegrator : public Integrator {
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // True if attempt() itself checks the path it took, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
-  // Called when a prescribed motion starts, stops or passes a keyframe at time(): earlier slopes do
-  // not predict what follows. If its velocity `jumps`, earlier states do not either.
+  // Called when a prescribed motion starts, stops or passes a keyframe at time(), or a curve has a
+  // corner there: earlier slopes do not predict what follows. If a velocity or a curve `jumps`,
+  // earlier states do not either.
   virtual void pass_event(bool /*jumps*/) {}
   // Called when the state has been replaced: nothing known of earlier steps holds.
   virtual void forget() {}
@@ -70,6 +71,8 @@ class OneStepIntegrator : public Integrator {
   // nothing if no step is short enough; step() then fails with the reason.
   std::optional<double> latest_end(double wanted);
   bool motions_limit_steps() const { return motion_limits_.apply(); }
+  // Returns the next corner (s) of a motion or a curve after time(); infinite without one.
+  double next_event() const { return motion_limits_.next_event(time()); }
 
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }

@@ -49,7 +49,7 @@ class StaticIntegrator final : public OneStepIntegrator {
         correction_(dynamics.state_size()),
         reached_(dynamics.state_size()),
         weight_(dynamics.state_size(), 1.0),
-        gravity_(scene.source.world.gravity.norm()) {
+        gravity_(scene.source.world.gravity.constant().norm()) {
     if (dynamics.contact() != nullptr) dynamics.contact()->keep_matrix_definite();
     for (const double mass : scene.mass) mass_ += mass;
   }

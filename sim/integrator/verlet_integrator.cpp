@@ -55,10 +55,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     if (options.step) return refuse_unstable(*options.step);
     double rate = 0;
     if (dynamics().has_damping() || dynamics().contact() != nullptr) {
-      const SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
-      decay_ = fastest.decay;
-      stiff_place_ = fastest.place;
-      rate = fastest.stiffest();
+      rate = find_decay();
     }
     if (dynamics().contact() == nullptr) {
       tracker_.emplace(dynamics(), time(), state());
@@ -173,6 +170,35 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   void forget() override { start_ = end_ = -1; }
+  // After a jump of a curve, the acceleration at the end of the last step is not that at the start
+  // of the next, and differences across it show no vibration.
+  void pass_event(bool jumps) override {
+    if (!dynamics().varies()) return;
+    if (jumps) {
+      forget();
+      next_shown_check_ = std::max(next_shown_check_, steps_ + 2);
+    }
+    if (is_fixed()) return;
+    const double rate = find_decay();
+    keep_share(tracker_ ? std::max(tracker_->frequency(), decay_) : rate);
+    propose(chosen_step_);
+  }
+
+  // Estimates the decay, and returns the fastest rate (1/s). Until the next corner of a curve,
+  // damping is strongest at one of its ends.
+  double find_decay() {
+    dynamics().begin_step(time());
+    SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
+    const double end = next_event();
+    if (dynamics().varies() && std::isfinite(end)) {
+      const SpectralEstimate later = estimate_spectrum(dynamics(), end, state());
+      if (later.stiffest() > fastest.stiffest()) fastest.place = later.place;
+      fastest.decay = std::max(fastest.decay, later.decay);
+    }
+    decay_ = fastest.decay;
+    stiff_place_ = fastest.place;
+    return fastest.stiffest();
+  }
 
   Trouble trouble_of(const ContactFault& fault) {
     set_fault(fault);

@@ -18,6 +18,14 @@ class StencilNumbers {
     runs_.back().end = count_;
   }
 
+  // Appends the number of the next `count` stencils.
+  void append(int count, double value) {
+    if (count == 0) return;
+    push_back(value);
+    count_ += count - 1;
+    runs_.back().end = count_;
+  }
+
   // Returns the numbers of the batch of stencils from `first` on; zero beyond the last stencil.
   // O(log runs).
   materials::Lanes batch(int first) const {
@@ -30,10 +38,6 @@ class StencilNumbers {
       if (first + lane + 1 == run->end) ++run;
     }
     return values;
-  }
-
-  bool has_positive() const {
-    return std::any_of(runs_.begin(), runs_.end(), [](const Run& run) { return run.value > 0; });
   }
 
  private:

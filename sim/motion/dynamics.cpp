@@ -36,7 +36,10 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
                              [&](const PrescribedMotion& held) {
                                return held.moves && !held.particles.empty() &&
                                       held.particles[0] < scene.dynamic_particles;
-                             })) {
+                             })),
+      gravity_curve_(scene.source.world.gravity),
+      friction_curve_(scene.source.contact.friction),
+      gravity_(scene.source.world.gravity.constant_or_zero()) {
   for (int i = 0; i < scene.dynamic_particles; ++i) {
     if (scene.pinned[i] != 0) held_.push_back(i);
   }
@@ -50,24 +53,33 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   has_damping_ = !mass_damping_.empty() || std::ranges::any_of(forces_, [](const auto& force) {
     return force->has_damping();
   });
-  varies_ = std::ranges::any_of(forces_, [](const auto& force) { return force->varies(); });
-}
-
-void Dynamics::set_time(double time) {
-  if (!varies_) return;
-  const Instant now = instant(time);
-  for (const auto& force : forces_) {
-    if (force->varies()) force->set_time(now);
-  }
+  varies_ = gravity_curve_.varies() || mass_damping_curves_.varies() ||
+            (contact_ && friction_curve_.varies()) ||
+            std::ranges::any_of(forces_, [](const auto& force) { return force->varies(); });
 }
 
 void Dynamics::add_mass_damping() {
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {
     const SceneBody& body = scene_.bodies[b];
-    if (body.material->mass_damping == 0) continue;
+    const Varying<double>& damping = body.material->mass_damping;
+    mass_damping_curves_.append(body.particle_count(), damping);
+    if (damping.is_zero()) continue;
     mass_damping_.resize(scene_.dynamic_particles, 0.0);
     std::fill_n(mass_damping_.begin() + body.first_particle, body.particle_count(),
-                body.material->mass_damping);
+                damping.constant_or_zero());
+  }
+}
+
+void Dynamics::set_time(double time) {
+  if (!varies_) return;
+  const Instant now = instant(time);
+  gravity_ = gravity_curve_.at(now);
+  if (contact_ && friction_curve_.varies()) contact_->set_friction(friction_curve_.at(now));
+  mass_damping_curves_.visit_changed(now, [&](int first, int last, double damping) {
+    std::fill(mass_damping_.begin() + first, mass_damping_.begin() + last, damping);
+  });
+  for (const auto& force : forces_) {
+    if (force->varies()) force->set_time(now);
   }
 }
 
@@ -282,7 +294,7 @@ void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
 }
 
 bool Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) const {
-  const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
+  const Vec3 gravity = load_.value_or(1) * gravity_;
   double sum = accelerate(scene_.mass, gravity, force);
   for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
     const Vec3 slowing = mass_damping_[i] * state.velocity[i];
@@ -372,8 +384,7 @@ Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y)
   const Kinematics state = kinematics(time, y);
   Energies energies;
   energies.kinetic = 0.5 * mass_product(scene_.mass, state.velocity, state.velocity);
-  energies.gravitational =
-      -scene_.source.world.gravity.dot(mass_moment(scene_.mass, state.position));
+  energies.gravitational = -gravity_.dot(mass_moment(scene_.mass, state.position));
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
   }
@@ -383,6 +394,7 @@ Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y)
 
 Energies Dynamics::energies(double time, std::span<const double> y) {
   if (contact_) {
+    set_time(time);
     expand(time, y, position_, velocity_);
     // A fault leaves no pairs in reach; the states recorded here have been accepted and have none.
     static_cast<void>(evaluate_contact(time));

@@ -12,8 +12,10 @@
 #include "sim/base/statistics.h"
 #include "sim/contact/contact.h"
 #include "sim/forces/force.h"
+#include "sim/forces/varying_numbers.h"
 #include "sim/matrix/block_matrix.h"
 #include "sim/scene/scene.h"
+#include "sim/scene/time_curve.h"
 
 namespace weft::sim {
 
@@ -118,9 +120,9 @@ class Dynamics {
 
   // True if a pin of a dynamic body moves.
   bool pins_move() const { return pins_move_; }
-  // Announces a step that starts at `time`. If a prescribed velocity jumps at the end of the step,
-  // all times after its start have the velocity before the jump. Without this call, all times have
-  // the velocity after it.
+  // Announces a step that starts at `time`. If a prescribed velocity or a curve jumps at the end of
+  // the step, all times after its start have the value before the jump. Without this call, all
+  // times have the value after it.
   void begin_step(double time) { step_start_ = time; }
   double step_start() const { return step_start_; }
   // Sets positions and velocities of moving pins in y, after any jump.
@@ -161,6 +163,10 @@ class Dynamics {
   // forces alone.
   double external_power(double time, std::span<const double> y);
   bool has_external_forces() const;
+  // Gravity (m/s^2) at a time, on the side of a jump that begin_step() implies.
+  Vec3 gravity(double time) const { return gravity_curve_.at(instant(time)); }
+  // True if gravity, friction or a coefficient of a force varies in time.
+  bool varies() const { return varies_; }
   // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
   // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor external
   // ones. Not counted in the statistics' force evaluations. `loaded` are the particles of obstacles
@@ -210,7 +216,6 @@ class Dynamics {
   Statistics& statistics_;
   int threads_ = 1;
   std::vector<std::unique_ptr<Force>> forces_;
-  bool varies_ = false;  // a force varies in time
   bool pins_move_ = false;
   std::vector<int> held_;  // dynamic particles that are pinned
   std::optional<Contact> contact_;
@@ -221,6 +226,11 @@ class Dynamics {
   Linearisation linearisation_;
   std::optional<double> load_;
   double hardness_ = 1;
+  TimeCurve<Vec3> gravity_curve_;
+  TimeCurve<double> friction_curve_;
+  VaryingNumbers mass_damping_curves_;  // of runs of particles
+  bool varies_ = false;
+  Vec3 gravity_;                           // m/s^2, at the time set
   std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
   std::vector<Vec3> position_, velocity_;  // of all, where the state does not do
   std::vector<RigidPose> poses_;           // of the obstacles that move

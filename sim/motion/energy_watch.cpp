@@ -21,7 +21,7 @@ bool can_be_watched(const Dynamics& dynamics) {
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
   const bool moves = std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                                  [](const PrescribedMotion& held) { return held.moves; });
-  return !moves && !(dynamics.has_external_forces() && !scene.source.world.wind.isZero());
+  return !moves && !(dynamics.has_external_forces() && !scene.source.world.wind.is_zero());
 }
 
 // The diagonal of the box around the start of the dynamic bodies, m.
@@ -49,7 +49,11 @@ EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start, doub
 // The energy of a fall by gravity alone, from rest, J.
 double EnergyWatch::fall_energy(double time) const {
   time -= start_time_;
-  const double gravity = scene_.source.world.gravity.norm();
+  if (scene_.source.world.gravity.varies()) {
+    const double speed = external_.fall_speed();
+    return mass_ * std::min(external_.largest_gravity() * longest_fall_, 0.5 * speed * speed);
+  }
+  const double gravity = scene_.source.world.gravity.constant().norm();
   // For equilibria, `time` measures the load and is no time.
   const bool is_motion = !traits_of(scene_.source.time.method).finds_equilibria();
   const double fall = is_motion ? 0.5 * gravity * time * time : longest_fall_;

@@ -1,7 +1,11 @@
 #include "sim/motion/external_work.h"
-#include "sim/case/time_methods.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "sim/case/time_methods.h"
+#include "sim/motion/particle_masses.h"
+#include "sim/scene/scene_curves.h"
 
 namespace weft::sim {
 
@@ -17,14 +21,24 @@ ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double
     obstacles_move_ |= !is_pin;
   }
   counts_external_ =
-      dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.isZero());
+      dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.is_zero());
+  gravity_varies_ = scene.source.world.gravity.varies();
+  for (const MotionEvent& event : SceneCurves(scene.source).events()) {
+    if (event.jumps) jumps_.push_back(event.time);
+  }
   force_.resize(moved_.size());
   place_ = last_place_ = last_force_ = force_;
-  if (is_possible()) measure(time, y);
+  if (!is_possible()) return;
+  measure(time, y);
+  next_power_ = power_;
+  if (!gravity_varies_) return;
+  gravity_ = dynamics.gravity(time);
+  moment_ = free_moment(y);
 }
 
 void ExternalWork::transfer(StateArchive& archive) {
   std::size_t loads = loads_.size();
+  archive(gravity_, moment_, fall_speed_, largest_gravity_, next_power_);
   archive(time_, power_, force_, place_, work_, doubt_, held_kinetic_energy_,
           held_gravitational_energy_, loads);
   loads_.resize(loads);
@@ -39,9 +53,10 @@ void ExternalWork::add_step(double time, std::span<const double> y) {
   last_place_.swap(place_);
   last_loads_.swap(loads_);
   last_poses_.swap(poses_);
-  last_power_ = power_;
-  const double h = time - time_;
+  const double start = time_, h = time - time_, last_power = next_power_;
   measure(time, y);
+  next_power_ = power_after_jump(time, y);
+  if (gravity_varies_) add_gravity(start, time, y);
   double mean = 0, change = 0;
   visit_loads([&](const Vec3& last_force, const Vec3& force, const Vec3& way) {
     mean += 0.5 * (force + last_force).dot(way);
@@ -52,8 +67,43 @@ void ExternalWork::add_step(double time, std::span<const double> y) {
     mean += 0.5 * (force_[i] + last_force_[i]).dot(way);
     change += (force_[i] - last_force_[i]).dot(way);
   }
-  work_ += 0.5 * h * (power_ + last_power_) - mean;
-  doubt_ += 0.5 * (std::abs(change) + h * std::abs(power_ - last_power_));
+  work_ += 0.5 * h * (power_ + last_power) - mean;
+  doubt_ += 0.5 * (std::abs(change) + h * std::abs(power_ - last_power));
+}
+
+// Returns the power at the start of the step that follows.
+double ExternalWork::power_after_jump(double time, std::span<const double> y) {
+  const double nearby = dynamics_.scene().source.time.minimum_step;
+  const bool jumps =
+      std::ranges::any_of(jumps_, [&](double jump) { return std::abs(jump - time) <= nearby; });
+  if (!jumps || !counts_external_) return power_;
+  const double step_start = dynamics_.step_start();
+  dynamics_.begin_step(time);
+  const double power = dynamics_.external_power(time, y);
+  dynamics_.begin_step(step_start);
+  return power;
+}
+
+void ExternalWork::add_gravity(double start, double time, std::span<const double> y) {
+  const Vec3 first = dynamics_.gravity(start), last = dynamics_.gravity(time);
+  const Vec3 moment = free_moment(y);
+  work_ -= moment_.dot(first - gravity_) + 0.5 * (moment_ + moment).dot(last - first);
+  doubt_ += 0.5 * (moment - moment_).cwiseAbs().dot((last - first).cwiseAbs());
+  fall_speed_ += 0.5 * (time - start) * (first.norm() + last.norm());
+  largest_gravity_ = std::max({largest_gravity_, first.norm(), last.norm()});
+  gravity_ = last;
+  moment_ = moment;
+}
+
+// Returns the sum of m x of the free particles. With prescribed motion, measure() has put all in
+// place.
+Vec3 ExternalWork::free_moment(std::span<const double> y) const {
+  const Scene& scene = dynamics_.scene();
+  Vec3 moment = mass_moment(
+      scene.mass, is_moved() ? std::span<const Vec3>(position_).first(scene.dynamic_particles)
+                             : StateView::of(y).position);
+  for (std::size_t i = 0; i < moved_.size(); ++i) moment -= scene.mass[moved_[i]] * place_[i];
+  return moment;
 }
 
 // Calls visit(force before, force now, way) for the particles of obstacles that have a force at one
@@ -94,13 +144,14 @@ void ExternalWork::measure(double time, std::span<const double> y) {
   if (dynamics_.contact() != nullptr)
     dynamics_.contact()->obstacles().find_poses(time, false, poses_);
   held_kinetic_energy_ = held_gravitational_energy_ = 0;
+  const Vec3 gravity = dynamics_.gravity(time);
   for (std::size_t i = 0; i < moved_.size(); ++i) {
     const int particle = moved_[i];
     force_[i] = all_forces_[particle];
     place_[i] = position_[particle];
     const double mass = scene.mass[particle];
     held_kinetic_energy_ += 0.5 * mass * velocity_[particle].squaredNorm();
-    held_gravitational_energy_ -= mass * scene.source.world.gravity.dot(place_[i]);
+    held_gravitational_energy_ -= mass * gravity.dot(place_[i]);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sim/case/case_text.h"
+#include "sim/scene/scene_curves.h"
 
 namespace weft::sim {
 
@@ -46,14 +47,15 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
       time = event->time;
     }
   }
+  const SceneCurves curves(scene.source);
+  for (const MotionEvent& event : curves.events()) events_.push_back(event);
+  longest_step_ = curves.longest_step();
   if (std::isfinite(scene.pins_change_at)) events_.push_back({scene.pins_change_at, true});
   std::sort(events_.begin(), events_.end(),
             [](const MotionEvent& a, const MotionEvent& b) { return a.time < b.time; });
   if (range_ > 0 && !motions_.empty()) paths_.emplace(scene);
 }
 
-// Returns the next event after `time`. An event within the shortest step counts as passed: bounds
-// hold across events.
 double MotionLimits::next_event(double time) const {
   const double after = time + scene_.source.time.minimum_step;
   const auto next = std::upper_bound(events_.begin(), events_.end(), after,
@@ -75,7 +77,7 @@ bool MotionLimits::jumps_at(double time) const {
 
 std::optional<double> MotionLimits::latest_end(double time, double wanted,
                                                std::span<const double> y) {
-  const double latest = std::min(wanted, next_event(time));
+  const double latest = std::min({wanted, next_event(time), time + longest_step_});
   find_approaches(time, latest, y);
   const double shortest = scene_.source.time.minimum_step;
   double length = latest - time;

@@ -42,8 +42,10 @@ class MotionLimits {
   // Scene and dynamics must outlive the limits.
   MotionLimits(const Scene& scene, const Dynamics& dynamics);
 
-  // False if nothing moves and pins stay as they are: no step is ever shortened.
-  bool apply() const { return !motions_.empty() || !events_.empty(); }
+  // False if nothing moves, pins stay as they are and no curve varies: no step is ever shortened.
+  bool apply() const {
+    return !motions_.empty() || !events_.empty() || std::isfinite(longest_step_);
+  }
   // Returns the latest end of a step from `time` and the state `y` that is to end at `wanted`.
   // Returns nothing if even a step of time.minimum_step is too long; failure() then names the
   // motion. Costs a pass over the particles if an obstacle moves, and nothing if only pins do.
@@ -54,8 +56,11 @@ class MotionLimits {
   static double stop_time(double latest, double wanted) {
     return latest < wanted ? latest : std::numeric_limits<double>::max();
   }
-  // True if a motion starts, stops or passes a keyframe within time.minimum_step of `time`; and
-  // true if its velocity jumps there.
+  // Returns the next start, stop, keyframe or corner (s) after `time`; infinite without one. One
+  // within the shortest step counts as passed: bounds hold across events.
+  double next_event(double time) const;
+  // True if a motion starts, stops or passes a keyframe, or a curve has a corner, within
+  // time.minimum_step of `time`; and true if a velocity or a curve jumps there.
   bool has_event_at(double time) const;
   bool jumps_at(double time) const;
 
@@ -81,7 +86,6 @@ class MotionLimits {
     double relative_speed = 0;  // against the obstacle, m/s
     double radius = 0;          // of the part's points about the centre of the motion, m
   };
-  double next_event(double time) const;
   void find_approaches(double time, double end, std::span<const double> y);
   void add_approaches(const Moving& obstacle, int body, double time, double length, double travel);
   void find_points(double time, std::span<const double> y);
@@ -96,7 +100,8 @@ class MotionLimits {
   const Dynamics& dynamics_;
   double range_ = 0;  // m; 0 without contact
   std::vector<Moving> motions_;
-  std::vector<MotionEvent> events_;         // by time
+  std::vector<MotionEvent> events_;         // of motions, pins and curves, by time
+  double longest_step_ = 0;                 // s, that follows gusts; infinite without
   std::vector<std::vector<Block>> blocks_;  // by body; boxes are updated in each step
   std::vector<char> is_bounded_;            // by body, in this step
   std::vector<Approach> approaches_;

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "sim/scene/easing.h"
+
 namespace weft::sim {
 
 namespace {
@@ -25,11 +27,6 @@ Vec3 turn_between(const Vec3& from, const Vec3& to) {
                                    Eigen::Quaterniond(angle_axis(from)).conjugate());
   return shortest.axis() * shortest.angle();
 }
-
-// The easing between two keyframes for s in 0 .. 1, and its first two derivatives.
-double eased(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
-double eased_slope(double s) { return 30 * s * s * (1 - s) * (1 - s); }
-double eased_curvature(double s) { return 60 * s * (1 - s) * (1 - 2 * s); }
 
 // The largest slope and curvature in an interval. The slope rises up to the middle and then falls.
 // The curvature has its extremes, +-10 / sqrt(3), at (3 -+ sqrt(3)) / 6.

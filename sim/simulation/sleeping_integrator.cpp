@@ -73,6 +73,7 @@ SleepingIntegrator::SleepingIntegrator(const Scene& scene, Dynamics& whole)
     : scene_(scene),
       whole_(whole),
       moving_boxes_(scene),
+      curves_(scene.source),
       has_moving_pin_(find_moving_pins(scene)),
       rest_(scene, 0, whole.initial_state()),
       asleep_(scene.dynamic_bodies, 0),
@@ -188,6 +189,7 @@ std::vector<char> SleepingIntegrator::bodies_that_may_sleep(const std::vector<in
   for (int body = 0; body < scene_.dynamic_bodies; ++body) {
     if (asleep_[body] != 0) continue;
     const bool may = rest_.is_at_rest(body) && has_moving_pin_[body] == 0 &&
+                     !is_driven(body, time(), time() + RestWatch::window) &&
                      !moving_boxes_.may_reach(box_of(body), scene_.bodies[body].thickness, time(),
                                               time() + RestWatch::window);
     if (!may) may_sleep[islands[body]] = 0;
@@ -228,8 +230,17 @@ void SleepingIntegrator::fall_asleep() {
   change(time(), falling, "sleep");
 }
 
+// True if a curve that can move the body at rest changes in a step, or in several, between these
+// times. A jump at the start counts, also within the shortest step after it; one at the end does
+// not.
+bool SleepingIntegrator::is_driven(int body, double from, double to) const {
+  const MaterialCase* material = scene_.bodies[body].material;
+  const double nearby = scene_.source.time.minimum_step;
+  return curves_.may_move(material->name, from - nearby, to - 0.5 * nearby);
+}
+
 // Returns the islands that must wake, since the step from `from` to time(), or a try at it, touched
-// them or an obstacle moved near them.
+// them, an obstacle moved near them or a curve that acts on them changed.
 std::vector<int> SleepingIntegrator::touched_islands(double from) const {
   std::vector<int> touched;
   if (!awake_) return touched;
@@ -237,7 +248,7 @@ std::vector<int> SleepingIntegrator::touched_islands(double from) const {
   const Scene& awake = awake_->part.scene();
   for (int b = awake.dynamic_bodies; b < scene_.dynamic_bodies; ++b) {
     const int body = awake_->part.whole_body(b);
-    if ((contact != nullptr && contact->touched()[b] != 0) ||
+    if ((contact != nullptr && contact->touched()[b] != 0) || is_driven(body, from, time()) ||
         moving_boxes_.may_reach(box_of(body), awake.bodies[b].thickness, from, time()))
       touched.push_back(island_[body]);
   }

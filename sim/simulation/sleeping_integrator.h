@@ -9,6 +9,7 @@
 
 #include "sim/integrator/integrator.h"
 #include "sim/scene/awake_scene.h"
+#include "sim/scene/scene_curves.h"
 #include "sim/simulation/moving_boxes.h"
 #include "sim/simulation/rest_watch.h"
 
@@ -21,14 +22,16 @@ bool may_sleep(const Scene& scene);
 // bodies sleep, a dynamics and an integrator of the awake ones alone compute them.
 //
 // A body may sleep if it is at rest (rest_watch.h), none of its pins moves or is still to take hold
-// or let go, it is not tied to what moves by prescription, and no obstacle moves near it within the
-// next half second. Bodies in contact with each other, or tied to each other, fall asleep and wake
-// together. At least one body stays awake. Bodies fall asleep only if
-// they make up a tenth of the awake vertices, since the method then begins anew.
+// or let go, it is not tied to what moves by prescription, no obstacle moves near it and no curve
+// that acts on it (scene_curves.h) changes within the next half second. Bodies in contact with each
+// other, or tied to each other, fall asleep and wake together. At least one body stays awake.
+// Bodies fall asleep only if they make up a tenth of the awake vertices, since the method then
+// begins anew.
 //
 // Sleeping bodies are obstacles at rest to all others. A step in which any evaluation of the forces
-// finds one in reach of an awake body, or in which an obstacle may have come near it, is taken
-// back: the body wakes at the start of the step. So no contact force on it is lost.
+// finds one in reach of an awake body, in which an obstacle may have come near it, or in which a
+// curve that acts on it changes, is taken back: the body wakes at the start of the step. So no
+// force on it is lost.
 class SleepingIntegrator final : public Integrator {
  public:
   // `whole` is the dynamics of `scene`; both must outlive the integrator.
@@ -89,11 +92,13 @@ class SleepingIntegrator final : public Integrator {
   void build();
   void find_frozen(double now);
   Eigen::AlignedBox3d box_of(int body) const;
+  bool is_driven(int body, double from, double to) const;
   std::string described(const std::vector<int>& bodies, const std::string& event) const;
 
   const Scene& scene_;
   Dynamics& whole_;
   MovingBoxes moving_boxes_;
+  SceneCurves curves_;
   std::function<void(const std::string&)> after_change_;
   std::vector<char> has_moving_pin_;  // by dynamic body
   RestWatch rest_;

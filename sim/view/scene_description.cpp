@@ -12,6 +12,7 @@
 #include "sim/contact/compute_choice.h"
 #include "sim/contact/contact_search.h"
 #include "sim/forces/force.h"
+#include "sim/scene/scene_curves.h"
 
 namespace weft::sim {
 
@@ -167,12 +168,14 @@ void describe_forces(const Scene& scene, std::ostream& out) {
       scene, [](const MaterialCase& m) { return !(m.bending_stiffness > 0); }, "bending",
       "every bending_stiffness is 0", "its bending_stiffness is 0", out);
   describe_lack(
-      scene, [](const MaterialCase& m) { return !(m.normal_drag > 0 || m.tangential_drag > 0); },
+      scene,
+      [](const MaterialCase& m) { return m.normal_drag.is_zero() && m.tangential_drag.is_zero(); },
       "drag and wind", "every drag coefficient is 0", "its drag coefficients are 0", out);
   describe_lack(
       scene,
       [](const MaterialCase& m) {
-        return !(m.mass_damping > 0 || m.stiffness_damping > 0 || m.bending_damping > 0);
+        return m.mass_damping.is_zero() && m.stiffness_damping.is_zero() &&
+               m.bending_damping.is_zero();
       },
       "material damping", "every damping is 0", "its damping is 0", out);
 }
@@ -221,8 +224,52 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   if (obstacles > 1) out << "  skipped pairs of obstacles: nothing is simulated between them\n";
   if (traits_of(scene.source.time.method).finds_equilibria()) {
     out << "  skipped friction and contact damping: in an equilibrium nothing moves\n";
-  } else if (contact.friction == 0) {
+  } else if (contact.friction.is_zero()) {
     out << "  skipped friction: contact.friction is 0\n";
+  }
+}
+
+// One corner of a curve or more: "0, 1.5 and 2 s", or the first and the last of many.
+std::string times_text(const std::vector<double>& times) {
+  constexpr std::size_t most = 6;
+  std::string text = number_text(times.front());
+  if (times.size() > most)
+    return std::to_string(times.size()) + " times, " + text + " to " + number_text(times.back()) +
+           " s";
+  for (std::size_t i = 1; i < times.size(); ++i)
+    text += (i + 1 < times.size() ? ", " : " and ") + number_text(times[i]);
+  return text + " s";
+}
+
+std::string value_text(double value) { return number_text(value); }
+std::string value_text(const Vec3& value) {
+  return '[' + number_text(value[0]) + ", " + number_text(value[1]) + ", " + number_text(value[2]) +
+         ']';
+}
+
+// The course of a value that varies, in a line.
+template <class Value>
+std::string course_text(const Varying<Value>& source) {
+  if (const GustCase* gust = source.gust()) {
+    return "gusts about " + value_text(gust->mean) + " m/s, intensity " +
+           number_text(gust->intensity) + ", time scale " + number_text(gust->time_scale) +
+           " s, seed " + std::to_string(gust->seed);
+  }
+  const auto& [times, values, between] = *source.curve();
+  const char* course = between == Between::linear   ? "straight"
+                       : between == Between::smooth ? "eased"
+                                                    : "in steps";
+  return "from " + value_text(values.front()) + " to " + value_text(values.back()) + ", " + course +
+         " between " + times_text(times);
+}
+
+void describe_curves(const Scene& scene, std::ostream& out) {
+  for (const SceneCurve& curve : find_curves(scene.source)) {
+    const std::string course =
+        std::visit([](const auto* source) { return course_text(*source); }, curve.source);
+    out << (curve.unused.empty() ? "varies    " : "  skipped ") << curve.key << ": " << course;
+    if (!curve.unused.empty()) out << "; " << curve.unused;
+    out << '\n';
   }
 }
 
@@ -278,6 +325,7 @@ std::string describe_scene(const Scene& scene) {
   describe_contact(scene, out);
   const auto backend =
       scene.source.contact.enabled ? describe_compute(scene, out) : ComputeBackend::cpu;
+  describe_curves(scene, out);
   describe_time(scene.source, out);
   describe_sleep(scene, out);
   if (!scene.source.accuracy_choice.empty()) {

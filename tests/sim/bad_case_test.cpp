@@ -117,13 +117,13 @@ duration = 2024-01-01
 gravity = -9.81
 )" + sheet,
        R"(case.toml:2:11: "gravity" is a number with a point or exponent
-  expected an array of 3 numbers (m/s^2))"},
+  expected an array of 3 numbers (m/s^2) or a curve)"},
       {"string_in_vector",
        R"([world]
 gravity = [0, 0, "down"]
 )" + sheet,
        R"(case.toml:2:18: "gravity[2]" is a string
-  expected an array of 3 numbers (m/s^2))"},
+  expected an array of 3 numbers (m/s^2) or a curve)"},
       {"number_for_table",
        R"(time = 1
 )" + sheet,
@@ -205,19 +205,19 @@ threads = 4294967297
 friction = -0.1
 )" + sheet,
        R"(case.toml:2:12: "friction" is -0.1
-  expected a number >= 0)"},
+  expected a number >= 0 or a curve)"},
       {"gravity_infinite",
        R"([world]
 gravity = [0, 0, -inf]
 )" + sheet,
        R"(case.toml:2:18: "gravity[2]" is -inf
-  expected an array of 3 numbers (m/s^2))"},
+  expected an array of 3 numbers (m/s^2) or a curve)"},
       {"gravity_of_two",
        R"([world]
 gravity = [0, -9.81]
 )" + sheet,
        R"(case.toml:2:11: "gravity" is an array of 2
-  expected an array of 3 numbers (m/s^2))"},
+  expected an array of 3 numbers (m/s^2) or a curve)"},
       {"density_zero",
        R"([material.cotton]
 density = 0.0

@@ -451,13 +451,13 @@ mass_damping = 1
        R"([material.cotton]
 )" + sheet,
        R"(--set contact.friction=high: "friction" is a string
-  expected a number >= 0)",
+  expected a number >= 0 or a curve)",
        {"contact.friction=high"}},
       {"set_out_of_range",
        R"([material.cotton]
 )" + sheet,
        R"(--set contact.friction=-1: "friction" is -1
-  expected a number >= 0)",
+  expected a number >= 0 or a curve)",
        {"contact.friction=-1"}},
       {"set_unknown_body",
        R"([material.cotton]
@@ -486,9 +486,9 @@ mass_damping = 1
       {"set_below_a_number",
        R"([material.cotton]
 )" + sheet,
-       R"(--set contact.friction.x=1: "friction" has no keys of its own
-  expected a number >= 0)",
-       {"contact.friction.x=1"}},
+       R"(--set contact.friction_speed.x=1: "friction_speed" has no keys of its own
+  expected a number > 0 (m/s))",
+       {"contact.friction_speed.x=1"}},
       {"set_entry_outside",
        R"([material.cotton]
 )" + sheet,

@@ -112,11 +112,13 @@ class WatchedCase {
       const Energies energies = run_.dynamics().energies(now, integrator.state());
       if (const auto reason = watch_.check(now, integrator.state(), energies)) return reason->text;
       gain_ = free_energy(energies) - start_;
+      most_gain_ = std::max(most_gain_, std::abs(gain_));
     }
     return "";
   }
   std::span<const double> state() { return run_.integrator().state(); }
   double gain() const { return gain_; }  // J, of the free particles and of contact
+  double most_gain() const { return most_gain_; }
   const ExternalWork& external() const { return watch_.external(); }
 
  private:
@@ -127,7 +129,7 @@ class WatchedCase {
 
   SimulatedCase run_;
   EnergyWatch watch_;
-  double start_ = 0, gain_ = 0;
+  double start_ = 0, gain_ = 0, most_gain_ = 0;
 };
 
 // Undamped springs, pulled and rotated at one end.
@@ -187,6 +189,64 @@ motion = { keyframes = [{ time = 10, translation = [0.1, 0, 0] }] }
   EXPECT_EQ(rod.advance_to(11), "");
   EXPECT_NEAR(rod.external().work(), rod.gain(), 0.01 * rod.gain());
   EXPECT_GT(rod.gain(), 0.1);
+}
+
+TEST(ExternalWork, OfWindThatJumpsIsWhatASheetGains) {
+  WatchedCase sheet(flying, {"world.wind={ times = [0, 0.1, 0.2], values = [[0, 0, 0], [0, 0, 40], "
+                             "[0, 0, -20]], between = \"step\" }",
+                             "material.default.normal_drag=1.2", "material.default.density=0.1",
+                             "time.duration=0.5", "time.position_tolerance=1e-7"});
+  for (const double time : {0.15, 0.21, 0.4}) {
+    EXPECT_EQ(sheet.advance_to(time), "");
+    EXPECT_NEAR(sheet.external().work(), sheet.gain(), 0.01 * std::abs(sheet.gain())) << time;
+    EXPECT_LT(sheet.external().doubt(), 0.3 * sheet.most_gain());
+  }
+  EXPECT_GT(sheet.most_gain(), 0.1);
+}
+
+// Energy counts the potential of the present gravity, so that it is not kept where gravity varies:
+// what it gains is the work that the watch adds. The sheet starts far from the origin, which must
+// not matter.
+TEST(ExternalWork, OfGravityThatVariesIsWhatTheEnergyGains) {
+  for (const char* gravity :
+       {"world.gravity={ times = [0, 0.1, 0.3], values = [[0, 0, 0], [3, 0, -20], [0, 0, 10]] }",
+        "world.gravity={ times = [0, 0.1, 0.3], values = [[0, 0, 5], [3, 0, -20], [0, 0, 10]], "
+        "between = \"step\" }",
+        "world.gravity={ times = [0, 0.3], values = [[0, 0, 5], [3, 0, -20]], between = "
+        "\"smooth\" }"}) {
+    for (const char* pin :
+         {"title=free",
+          "body.sheet.pin=[{corners=[\"first_first\"], motion={velocity=[1, 0, 0]}}]"}) {
+      WatchedCase sheet(flying, {gravity, pin, "body.sheet.position=[5, -3, 40]",
+                                 "time.duration=0.5", "time.position_tolerance=1e-7"});
+      EXPECT_EQ(sheet.advance_to(0.4), "") << gravity << pin;
+      const double work = sheet.external().work();
+      EXPECT_NEAR(work, sheet.gain(), sheet.external().doubt() + 1e-3 * sheet.most_gain())
+          << gravity << pin;
+      EXPECT_LT(sheet.external().doubt(), 0.05 * sheet.most_gain()) << gravity << pin;
+    }
+  }
+}
+
+// The height of a fall is bounded by gravity so far, not by gravity that is still to come.
+TEST(EnergyWatch, FindsAGainBesideGravityThatVaries) {
+  for (const bool gains : {false, true}) {
+    SimulatedCase run(flying, {"world.gravity={ times = [0, 0.05, 1], values = [[0, 0, 0], [0, 0, "
+                               "-1], [0, 0, -1000]] }",
+                               "time.duration=1"});
+    EnergyWatch watch(run.dynamics(), run.integrator().state());
+    std::vector<double> y;
+    while (run.integrator().time() < 0.04) {
+      ASSERT_FALSE(run.integrator().step());
+      const double now = run.integrator().time();
+      y.assign(run.integrator().state().begin(), run.integrator().state().end());
+      if (gains && now >= 0.04) {
+        for (std::size_t i = y.size() / 2; i < y.size(); ++i) y[i] *= 1.2;
+      }
+      const auto failure = watch.check(now, y, run.dynamics().energies(now, y));
+      EXPECT_EQ(failure.has_value(), gains && now >= 0.04) << now;
+    }
+  }
 }
 
 TEST(ExternalWork, OfWindIsWhatASheetGains) {

@@ -185,13 +185,14 @@ TEST(Forces, DragIsTheSumOfItsTriangles) {
     SCOPED_TRACE(image);
     TwoBodies bodies(image, "membrane_stiffness = 0\nnormal_drag = 2\ntangential_drag = 0.5");
     const WorldCase& world = bodies.scene().source.world;
-    const materials::Drag drag{2 * world.air_density, 0.5 * world.air_density};
+    const materials::Drag drag{2 * world.air_density.constant(),
+                               0.5 * world.air_density.constant()};
     const auto expected = sum_over_bodies(
         bodies, [&](const SceneBody& body, const Kinematics& state, std::span<Vec3> sum) {
           for (const auto& triangle : body.mesh.triangles) {
             const Vec3 force =
                 materials::drag_force(drag, nodes_of<3>(state.position, triangle),
-                                      nodes_of<3>(state.velocity, triangle), world.wind);
+                                      nodes_of<3>(state.velocity, triangle), world.wind.constant());
             for (const int node : triangle) sum[node] += force / 3;
           }
         });

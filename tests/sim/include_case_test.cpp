@@ -118,7 +118,7 @@ TEST(CaseInclude, OverridesReachIncludedTables) {
   const Case read = nested().read({"material.cotton.density=0.3", "material.cotton.mass_damping=2",
                                    "obstacle.ball.shape.radius=0.05"});
   EXPECT_EQ(read.material[0].density, 0.3);
-  EXPECT_EQ(read.material[0].mass_damping, 2.0);
+  EXPECT_EQ(read.material[0].mass_damping.constant(), 2.0);
   EXPECT_EQ(read.material[0].membrane_stiffness, 500.0);
   EXPECT_EQ(read.obstacle[0].shape.radius, 0.05);
 }

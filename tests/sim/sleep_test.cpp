@@ -458,5 +458,79 @@ motion = { centre = [0, 0, 0.1], angular_velocity_deg = [40, 80, 10], velocity =
   }
 }
 
+// Two heavy sheets, one of which swings for ever; the other hangs at rest.
+constexpr const char* hanging_pair = R"(
+[time]
+duration = 4
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+membrane_stiffness = 2000
+stiffness_damping = 1e-3
+mass_damping = 30
+normal_drag = 1.2
+[material.free]
+density = 0.2
+membrane_stiffness = 200
+[[body]]
+name = "resting"
+material = "cloth"
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [5, 5] }
+[[body.pin]]
+edges = ["last_row"]
+[[body]]
+name = "swinging"
+material = "free"
+position = [2, 0, 0]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [5, 5] }
+[[body.pin]]
+edges = ["last_row"]
+)";
+
+TEST(SleepBesideCurves, ABodyWakesWhereWindGravityOrDragChanges) {
+  for (const char* curve :
+       {"world.wind={ times = [0, 2.5], values = [[0, 0, 0], [0, 3, 0]], between = \"step\" }",
+        "world.wind={ times = [2.5, 3], values = [[0, 0, 0], [0, 3, 0]] }",
+        "world.gravity={ times = [2.5, 3], values = [[0, 0, -9.81], [0, 2, -9.81]], between = "
+        "\"smooth\" }"}) {
+    for (const char* name : {"cvode", "verlet"}) {
+      const Overrides options = method(name, {curve});
+      SCOPED_TRACE(std::string(name) + ", " + curve);
+      Simulation sim = simulation_of(hanging_pair, options);
+      Listener listener;
+      sim.add_observer(listener);
+      advance_to(sim, 2.45);
+      EXPECT_EQ(sleeping_bodies(sim), 1);
+      const std::vector<Vec3> asleep = sim.position("resting");
+      advance_to(sim, 3.2);
+      ASSERT_EQ(listener.decisions.size(), 2U);
+      EXPECT_EQ(listener.decisions[1], "body \"resting\" wakes at t = 2.5 s");
+      EXPECT_EQ(sleeping_bodies(sim), 0);
+      Simulation awake = simulation_of(hanging_pair, without_sleep(options));
+      advance_to(awake, 3.2);
+      EXPECT_LT(largest_distance(sim.position("resting"), awake.position("resting")), 1e-3);
+      EXPECT_GT(largest_distance(sim.position("resting"), asleep), 5e-3);
+    }
+  }
+}
+
+TEST(SleepBesideCurves, ABodyInAGustStaysAwakeAndOneWithoutDragSleeps) {
+  const std::string gust = "world.wind={ mean = [0, 1e-9, 0], intensity = 0.1, time_scale = 1 }";
+  Simulation driven = simulation_of(hanging_pair, {gust});
+  advance_to(driven, 2);
+  EXPECT_EQ(sleeping_bodies(driven), 0);
+  Simulation without_drag = simulation_of(
+      hanging_pair, {gust, "material.cloth.normal_drag=0", "material.free.normal_drag=1e-9"});
+  advance_to(without_drag, 2);
+  EXPECT_EQ(sleeping_bodies(without_drag), 1);
+  // Damping does not move what rests.
+  Simulation damped = simulation_of(
+      hanging_pair, {"material.cloth.mass_damping={ times = [0, 4], values = [30, 40] }"});
+  advance_to(damped, 2);
+  EXPECT_EQ(sleeping_bodies(damped), 1);
+}
+
 }  // namespace
 }  // namespace weft::sim

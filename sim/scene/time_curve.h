@@ -1,0 +1,53 @@
+// Values that vary in time, at the times of forces and steps.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "sim/case/varying.h"
+#include "sim/scene/gust.h"
+#include "sim/scene/motion.h"
+
+namespace weft::sim {
+
+// A value of a case, ready to be asked for at any time.
+template <class Value>
+class TimeCurve {
+ public:
+  explicit TimeCurve(const Varying<Value>& source);
+
+  bool varies() const { return varies_; }
+  // The value at an instant. Cost: O(log times), for a gust O(waves).
+  Value at(const Instant& now) const;
+
+ private:
+  bool varies_;
+  Value constant_;          // if it does not vary
+  CurveCase<Value> curve_;  // if it has times
+  std::optional<Gust> gust_;
+};
+
+extern template class TimeCurve<double>;
+extern template class TimeCurve<Vec3>;
+
+// The times that matter to those who take steps along a curve.
+struct CurveTimes {
+  // Corners and jumps after t = 0, where steps must end.
+  std::vector<MotionEvent> events;
+  // Intervals (s) in which the value changes; a jump is an interval of no length.
+  std::vector<std::array<double, 2>> changes;
+  double longest_step = std::numeric_limits<double>::infinity();  // s, that follows a gust
+
+  // True if the value changes after `from` and before `to`.
+  bool changes_between(double from, double to) const;
+};
+
+template <class Value>
+CurveTimes times_of(const Varying<Value>& source);
+
+extern template CurveTimes times_of(const Varying<double>&);
+extern template CurveTimes times_of(const Varying<Vec3>&);
+
+}  // namespace weft::sim
