@@ -231,7 +231,8 @@ std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
       start + (next > 0 ? MotionLimits::beyond_rounding * next : scene.source.time.duration);
   const auto end = motion_limits.latest_end(start, wanted, accepted.state());
   if (!end) return motion_limits.failure(start);
-  CVodeSetStopTime(cvode, MotionLimits::stop_time(*end, wanted));
+  CVodeSetStopTime(cvode, std::min(MotionLimits::stop_time(*end, wanted),
+                                   motion_limits.end_beside_curves(start)));
   return std::nullopt;
 }
 

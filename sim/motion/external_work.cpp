@@ -74,8 +74,8 @@ void ExternalWork::add_step(double time, std::span<const double> y) {
 // Returns the power at the start of the step that follows.
 double ExternalWork::power_after_jump(double time, std::span<const double> y) {
   const double nearby = dynamics_.scene().source.time.minimum_step;
-  const bool jumps =
-      std::ranges::any_of(jumps_, [&](double jump) { return std::abs(jump - time) <= nearby; });
+  const auto jump = std::ranges::lower_bound(jumps_, time - nearby);
+  const bool jumps = jump != jumps_.end() && *jump <= time + nearby;
   if (!jumps || !counts_external_) return power_;
   const double step_start = dynamics_.step_start();
   dynamics_.begin_step(time);

@@ -63,21 +63,35 @@ double MotionLimits::next_event(double time) const {
   return next == events_.end() ? std::numeric_limits<double>::infinity() : next->time;
 }
 
-bool MotionLimits::has_event_at(double time) const {
-  return std::any_of(events_.begin(), events_.end(), [&](const MotionEvent& event) {
-    return std::abs(event.time - time) <= scene_.source.time.minimum_step;
-  });
+double MotionLimits::end_beside_curves(double time) const {
+  if (!dynamics_.varies()) return std::numeric_limits<double>::max();
+  return std::min({next_event(time), time + longest_step_, std::numeric_limits<double>::max()});
 }
 
+// Returns the events within the shortest step of `time`.
+std::span<const MotionEvent> MotionLimits::events_at(double time) const {
+  const double nearby = scene_.source.time.minimum_step;
+  const auto first = std::ranges::lower_bound(events_, time - nearby, {}, &MotionEvent::time);
+  const auto last = std::ranges::upper_bound(events_, time + nearby, {}, &MotionEvent::time);
+  return {first, last};
+}
+
+bool MotionLimits::has_event_at(double time) const { return !events_at(time).empty(); }
+
 bool MotionLimits::jumps_at(double time) const {
-  return std::any_of(events_.begin(), events_.end(), [&](const MotionEvent& event) {
-    return event.jumps && std::abs(event.time - time) <= scene_.source.time.minimum_step;
-  });
+  return std::ranges::any_of(events_at(time), &MotionEvent::jumps);
+}
+
+// Returns the end of the first of several equal parts that follow a gust to `end`.
+double MotionLimits::end_in_gust(double time, double end) const {
+  constexpr double rounding = 1e-9;
+  const double parts = std::ceil((end - time) / longest_step_ - rounding);
+  return parts > 1 ? time + (end - time) / parts : end;
 }
 
 std::optional<double> MotionLimits::latest_end(double time, double wanted,
                                                std::span<const double> y) {
-  const double latest = std::min({wanted, next_event(time), time + longest_step_});
+  const double latest = end_in_gust(time, std::min(wanted, next_event(time)));
   find_approaches(time, latest, y);
   const double shortest = scene_.source.time.minimum_step;
   double length = latest - time;

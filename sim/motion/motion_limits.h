@@ -59,6 +59,10 @@ class MotionLimits {
   // Returns the next start, stop, keyframe or corner (s) after `time`; infinite without one. One
   // within the shortest step counts as passed: bounds hold across events.
   double next_event(double time) const;
+  // Returns the time (s) that no step from `time` may pass where curves vary, however long it gets.
+  // SUNDIALS does not tell the length of its next step after one that a stop time has ended, so the
+  // length that latest_end() is asked for may be too short.
+  double end_beside_curves(double time) const;
   // True if a motion starts, stops or passes a keyframe, or a curve has a corner, within
   // time.minimum_step of `time`; and true if a velocity or a curve jumps there.
   bool has_event_at(double time) const;
@@ -86,6 +90,8 @@ class MotionLimits {
     double relative_speed = 0;  // against the obstacle, m/s
     double radius = 0;          // of the part's points about the centre of the motion, m
   };
+  std::span<const MotionEvent> events_at(double time) const;
+  double end_in_gust(double time, double end) const;
   void find_approaches(double time, double end, std::span<const double> y);
   void add_approaches(const Moving& obstacle, int body, double time, double length, double travel);
   void find_points(double time, std::span<const double> y);

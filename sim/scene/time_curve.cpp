@@ -43,8 +43,9 @@ template class TimeCurve<double>;
 template class TimeCurve<Vec3>;
 
 bool CurveTimes::changes_between(double from, double to) const {
-  return std::any_of(changes.begin(), changes.end(),
-                     [&](const auto& change) { return change[0] < to && change[1] > from; });
+  const auto first =
+      std::ranges::partition_point(changes, [&](const auto& change) { return change[1] <= from; });
+  return first != changes.end() && (*first)[0] < to;
 }
 
 template <class Value>

@@ -321,6 +321,24 @@ TEST(CaseSchema, CoversEveryKey) {
   EXPECT_EQ(keys, 10 + 14 + 3 + 8 + 2 + 4 + 1 + 13 + 11 + 2 * 16 + 10 + 2 * (6 + 3) + 6);
 }
 
+TEST(CaseSchema, HasTheFormsOfWhatVaries) {
+  const auto schema = nlohmann::json::parse(case_json_schema());
+  const auto& world = schema["properties"]["world"]["properties"];
+  EXPECT_EQ(world["wind"]["anyOf"].size(), 3U);
+  EXPECT_EQ(world["gravity"]["anyOf"].size(), 2U);
+  EXPECT_EQ(world["gravity"]["default"], nlohmann::json({0.0, 0.0, -9.81}));
+  EXPECT_EQ(world["wind"]["anyOf"][0]["type"], "array");
+  EXPECT_EQ(world["wind"]["anyOf"][2]["required"],
+            nlohmann::json({"mean", "intensity", "time_scale"}));
+  const auto& friction =
+      schema["properties"]["contact"]["properties"]["friction"]["anyOf"][1]["properties"];
+  EXPECT_EQ(friction["values"]["items"]["minimum"], 0.0);
+  EXPECT_EQ(friction["times"]["items"]["minimum"], 0.0);
+  EXPECT_EQ(friction["between"]["enum"], nlohmann::json({"linear", "smooth", "step"}));
+  const auto& values = world["wind"]["anyOf"][1]["properties"]["values"]["items"];
+  EXPECT_EQ(values["minItems"], 3);
+}
+
 TEST(CaseSchema, SaysWhatTheReaderChecks) {
   const auto schema = nlohmann::json::parse(case_json_schema());
   const auto& time = schema["properties"]["time"];

@@ -140,6 +140,30 @@ TEST_P(CurvesByMethod, AShortPulseIsNotMissed) {
   for (const double error : of) EXPECT_LT(error, 0.01 * impulse * (0.3 - middle));
 }
 
+// Corners close to each other and far apart, of a force that the error control hardly notices.
+TEST_P(CurvesByMethod, AStepEndsAtEveryCorner) {
+  for (const char* between : {"linear", "smooth", "step"}) {
+    Overrides overrides = GetParam().overrides;
+    overrides.emplace_back(GetParam().refinements[0]);
+    overrides.push_back(
+        "world.gravity={ times = [0, 0.05, 0.0501, 0.0502, 0.06, 0.0601, 0.15, 0.25], values = "
+        "[[0,0,0], [1e-6,0,0], [0,0,0], [1e-6,0,0], [0,0,0], [1e-6,0,0], [0,0,0], [1e-6,0,0]], "
+        "between = \"" +
+        std::string(between) + "\" }");
+    SimulatedCase sim(free_sheet, overrides);
+    std::vector<double> ends;
+    while (sim.integrator().time() < 0.3) {
+      ASSERT_FALSE(sim.integrator().step());
+      ends.push_back(sim.integrator().time());
+    }
+    for (const double corner : {0.05, 0.0501, 0.0502, 0.06, 0.0601, 0.15, 0.25}) {
+      EXPECT_TRUE(
+          std::ranges::any_of(ends, [&](double end) { return std::abs(end - corner) < 1e-12; }))
+          << corner << between;
+    }
+  }
+}
+
 TEST_P(CurvesByMethod, StepsFollowAGust) {
   Overrides overrides = GetParam().overrides;
   overrides.emplace_back(GetParam().refinements[0]);
