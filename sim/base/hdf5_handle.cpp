@@ -216,8 +216,13 @@ void Access::require_stored(hid_t dataset, const std::string& name, double entri
 std::vector<std::string> Access::members(hid_t group) const {
   std::vector<std::string> names;
   hsize_t position = 0;
-  check(H5Literate(group, H5_INDEX_CRT_ORDER, H5_ITER_INC, &position, append_name, &names),
-        "list a group");
+  const std::string action = "list a group";
+  const Handle properties = handle(H5Gget_create_plist(group), action);
+  unsigned order = 0;
+  check(H5Pget_link_creation_order(properties.get(), &order), action);
+  const H5_index_t index =
+      (order & H5P_CRT_ORDER_TRACKED) != 0 ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+  check(H5Literate(group, index, H5_ITER_INC, &position, append_name, &names), action);
   return names;
 }
 

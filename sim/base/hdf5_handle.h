@@ -83,7 +83,8 @@ class Access {
   // holds. A shape is a claim of a few bytes, on which no memory must be taken. Compressed data may
   // stand for two thousand times their size. Virtual data lie elsewhere and are not checked.
   void require_stored(hid_t dataset, const std::string& name, double entries) const;
-  // Names of the members of a group, in the order they were created.
+  // Names of the members of a group, in the order they were created; by name where the group does
+  // not know it.
   std::vector<std::string> members(hid_t group) const;
 
  private:

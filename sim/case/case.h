@@ -202,8 +202,9 @@ struct IncludeCase {
 };
 
 struct OutputCase {
-  bool velocity = false;       // record velocities too
-  bool step_energies = false;  // record energies after every step, not only in frames
+  bool velocity = false;              // record velocities too
+  bool step_energies = false;         // record energies after every step, not only in frames
+  std::vector<std::string> channels;  // more to record in frames: names of sim/case/channels.h
 };
 
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };

@@ -8,6 +8,7 @@
 #include "sim/case/case_schema.h"
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
+#include "sim/case/channels.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/case/time_methods.h"
 
@@ -36,6 +37,7 @@ class Checker {
     materials();
     equilibria();
     supports();
+    channels();
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
       const std::string path = join_path("body", i);
       check_shape(case_.body[i].shape, join_path(path, "shape"), case_.path, locations_);
@@ -257,6 +259,23 @@ class Checker {
       fail(join_path(path, "break_force"),
            "\"break_force\" does not go with time.method = \"static\"",
            "expected a method that follows the motion in time, or a tie that holds");
+    }
+  }
+
+  void channels() const {
+    const std::vector<std::string>& names = case_.output.channels;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const std::string place = join_path("output.channels", i);
+      if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
+          names.begin() + static_cast<std::ptrdiff_t>(i)) {
+        fail(place, in_quotes(names[i]) + " is listed twice", "expected each channel once");
+      }
+      for (const Channel& channel : all_channels()) {
+        if (names[i] != channel.name) continue;
+        std::string hint;
+        const std::string reason = reason_against(channel, case_, hint);
+        if (!reason.empty()) fail(place, reason, hint);
+      }
     }
   }
 

@@ -1,4 +1,5 @@
 #include "sim/case/case_schema.h"
+#include "sim/case/channels.h"
 #include "sim/case/field_makers.h"
 #include "sim/case/time_methods.h"
 
@@ -157,11 +158,16 @@ Table describe(ContactCase& target) {
 }
 
 Table describe(OutputCase& target) {
-  auto& [velocity, step_energies] = target;
+  auto& [velocity, step_energies, channels] = target;
   return {{
-      field("velocity", &velocity, "Record velocities."),
+      field("velocity", &velocity, "Record velocities, as the channel \"velocity\" does."),
       field("step_energies", &step_energies,
             "Record the energies after every step of the integrator, not only those of frames."),
+      field("channels", &channels,
+            "More to record in every frame, as docs/trajectory.md defines it. Each costs time and "
+            "disk space only where it is listed.")
+          .entries(0, 0)
+          .out_of(channel_names()),
   }};
 }
 

@@ -103,26 +103,34 @@ std::optional<ContactFault> Contact::evaluate(const PlacedParticles& now,
                       now.position);
 }
 
-void Contact::add_forces(std::span<Vec3> force) const {
-  const bool all = static_cast<int>(force.size()) > scene_.dynamic_particles;
+void Contact::add_forces(std::span<Vec3> force) const { add_forces_to(force, force); }
+
+void Contact::add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const {
+  add_forces_to(normal, friction);
+}
+
+// The two lists may be one.
+void Contact::add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) const {
+  const bool all = static_cast<int>(normal.size()) > scene_.dynamic_particles;
   const int count = all ? scene_.point_count : scene_.dynamic_points;
   with_map([&](const auto& map) {
     for (const ContactPair& pair : surface_.pairs()) {
       const Vec3 push = pair.push * pair.normal;
       for (int i = 0; i < 4; ++i) {
-        if (pair.nodes[i] < count) map.add_transpose(pair.nodes[i], pair.weight[i], push, force);
+        if (pair.nodes[i] < count) map.add_transpose(pair.nodes[i], pair.weight[i], push, normal);
       }
       if (pair.sliding < 0) continue;
       const Sliding& sliding = surface_.sliding(pair.sliding);
       for (int i = 0; i < 4; ++i) {
         if (pair.nodes[i] < count)
-          map.add_transpose(pair.nodes[i], 1, sliding.lever[i].transpose() * sliding.force, force);
+          map.add_transpose(pair.nodes[i], 1, sliding.lever[i].transpose() * sliding.force,
+                            friction);
       }
     }
     for (const MollifierForce& mollified : surface_.mollified()) {
       for (int i = 0; i < 4; ++i) {
         if (mollified.nodes[i] < count)
-          map.add_transpose(mollified.nodes[i], 1, mollified.force[i], force);
+          map.add_transpose(mollified.nodes[i], 1, mollified.force[i], normal);
       }
     }
   });

@@ -54,6 +54,9 @@ class Contact {
   // The rest is about the last evaluate(); arrays are of the dynamic particles. The forces may be
   // wanted of all, obstacles too.
   void add_forces(std::span<Vec3> force) const;
+  // Adds these forces in two parts: along normals, contact damping included, and friction. Both
+  // lists have as many entries.
+  void add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const;
   // Replaces `particles` by those of obstacles on which add_forces() would act, in order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
   double energy() const;
@@ -142,6 +145,7 @@ class Contact {
                                            std::span<const Vec3> position) const;
   template <class Use>
   void with_map(const Use& use) const;
+  void add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) const;
   template <class Block>
   void add_pair_products(const Block& block, std::span<const Vec3> in, std::span<Vec3> out) const;
   void add_sliding_products(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;

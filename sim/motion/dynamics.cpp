@@ -435,8 +435,47 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::v
   contact_->find_loaded_obstacles(loaded);
 }
 
-double Dynamics::largest_stretch(std::span<const Vec3> position) const {
+void Dynamics::find_force_parts(double time, std::span<const double> y, ForceParts& parts) {
+  expand(time, y, position_, velocity_);
+  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
+  const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
+  const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
+  parts.own.resize(count);
+  add_forces(state, parts.own);
+  const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
+    parts.own[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);
+  }
+  if (contact_) {
+    parts.contact.assign(position_.size(), Vec3::Zero());
+    parts.friction.assign(position_.size(), Vec3::Zero());
+    // A fault leaves no pairs in reach; accepted states have none.
+    static_cast<void>(evaluate_contact(time));
+    contact_->add_forces(parts.contact, parts.friction);
+  }
+  parts.support.assign(count, Vec3::Zero());
+  find_accelerations_of_pins(time, parts.support);
+  for (const int i : held_) {
+    parts.support[i] = scene_.mass[i] * parts.support[i] - parts.own[i];
+    if (contact_) parts.support[i] -= parts.contact[i] + parts.friction[i];
+  }
+}
+
+// Sets the accelerations (m/s^2) of moving pins; others keep what they have.
+void Dynamics::find_accelerations_of_pins(double time, std::span<Vec3> acceleration) const {
+  if (load_) return;
+  visit_moving_pins([&](const PrescribedMotion& held) {
+    std::vector<Vec3> velocity(held.start.size()), rate(held.start.size());
+    held.motion.rates(time, held.start, velocity, rate, is_before_jump(time));
+    for (std::size_t i = 0; i < held.particles.size(); ++i)
+      acceleration[held.particles[i]] = rate[i];
+  });
+}
+
+Dynamics::LargestStretch Dynamics::find_largest_stretch(std::span<const Vec3> position) const {
   double largest = -1;
+  int particle = 0;
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {
     const SceneBody& body = scene_.bodies[b];
     const Vec3* x = position.data() + body.first_particle;
@@ -445,11 +484,13 @@ double Dynamics::largest_stretch(std::span<const Vec3> position) const {
         const int p = triangle[i], q = triangle[(i + 1) % 3];
         const double ratio =
             (x[p] - x[q]).squaredNorm() / (body.rest[p] - body.rest[q]).squaredNorm();
-        largest = std::max(largest, ratio);
+        if (!(ratio > largest)) continue;
+        largest = ratio;
+        particle = body.first_particle + p;
       }
     }
   }
-  return std::sqrt(std::max(0.0, largest)) - 1;
+  return {std::sqrt(std::max(0.0, largest)) - 1, particle};
 }
 
 }  // namespace weft::sim

@@ -45,6 +45,15 @@ struct StateSummary {
   int sleeping_bodies = 0;
 };
 
+// The forces of a state in parts, N, by particle.
+struct ForceParts {
+  std::vector<Vec3> own;  // dynamic particles: their bodies, air, gravity and mass damping
+  // All particles, obstacles included: along the normals, contact damping included, and friction.
+  // Empty without contact.
+  std::vector<Vec3> contact, friction;
+  std::vector<Vec3> support;  // dynamic particles: that which pins exert; zero where free
+};
+
 // The arguments of an assembly of K and D, from which they can be assembled again with the same
 // bits.
 struct Linearisation {
@@ -173,8 +182,20 @@ class Dynamics {
   // on which there are forces, in order. Both lists must be empty or come from an earlier call.
   void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
                           std::vector<int>& loaded);
-  // Largest l / L - 1 over the edges of all bodies.
-  double largest_stretch(std::span<const Vec3> position) const;
+  // Computes the parts of the forces at (t, y). Contact is evaluated anew; with prescribed
+  // acceleration the support has the inertia of its particles, too. Lists are resized. Not counted
+  // in the statistics' force evaluations. Cost: an evaluation of the forces.
+  void find_force_parts(double time, std::span<const double> y, ForceParts& parts);
+  // Finds the largest l / L - 1 over the edges of all bodies. `particle` is the first end of that
+  // edge, as triangles list it; the first edge of equals counts.
+  struct LargestStretch {
+    double value = 0;
+    int particle = 0;
+  };
+  LargestStretch find_largest_stretch(std::span<const Vec3> position) const;
+  double largest_stretch(std::span<const Vec3> position) const {
+    return find_largest_stretch(position).value;
+  }
 
  private:
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces,
@@ -211,6 +232,8 @@ class Dynamics {
     std::vector<RigidPose> poses;
   };
   PlacedParticles placed(double time, std::span<const Vec3> position, Placing& placing) const;
+
+  void find_accelerations_of_pins(double time, std::span<Vec3> acceleration) const;
 
   const Scene& scene_;
   Statistics& statistics_;

@@ -139,6 +139,7 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
     const auto positions = std::span<const Vec3>(scene.initial_position)
                                .subspan(body.first_particle, body.particle_count());
     PrescribedMotion held;
+    held.pin = static_cast<int>(&pin - from.pin.data());
     for (int local : select_pinned(pin, body.atlas, positions)) {
       const int particle = body.first_particle + local;
       if (scene.pinned[particle] != 0) continue;  // the first pin that names a vertex holds it

@@ -66,11 +66,13 @@ struct PrescribedMotion {
   std::vector<Vec3> start;           // positions at t = 0, m
   double radius = 0;                 // m, largest distance of `start` from the centre
   std::vector<ClampedEdge> clamped;  // of the body that the particles belong to
+  int pin = -1;                      // number of the pin in the list of its body; -1 of obstacles
 };
 
 // A pin that takes hold or lets go during the run, or another pin of the same body.
 struct TimedPin {
   const PinCase* source;       // points into Scene::source
+  int number;                  // of the pin in the list of its body
   int body;                    // index into Scene::bodies
   std::vector<int> particles;  // global indices of all that it names
 };

@@ -13,8 +13,10 @@ bool holds_at(const PinCase& pin, double time) {
   return pin.hold_time <= time && (!pin.release_time || time < *pin.release_time);
 }
 
-PrescribedMotion prescribed_by(const TimedHold& hold, const PinCase& pin) {
+PrescribedMotion prescribed_by(const TimedHold& hold, const TimedPin& timed) {
+  const PinCase& pin = *timed.source;
   PrescribedMotion held;
+  held.pin = timed.number;
   held.particles = hold.particles;
   held.start = hold.start;
   held.clamped = hold.clamped;
@@ -87,7 +89,8 @@ void add_timed_pins(Scene& scene) {
     const auto positions = std::span<const Vec3>(scene.initial_position)
                                .subspan(body.first_particle, body.particle_count());
     for (const PinCase& pin : from.pin) {
-      TimedPin timed{&pin, scene.case_order[b], select_pinned(pin, body.atlas, positions)};
+      TimedPin timed{&pin, static_cast<int>(&pin - from.pin.data()), scene.case_order[b],
+                     select_pinned(pin, body.atlas, positions)};
       for (int& particle : timed.particles) particle += body.first_particle;
       if (pin.clamp) {
         require_clamped_edges(
@@ -98,7 +101,7 @@ void add_timed_pins(Scene& scene) {
   }
   scene.first_holds = find_holds(scene, 0, 0, scene.initial_position, {});
   for (const TimedHold& hold : scene.first_holds) {
-    const PrescribedMotion held = prescribed_by(hold, *scene.timed_pins[hold.pin].source);
+    const PrescribedMotion held = prescribed_by(hold, scene.timed_pins[hold.pin]);
     if (!held.moves) continue;
     const RigidPose pose = held.motion.pose(0);
     for (std::size_t i = 0; i < held.particles.size(); ++i)
@@ -135,7 +138,7 @@ Scene hold_timed_pins(const Scene& whole, const std::vector<TimedHold>& holds, d
   std::copy_n(position.begin(), whole.dynamic_particles, scene.initial_position.begin());
   for (const TimedHold& hold : holds) {
     for (const int particle : hold.particles) scene.pinned[particle] = 1;
-    scene.prescribed.push_back(prescribed_by(hold, *whole.timed_pins[hold.pin].source));
+    scene.prescribed.push_back(prescribed_by(hold, whole.timed_pins[hold.pin]));
   }
   for (const TimedPin& pin : whole.timed_pins) {
     for (const double time : {pin.source->hold_time, pin.source->release_time.value_or(0)}) {

@@ -350,6 +350,10 @@ void Simulation::set_reason_to_stop(std::function<std::optional<Failure>()> reas
 
 const Scene& Simulation::scene() const { return implementation_->scene; }
 Dynamics& Simulation::dynamics() const { return implementation_->dynamics; }
+Dynamics& Simulation::dynamics_with_pins() const {
+  const Implementation& self = *implementation_;
+  return self.timed_pins != nullptr ? self.timed_pins->dynamics() : implementation_->dynamics;
+}
 const Integrator& Simulation::integrator() const { return *implementation_->integrator; }
 
 std::optional<Failure> Simulation::state_at(double time, std::span<double> y) const {

@@ -100,6 +100,9 @@ class Simulation {
   // (sim/motion/dynamics.h).
   const Scene& scene() const;
   Dynamics& dynamics() const;
+  // The dynamics of all bodies, also of those that sleep, with the vertices that pins hold at the
+  // end of the last step. Particles are numbered as in the scene.
+  Dynamics& dynamics_with_pins() const;
   const Integrator& integrator() const;
   std::span<const double> state() const;
   // Writes the state at a time within the last step into `y`.

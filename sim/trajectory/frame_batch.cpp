@@ -5,47 +5,52 @@
 namespace weft::sim {
 namespace {
 
-std::vector<double> column_of(const std::vector<double>& rows, std::size_t column,
-                              std::size_t columns) {
-  assert(columns > 0 && rows.size() % columns == 0);
+// Returns `width` numbers, from `first` on, of every row of `columns` numbers.
+std::vector<double> columns_of(const std::vector<double>& rows, std::size_t first,
+                               std::size_t width, std::size_t columns) {
+  assert(columns > 0 && rows.size() % columns == 0 && first + width <= columns);
   std::vector<double> values;
-  values.reserve(rows.size() / columns);
-  for (std::size_t i = column; i < rows.size(); i += columns) values.push_back(rows[i]);
+  values.reserve(rows.size() / columns * width);
+  for (std::size_t i = first; i < rows.size(); i += columns) {
+    for (std::size_t k = 0; k < width; ++k) values.push_back(rows[i + k]);
+  }
   return values;
 }
 
 }  // namespace
 
-void append_texels(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
+void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
                    std::vector<float>& texels) {
-  assert(static_cast<int>(by_particle.size()) == atlas.particle_count());
+  assert(static_cast<int>(by_particle.size()) == components * atlas.particle_count());
   const std::size_t before = texels.size();
-  texels.resize(before + 3 * static_cast<std::size_t>(atlas.texel_count()));
+  texels.resize(before + static_cast<std::size_t>(components) *
+                             static_cast<std::size_t>(atlas.texel_count()));
   float* target = texels.data() + before;
   for (int texel = 0; texel < atlas.texel_count(); ++texel) {
-    const Vec3& value = by_particle[atlas.particle_of_texel(texel)];
-    for (int axis = 0; axis < 3; ++axis) *target++ = static_cast<float>(value[axis]);
+    const double* value = by_particle.data() + components * atlas.particle_of_texel(texel);
+    for (int k = 0; k < components; ++k) *target++ = static_cast<float>(value[k]);
   }
 }
 
-FrameBatch::FrameBatch(const std::vector<TrajectoryBody>& bodies, bool velocity)
-    : bodies_(bodies),
-      has_velocity_(velocity),
-      positions_(bodies.size()),
-      velocities_(bodies.size()) {}
+FrameBatch::FrameBatch(const std::vector<TrajectoryBody>& bodies)
+    : bodies_(bodies), positions_(bodies.size()), fields_(bodies.size()) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) fields_[b].resize(bodies[b].fields.size());
+}
 
 void FrameBatch::add(double time, const std::vector<std::span<const Vec3>>& positions,
-                     const std::vector<std::span<const Vec3>>& velocities,
-                     std::span<const double> series, std::span<const double> step_rows) {
+                     const FrameChannels& channels, std::span<const double> series,
+                     std::span<const double> step_rows) {
   assert(positions.size() == bodies_.size());
-  assert(!has_velocity_ || velocities.size() == bodies_.size());
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (!bodies_[b].moves) continue;
-    append_texels(bodies_[b].atlas, positions[b], positions_[b]);
-    if (has_velocity_) append_texels(bodies_[b].atlas, velocities[b], velocities_[b]);
+    const TrajectoryBody& body = bodies_[b];
+    if (!body.moves) continue;
+    append_texels(body.atlas, numbers_of(positions[b]), 3, positions_[b]);
+    for (std::size_t f = 0; f < body.fields.size(); ++f)
+      append_texels(body.atlas, channels.fields[b][f], body.fields[f].components, fields_[b][f]);
   }
   series_rows_.insert(series_rows_.end(), series.begin(), series.end());
   step_rows_.insert(step_rows_.end(), step_rows.begin(), step_rows.end());
+  record_rows_.insert(record_rows_.end(), channels.records.begin(), channels.records.end());
   times_.push_back(time);
 }
 
@@ -53,24 +58,35 @@ void FrameBatch::clear() {
   times_.clear();
   series_rows_.clear();
   step_rows_.clear();
+  record_rows_.clear();
   for (std::vector<float>& list : positions_) list.clear();
-  for (std::vector<float>& list : velocities_) list.clear();
+  for (auto& of_body : fields_) {
+    for (std::vector<float>& list : of_body) list.clear();
+  }
 }
 
 std::size_t FrameBatch::bytes() const {
   std::size_t texels = 0;
   for (const std::vector<float>& list : positions_) texels += list.size();
-  for (const std::vector<float>& list : velocities_) texels += list.size();
+  for (const auto& of_body : fields_) {
+    for (const std::vector<float>& list : of_body) texels += list.size();
+  }
   return texels * sizeof(float) +
-         (times_.size() + series_rows_.size() + step_rows_.size()) * sizeof(double);
+         (times_.size() + series_rows_.size() + step_rows_.size() + record_rows_.size()) *
+             sizeof(double);
+}
+
+std::vector<double> FrameBatch::records(std::size_t first, std::size_t width,
+                                        std::size_t columns) const {
+  return columns_of(record_rows_, first, width, columns);
 }
 
 std::vector<double> FrameBatch::series(std::size_t column, std::size_t columns) const {
-  return column_of(series_rows_, column, columns);
+  return columns_of(series_rows_, column, 1, columns);
 }
 
 std::vector<double> FrameBatch::steps(std::size_t column, std::size_t columns) const {
-  return column_of(step_rows_, column, columns);
+  return columns_of(step_rows_, column, 1, columns);
 }
 
 }  // namespace weft::sim

@@ -12,11 +12,11 @@ namespace weft::sim {
 class FrameBatch {
  public:
   // `bodies` is kept by reference.
-  FrameBatch(const std::vector<TrajectoryBody>& bodies, bool velocity);
+  explicit FrameBatch(const std::vector<TrajectoryBody>& bodies);
 
   // Takes the arguments of TrajectoryWriter::write_frame.
   void add(double time, const std::vector<std::span<const Vec3>>& positions,
-           const std::vector<std::span<const Vec3>>& velocities, std::span<const double> series,
+           const FrameChannels& channels, std::span<const double> series,
            std::span<const double> step_rows);
   // Forgets the frames but keeps their memory for others.
   void clear();
@@ -27,20 +27,25 @@ class FrameBatch {
   const std::vector<double>& times() const { return times_; }
   // Images of a body, frame by frame; empty for a body that does not move.
   const std::vector<float>& positions(std::size_t body) const { return positions_[body]; }
-  const std::vector<float>& velocities(std::size_t body) const { return velocities_[body]; }
+  const std::vector<float>& field(std::size_t body, std::size_t field) const {
+    return fields_[body][field];
+  }
+  // The values of records, `width` numbers from `first` on, of frames that have `columns`.
+  std::vector<double> records(std::size_t first, std::size_t width, std::size_t columns) const;
   // The values of one of `columns` series: one per frame, or one per step.
   std::vector<double> series(std::size_t column, std::size_t columns) const;
   std::vector<double> steps(std::size_t column, std::size_t columns) const;
 
  private:
   const std::vector<TrajectoryBody>& bodies_;
-  bool has_velocity_;
-  std::vector<double> times_, series_rows_, step_rows_;
-  std::vector<std::vector<float>> positions_, velocities_;
+  std::vector<double> times_, series_rows_, step_rows_, record_rows_;
+  std::vector<std::vector<float>> positions_;
+  std::vector<std::vector<std::vector<float>>> fields_;  // by body and field
 };
 
-// Appends the image of a body, float32 by texel, from values by particle.
-void append_texels(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
+// Appends the image of a body, float32 by texel, from values by particle: `components` numbers
+// each.
+void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
                    std::vector<float>& texels);
 
 }  // namespace weft::sim

@@ -72,13 +72,25 @@ constexpr StatisticColumn statistic_columns[] = {
      [](const Statistics& s, const IntegratorCounts&) { return s.phases.record; }},
 };
 
-std::vector<TrajectoryBody> trajectory_bodies(const Scene& scene) {
+std::vector<TrajectoryBody> trajectory_bodies(const Scene& scene,
+                                              const RecordedChannels& channels) {
   std::vector<TrajectoryBody> bodies;
   for (const int b : scene.case_order) {
     const SceneBody& body = scene.bodies[b];
-    bodies.push_back({body.name, body.atlas, body.moves, body.is_obstacle, body.thickness});
+    bodies.push_back({body.name, body.atlas, body.moves, body.is_obstacle, body.thickness, {}});
+    for (const auto& [channel, dataset, path] : channels.fields(body)) {
+      bodies.back().fields.push_back(
+          {dataset->name, dataset->units, channel->name, dataset->components});
+    }
   }
   return bodies;
+}
+
+std::vector<TrajectoryRecord> trajectory_records(const RecordedChannels& channels) {
+  std::vector<TrajectoryRecord> records;
+  for (const auto& [channel, dataset, path] : channels.records())
+    records.push_back({path, dataset->units, channel->name, dataset->components});
+  return records;
 }
 
 std::vector<std::span<const Vec3>> split_by_body(const Scene& scene, std::span<const Vec3> all) {
@@ -143,13 +155,14 @@ FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& pa
       simulation_(simulation),
       dynamics_(simulation.dynamics()),
       cost_(cost),
-      writer_(path, trajectory_bodies(scene_), frame_series(more),
+      channels_(simulation),
+      writer_(path, trajectory_bodies(scene_, channels_), frame_series(more),
               {.title = scene_.source.title,
                .case_text = scene_.source.resolved_text,
                .compute = simulation.compute(),
-               .velocity = scene_.source.output.velocity,
                .force = force,
                .step_series = step_series(dynamics_),
+               .records = trajectory_records(channels_),
                .commit_interval = commit_interval},
               split_by_body(scene_, scene_.initial_position)) {}
 
@@ -214,13 +227,12 @@ double FrameRecorder::add_frame(double time, std::span<const double> y,
   const PhaseTimer timer(dynamics_.statistics().phases.record);
   dynamics_.expand_all(time, y, position_, velocity_);
   const double largest_stretch = dynamics_.largest_stretch(position_);
-  const std::vector<std::span<const Vec3>> velocities = scene_.source.output.velocity
-                                                            ? split_by_body(scene_, velocity_)
-                                                            : std::vector<std::span<const Vec3>>{};
+  channels_.compute(time, y, position_, velocity_);
   energies_ = named(summary.energies);
   std::vector<double> values = frame_values(summary, largest_stretch, counts);
   values.insert(values.end(), more.begin(), more.end());
-  writer_.write_frame(time, split_by_body(scene_, position_), velocities, values, step_rows_);
+  writer_.write_frame(time, split_by_body(scene_, position_),
+                      {channels_.field_values(), channels_.record_values()}, values, step_rows_);
   step_rows_.clear();
   return largest_stretch;
 }

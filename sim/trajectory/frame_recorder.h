@@ -5,13 +5,14 @@
 #include <vector>
 
 #include "sim/base/bill.h"
+#include "sim/channels/recorded_channels.h"
 #include "sim/motion/dynamics.h"
 #include "sim/simulation/simulation.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
 
-// Writes frames (positions, energies, counters, times) and one row per step between them.
+// Writes frames (positions, channels, energies, counters, times) and one row per step between them.
 class FrameRecorder {
  public:
   // The series `more` follow those that every run has. The cost of frames, without that of their
@@ -52,6 +53,7 @@ class FrameRecorder {
   std::vector<Vec3> position_, velocity_;
   std::vector<double> step_rows_;
   std::vector<std::pair<std::string, double>> energies_;
+  RecordedChannels channels_;
   TrajectoryWriter writer_;
 };
 

@@ -26,6 +26,10 @@ Handle growing_group_properties(int links, int name_length) {
   return properties;
 }
 
+bool has_velocity(const TrajectoryBody& body) {
+  return std::ranges::find(body.fields, "velocity", &TrajectoryField::name) != body.fields.end();
+}
+
 // Counts the bodies that have views. Bodies at rest have none: their links would take room in the
 // header of every frame.
 int moving_count(const std::vector<TrajectoryBody>& bodies) {
@@ -46,19 +50,19 @@ XdmfSurface surface_of(const TrajectoryBody& body) {
 
 }  // namespace
 
-std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas) {
+std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas, int components) {
   const bsi::Patch& first = atlas.patches().front();
-  std::vector<hsize_t> shape = {static_cast<hsize_t>(first.rows), static_cast<hsize_t>(first.cols),
-                                3};
+  std::vector<hsize_t> shape = {static_cast<hsize_t>(first.rows), static_cast<hsize_t>(first.cols)};
+  if (components > 1) shape.push_back(static_cast<hsize_t>(components));
   if (atlas.patches().size() > 1) shape.insert(shape.begin(), atlas.patches().size());
   return shape;
 }
 
 FrameViews::FrameViews(const hdf5::Access& access, hid_t file,
-                       const std::vector<TrajectoryBody>& bodies, bool velocity)
+                       const std::vector<TrajectoryBody>& bodies)
     : access_(access),
       bodies_(bodies),
-      has_velocity_(velocity),
+      has_velocity_(std::ranges::any_of(bodies, has_velocity)),
       of_frames_(growing_group_properties(links_per_group, frame_name_length)),
       of_bodies_(growing_group_properties(moving_count(bodies) + 1, body_name_length)),
       frame_group_(make_group(file, "frame", of_frames_)) {}
@@ -130,7 +134,7 @@ std::vector<XdmfSurface> FrameViews::add_frame() {
     XdmfSurface& surface = surfaces.emplace_back(surface_of(body));
     surface.position_dataset =
         link_view(positions.get(), frame_name + "/position", body, home_of(body) + "/position");
-    if (has_velocity_) {
+    if (has_velocity(body)) {
       surface.velocity_dataset =
           link_view(velocities.get(), frame_name + "/velocity", body, home_of(body) + "/velocity");
     }

@@ -10,15 +10,15 @@
 
 namespace weft::sim {
 
-// The shape of one frame: [rows, cols, 3] or [patches, rows, cols, 3].
-std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas);
+// The shape of one frame: [rows, cols, 3] or [patches, rows, cols, 3]; with one component, without
+// the last axis.
+std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas, int components = 3);
 
 // The group /frame, which gets one group per frame. Functions throw FileError.
 class FrameViews {
  public:
   // Creates the group /frame. `bodies` is kept by reference; `file` is the open file.
-  FrameViews(const hdf5::Access& access, hid_t file, const std::vector<TrajectoryBody>& bodies,
-             bool velocity);
+  FrameViews(const hdf5::Access& access, hid_t file, const std::vector<TrajectoryBody>& bodies);
 
   // Returns the surfaces of bodies at rest, which have no views, for the sidecar.
   std::vector<XdmfSurface> surfaces_at_rest() const;

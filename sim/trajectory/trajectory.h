@@ -16,6 +16,24 @@
 
 namespace weft::sim {
 
+// Values beside the positions: one number or vector per texel and frame.
+struct TrajectoryField {
+  std::string name;  // of the dataset
+  std::string units;
+  std::string channel;  // sim/case/channels.h
+  int components = 3;   // 1: a number
+  bool operator==(const TrajectoryField&) const = default;
+};
+
+// Values by frame that belong to no texel: one number or vector per frame.
+struct TrajectoryRecord {
+  std::string path;  // of the dataset, such as "reactions/cloth/pin_1/force"
+  std::string units;
+  std::string channel;
+  int components = 1;
+  bool operator==(const TrajectoryRecord&) const = default;
+};
+
 // A body as the trajectory knows it. All patches of a body have the same size. Names are unique,
 // not empty, and contain no '/'.
 struct TrajectoryBody {
@@ -23,7 +41,16 @@ struct TrajectoryBody {
   bsi::Atlas atlas;
   bool moves = true;  // false: positions are written once, not per frame
   bool is_obstacle = false;
-  double thickness = 0;  // m
+  double thickness = 0;                 // m
+  std::vector<TrajectoryField> fields;  // only of bodies that move
+};
+
+// The values of one frame beside the positions and series.
+struct FrameChannels {
+  // By body and field: `components` numbers per particle.
+  std::vector<std::vector<std::span<const double>>> fields;
+  // Values of all records, one after the other.
+  std::span<const double> records;
 };
 
 // The end of a run: its status and its cost.
@@ -45,7 +72,9 @@ struct RunEnd {
 //                            or one per patch)
 //   /body/NAME/position      float32, m: [N, rows, cols, 3], or [N, patches, rows, cols, 3] for
 //                            more than one patch; without N if the body does not move
-//   /body/NAME/velocity      float32, m/s, the same shape: on request, moving bodies only
+//   /body/NAME/FIELD         float32, on request: the shape of the positions, without the last
+//                            axis for numbers; attributes units and channel
+//   /CHANNEL/.../NAME        float64, on request: [N] or [N, 3]; attributes units and channel
 //   /body/NAME/particle      int32 [patches, rows, cols]: particle of each texel (sewn bodies only)
 //   /body/NAME/triangles     int32 [triangles, 3]: texels, by the rule of bsi::quad_triangles
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
@@ -65,9 +94,9 @@ class TrajectoryWriter {
     std::string title = {};
     std::string case_text = {};
     std::string compute = {};  // device of the contact search, and the reason for it
-    bool velocity = false;
-    bool force = false;  // overwrite
+    bool force = false;        // overwrite
     std::vector<Series> step_series = {};
+    std::vector<TrajectoryRecord> records = {};
     // Frames wait in memory until this wall time (s) has passed since the last commit, or until
     // they take 64 MiB.
     double commit_interval = 0;
@@ -87,14 +116,13 @@ class TrajectoryWriter {
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
-  // Appends a frame, and commits if `commit_interval` has passed. Positions and velocities are by
-  // body; velocities are empty unless asked for, and entries of bodies that do not move are not
-  // read. `series` holds one value per series. `step_rows` holds the steps since the last frame,
-  // each as one value per step series. Throws FileError; frames committed before it remain, and no
-  // other can be written. O(texels), no fsync.
+  // Appends a frame, and commits if `commit_interval` has passed. Positions and fields are by body;
+  // entries of bodies that do not move are not read. `series` holds one value per series.
+  // `step_rows` holds the steps since the last frame, each as one value per step series. Throws
+  // FileError; frames committed before it remain, and no other can be written. O(texels), no fsync.
   void write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
-                   const std::vector<std::span<const Vec3>>& velocities,
-                   std::span<const double> series, std::span<const double> step_rows = {});
+                   const FrameChannels& channels, std::span<const double> series,
+                   std::span<const double> step_rows = {});
   // Writes the frames that wait, and lists them in the sidecar PATH with .xdmf. Afterwards they can
   // be read even if this process dies. A process that is killed within this call leaves either none
   // of them or all. Throws as write_frame. The destructor commits too, and swallows errors.
@@ -138,6 +166,13 @@ class TrajectoryReader {
   std::vector<Vec3> positions(int body, int frame) const;
   // Velocities by particle, m/s; empty if they were not recorded.
   std::vector<Vec3> velocities(int body, int frame) const;
+  // Values of a field of the body by particle, `components` numbers each. Throws FileError for a
+  // field that the body does not have.
+  std::vector<double> field_values(int body, const std::string& field, int frame) const;
+  // Records, by channel in the order of the file.
+  const std::vector<TrajectoryRecord>& records() const;
+  // Values of a record, `components` numbers per frame. Throws FileError for an unknown path.
+  std::vector<double> record_values(const std::string& path) const;
   std::vector<TrajectoryWriter::Series> series() const;
   // Returns one value per frame.
   std::vector<double> series_values(const std::string& name) const;

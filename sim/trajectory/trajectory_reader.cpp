@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "sim/base/hdf5_handle.h"
+#include "sim/case/channels.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -55,6 +56,10 @@ hsize_t count_frames(const Access& access) {
   return shape.empty() ? 0 : shape[0];
 }
 
+bool has(hid_t group, const std::string& name) {
+  return H5Lexists(group, name.c_str(), H5P_DEFAULT) > 0;
+}
+
 std::vector<Vec3> to_vectors(const std::vector<double>& values) {
   std::vector<Vec3> result(values.size() / 3);
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -71,9 +76,12 @@ struct TrajectoryReader::Implementation {
   void read_header();
   void read_end();
   TrajectoryBody read_body(const std::string& name) const;
+  std::vector<TrajectoryField> read_fields(hid_t group, std::size_t axes) const;
+  void find_records(const std::string& group, const std::string& channel);
   std::vector<int> read_particles(hid_t group, std::size_t texels) const;
-  std::vector<double> read_list(const std::string& name, hsize_t count) const;
-  std::vector<Vec3> read_image(int body, int frame, const std::string& name) const;
+  std::vector<double> read_list(const std::string& name, hsize_t count, int components = 1) const;
+  std::vector<double> read_image(int body, int frame, const std::string& name,
+                                 int components) const;
 
   Access access;
   Handle file;
@@ -82,6 +90,7 @@ struct TrajectoryReader::Implementation {
   bool says_its_end = false;
   std::optional<RunEnd> end;
   std::vector<TrajectoryBody> bodies;
+  std::vector<TrajectoryRecord> records;
   std::vector<TrajectoryWriter::Series> series;
 };
 
@@ -123,10 +132,51 @@ void TrajectoryReader::Implementation::read_header() {
     const Handle dataset = access.open_dataset(series_group.get(), name);
     series.push_back({name, access.read_string(dataset.get(), "units")});
   }
+  for (const Channel& channel : all_channels()) {
+    if (channel.home != Channel::Home::texels && has(file.get(), channel.name))
+      find_records(channel.name, channel.name);
+  }
+}
+
+// Lists the records in a group and the groups in it, of which there are two levels.
+void TrajectoryReader::Implementation::find_records(const std::string& group,
+                                                    const std::string& channel) {
+  const Handle parent = access.open_group(file.get(), group);
+  for (const std::string& name : access.members(parent.get())) {
+    const std::string path = group + "/" + name;
+    H5O_info_t info;
+    access.check(H5Oget_info_by_name(file.get(), path.c_str(), &info, H5P_DEFAULT), "read " + path);
+    if (info.type == H5O_TYPE_GROUP) {
+      if (std::ranges::count(path, '/') > 2) access.reject("group " + path + " is too deep");
+      find_records(path, channel);
+      continue;
+    }
+    const Handle dataset = access.open_dataset(file.get(), path);
+    const std::vector<hsize_t> shape = access.dimensions(dataset.get());
+    const int components = shape.size() == 2 && shape[1] == 3 ? 3 : 1;
+    records.push_back({path, access.read_string(dataset.get(), "units"), channel, components});
+  }
+}
+
+// Returns the datasets of a body that belong to channels; images of positions have `axes` axes.
+std::vector<TrajectoryField> TrajectoryReader::Implementation::read_fields(hid_t group,
+                                                                           std::size_t axes) const {
+  std::vector<TrajectoryField> fields;
+  for (const std::string& name : access.members(group)) {
+    const Handle dataset = access.open_dataset(group, name);
+    // Files of earlier versions have velocities without the name of a channel.
+    const bool has_channel = H5Aexists(dataset.get(), "channel") > 0;
+    if (!has_channel && name != "velocity") continue;
+    const std::string channel =
+        has_channel ? access.read_string(dataset.get(), "channel") : "velocity";
+    const int components = access.dimensions(dataset.get()).size() == axes ? 3 : 1;
+    fields.push_back({name, access.read_string(dataset.get(), "units"), channel, components});
+  }
+  return fields;
 }
 
 void TrajectoryReader::Implementation::read_end() {
-  says_its_end = H5Lexists(file.get(), "run", H5P_DEFAULT) > 0;
+  says_its_end = has(file.get(), "run");
   if (!says_its_end) return;
   const Handle group = access.open_group(file.get(), "run");
   if (H5Aexists(group.get(), "complete") <= 0) return;
@@ -142,7 +192,7 @@ void TrajectoryReader::Implementation::read_end() {
 
 std::vector<int> TrajectoryReader::Implementation::read_particles(hid_t group,
                                                                   std::size_t texels) const {
-  if (H5Lexists(group, "particle", H5P_DEFAULT) <= 0) return {};
+  if (!has(group, "particle")) return {};
   const Handle dataset = access.open_dataset(group, "particle");
   const Handle space(H5Dget_space(dataset.get()));
   if (H5Sget_simple_extent_npoints(space.get()) != static_cast<hssize_t>(texels)) {
@@ -179,6 +229,7 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   const auto frames = body.moves ? static_cast<double>(times.size()) : 1.0;
   access.require_stored(position.get(), "position of body " + name,
                         frames * static_cast<double>(hdf5::count_of(shape)));
+  if (body.moves) body.fields = read_fields(group.get(), shape.size() + 1);
   const std::size_t patch_count = shape.size() == 4 ? shape[0] : 1;
   if (wrap_u.size() != patch_count || wrap_v.size() != patch_count) {
     access.reject("body " + name + " has wraps for another number of patches");
@@ -202,38 +253,47 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
 
 // Reads the first `count` numbers of a list, which may have grown since.
 std::vector<double> TrajectoryReader::Implementation::read_list(const std::string& name,
-                                                                hsize_t count) const {
+                                                                hsize_t count,
+                                                                int components) const {
   const Handle dataset = access.open_dataset(file.get(), name);
   const std::vector<hsize_t> shape = access.dimensions(dataset.get());
-  if (shape.size() != 1 || !hdf5::holds_numbers(dataset.get())) {
+  const auto width = static_cast<hsize_t>(components);
+  const bool is_list = components == 1 ? shape.size() == 1 : shape.size() == 2 && shape[1] == width;
+  if (!is_list || !hdf5::holds_numbers(dataset.get())) {
     access.reject("dataset " + name + " is not a list of numbers");
   }
   if (shape[0] < count) access.reject("dataset " + name + " lacks frames");
   if (count == 0) return {};
-  access.require_stored(dataset.get(), name, static_cast<double>(count));
-  std::vector<double> values(count);
+  access.require_stored(dataset.get(), name, static_cast<double>(count * width));
+  std::vector<double> values(count * width);
   const std::string action = "read dataset " + name;
   const Handle source = access.handle(H5Dget_space(dataset.get()), action);
-  const hsize_t start = 0;
-  access.check(H5Sselect_hyperslab(source.get(), H5S_SELECT_SET, &start, nullptr, &count, nullptr),
+  std::vector<hsize_t> start(shape.size(), 0), size = shape;
+  size[0] = count;
+  access.check(H5Sselect_hyperslab(source.get(), H5S_SELECT_SET, start.data(), nullptr, size.data(),
+                                   nullptr),
                action);
-  access.check(H5Dread(dataset.get(), H5T_NATIVE_DOUBLE, make_space({count}).get(), source.get(),
+  access.check(H5Dread(dataset.get(), H5T_NATIVE_DOUBLE, make_space(size).get(), source.get(),
                        H5P_DEFAULT, values.data()),
                action);
   return values;
 }
 
 // Reads values of one frame by particle. A particle takes the value of one texel that holds it.
-std::vector<Vec3> TrajectoryReader::Implementation::read_image(int body_index, int frame,
-                                                               const std::string& name) const {
+std::vector<double> TrajectoryReader::Implementation::read_image(int body_index, int frame,
+                                                                 const std::string& name,
+                                                                 int components) const {
   assert(body_index >= 0 && body_index < static_cast<int>(bodies.size()));
   const TrajectoryBody& body = bodies[body_index];
   const std::string action = "read " + name + " of body " + body.name;
   const Handle dataset = access.open_dataset(file.get(), "body/" + body.name + "/" + name);
   const Handle source = access.handle(H5Dget_space(dataset.get()), action);
   std::vector<hsize_t> shape = access.dimensions(dataset.get());
-  const std::size_t numbers = 3 * static_cast<std::size_t>(body.atlas.texel_count());
+  const auto width = static_cast<std::size_t>(components);
+  const std::size_t numbers = width * static_cast<std::size_t>(body.atlas.texel_count());
   if (body.moves) {
+    if (shape.empty() || shape[0] < times.size())
+      access.reject("cannot " + action + ": it lacks frames");
     assert(frame >= 0 && frame < static_cast<int>(times.size()));
     std::vector<hsize_t> start(shape.size(), 0);
     start[0] = static_cast<hsize_t>(frame);
@@ -249,11 +309,11 @@ std::vector<Vec3> TrajectoryReader::Implementation::read_image(int body_index, i
   access.check(H5Dread(dataset.get(), H5T_NATIVE_DOUBLE, make_space({numbers}).get(), source.get(),
                        H5P_DEFAULT, values.data()),
                action);
-  std::vector<Vec3> texels = to_vectors(values);
-  if (body.atlas.is_identity()) return texels;
-  std::vector<Vec3> particles(static_cast<std::size_t>(body.atlas.particle_count()));
+  if (body.atlas.is_identity()) return values;
+  std::vector<double> particles(width * static_cast<std::size_t>(body.atlas.particle_count()));
   for (int t = 0; t < body.atlas.texel_count(); ++t) {
-    particles[body.atlas.particle_of_texel(t)] = texels[t];
+    std::copy_n(&values[width * static_cast<std::size_t>(t)], width,
+                &particles[width * static_cast<std::size_t>(body.atlas.particle_of_texel(t))]);
   }
   return particles;
 }
@@ -291,16 +351,41 @@ const std::vector<TrajectoryBody>& TrajectoryReader::bodies() const {
 
 std::vector<Vec3> TrajectoryReader::positions(int body, int frame) const {
   const hdf5::QuietErrors quiet;
-  return read_whole(implementation_->access.path(),
-                    [&] { return implementation_->read_image(body, frame, "position"); });
+  return read_whole(implementation_->access.path(), [&] {
+    return to_vectors(implementation_->read_image(body, frame, "position", 3));
+  });
 }
 
 std::vector<Vec3> TrajectoryReader::velocities(int body, int frame) const {
+  const auto& fields = implementation_->bodies.at(body).fields;
+  if (std::ranges::find(fields, "velocity", &TrajectoryField::name) == fields.end()) return {};
+  return to_vectors(field_values(body, "velocity", frame));
+}
+
+std::vector<double> TrajectoryReader::field_values(int body, const std::string& field,
+                                                   int frame) const {
   const hdf5::QuietErrors quiet;
-  const std::string name = "body/" + implementation_->bodies.at(body).name + "/velocity";
-  if (H5Lexists(implementation_->file.get(), name.c_str(), H5P_DEFAULT) <= 0) return {};
-  return read_whole(implementation_->access.path(),
-                    [&] { return implementation_->read_image(body, frame, "velocity"); });
+  const TrajectoryBody& of = implementation_->bodies.at(body);
+  const auto found = std::ranges::find(of.fields, field, &TrajectoryField::name);
+  if (found == of.fields.end())
+    implementation_->access.reject("body " + of.name + " has no field " + field);
+  return read_whole(implementation_->access.path(), [&] {
+    return implementation_->read_image(body, frame, field, found->components);
+  });
+}
+
+const std::vector<TrajectoryRecord>& TrajectoryReader::records() const {
+  return implementation_->records;
+}
+
+std::vector<double> TrajectoryReader::record_values(const std::string& path) const {
+  const hdf5::QuietErrors quiet;
+  const auto& records = implementation_->records;
+  const auto found = std::ranges::find(records, path, &TrajectoryRecord::path);
+  if (found == records.end()) implementation_->access.reject("has no record " + path);
+  return read_whole(implementation_->access.path(), [&] {
+    return implementation_->read_list(path, implementation_->times.size(), found->components);
+  });
 }
 
 std::vector<TrajectoryWriter::Series> TrajectoryReader::series() const {

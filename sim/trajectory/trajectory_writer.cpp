@@ -15,6 +15,7 @@
 #include "sim/trajectory/file_lock.h"
 #include "sim/trajectory/frame_batch.h"
 #include "sim/trajectory/frame_views.h"
+#include "sim/trajectory/list_dataset.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/trajectory/xdmf_file.h"
 
@@ -28,8 +29,8 @@ std::string sidecar_of(const std::string& path) {
 using hdf5::Handle;
 using hdf5::make_space;
 
-constexpr hsize_t series_chunk = 128;  // values; a commit rewrites 1 KiB per series
 constexpr std::size_t largest_batch = std::size_t{64} << 20;  // bytes
+
 std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   std::vector<int> result;
   for (int p = 0; p < static_cast<int>(atlas.patches().size()); ++p) {
@@ -104,7 +105,8 @@ Handle end_properties() {
 
 struct TrajectoryWriter::Implementation {
   struct BodyDatasets {
-    Handle position, velocity;
+    Handle position;
+    std::vector<Handle> fields;
   };
 
   Implementation(const std::string& path, std::vector<TrajectoryBody> body_list,
@@ -113,7 +115,7 @@ struct TrajectoryWriter::Implementation {
         bodies(std::move(body_list)),
         series(std::move(series_list)),
         options(std::move(option_list)),
-        batch(bodies, options.velocity) {}
+        batch(bodies) {}
   ~Implementation() {
     const hdf5::QuietErrors quiet;
     close_objects();
@@ -127,9 +129,9 @@ struct TrajectoryWriter::Implementation {
   void create_root();
   void create_body(const TrajectoryBody& body, std::span<const Vec3> initial_positions);
   Handle make_group(hid_t parent, const std::string& name, const Handle& properties) const;
-  Handle create_list(hid_t group, const std::string& name);
-  Handle create_frames(hid_t group, const std::string& name, const bsi::Atlas& atlas,
+  Handle create_frames(hid_t group, const std::string& name, const std::vector<hsize_t>& frame,
                        const std::string& units);
+  void create_record(const TrajectoryRecord& record);
   void write_whole(hid_t group, const std::string& name, hid_t file_type, hid_t memory_type,
                    const std::vector<hsize_t>& shape, const void* data, const std::string& units);
   void publish();
@@ -140,8 +142,11 @@ struct TrajectoryWriter::Implementation {
   bool is_due(double pause) const;
   void commit();
   void write_batch();
-  void append_images(hid_t dataset, const bsi::Atlas& atlas, const std::vector<float>& images);
-  void append_values(hid_t dataset, hsize_t start, std::span<const double> values);
+  void append_images(hid_t dataset, const std::vector<hsize_t>& frame,
+                     const std::vector<float>& images);
+  void append_values(hid_t dataset, hsize_t start, std::span<const double> values,
+                     int components = 1);
+  void append_records();
   void append_steps();
   std::string action() const;
   void write_end(const RunEnd& end);
@@ -153,7 +158,7 @@ struct TrajectoryWriter::Implementation {
   std::string temporary;  // empty once renamed
   Handle file, run_group, body_group, series_group, step_group, time;
   std::vector<BodyDatasets> body_datasets;
-  std::vector<Handle> series_datasets, step_datasets;
+  std::vector<Handle> series_datasets, step_datasets, record_datasets;
   std::optional<FrameViews> views;
   XdmfFile sidecar;
   FrameBatch batch;
@@ -211,15 +216,12 @@ void TrajectoryWriter::Implementation::create_root() {
   access.check(H5Dwrite(text.get(), text_type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &contents),
                "write the case");
 
-  // Groups of bodies and series track the order of creation, in which readers list them.
-  const Handle ordered(H5Pcreate(H5P_GROUP_CREATE));
-  H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
-  H5Pset_obj_track_times(ordered.get(), false);
+  const Handle ordered = ordered_group();
   run_group = make_group(file.get(), "run", end_properties());
   body_group = make_group(file.get(), "body", ordered);
   series_group = make_group(file.get(), "series", ordered);
   step_group = make_group(file.get(), "steps", ordered);
-  views.emplace(access, file.get(), bodies, options.velocity);
+  views.emplace(access, file.get(), bodies);
 }
 
 Handle TrajectoryWriter::Implementation::make_group(hid_t parent, const std::string& name,
@@ -245,9 +247,9 @@ void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::strin
 // Creates a dataset of frames, one chunk per frame. Frames are written straight from the batch,
 // past HDF5's chunk cache.
 Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::string& name,
-                                                       const bsi::Atlas& atlas,
+                                                       const std::vector<hsize_t>& frame,
                                                        const std::string& units) {
-  std::vector<hsize_t> shape = frame_shape(atlas);
+  std::vector<hsize_t> shape = frame;
   shape.insert(shape.begin(), 1);
   const Handle properties = dataset_properties();
   H5Pset_chunk(properties.get(), static_cast<int>(shape.size()), shape.data());
@@ -264,24 +266,18 @@ Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::s
   return dataset;
 }
 
-Handle TrajectoryWriter::Implementation::create_list(hid_t group, const std::string& name) {
-  const Handle properties = dataset_properties();
-  H5Pset_chunk(properties.get(), 1, &series_chunk);
-  return access.handle(
-      H5Dcreate2(group, name.c_str(), H5T_IEEE_F64LE, make_space({0}, {H5S_UNLIMITED}).get(),
-                 H5P_DEFAULT, properties.get(), H5P_DEFAULT),
-      "create dataset " + name);
+void TrajectoryWriter::Implementation::create_record(const TrajectoryRecord& record) {
+  create_groups_above(access, file.get(), record.path);
+  record_datasets.push_back(create_list(access, file.get(), record.path, record.components));
+  access.write_attribute(record_datasets.back().get(), "units", record.units);
+  access.write_attribute(record_datasets.back().get(), "channel", record.channel);
 }
 
 void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
                                                    std::span<const Vec3> initial_positions) {
   assert(same_size(body.atlas));
   const bsi::Atlas& atlas = body.atlas;
-  const Handle properties(H5Pcreate(H5P_GROUP_CREATE));
-  H5Pset_obj_track_times(properties.get(), false);
-  const Handle group = access.handle(
-      H5Gcreate2(body_group.get(), body.name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
-      "create group " + body.name);
+  const Handle group = make_group(body_group.get(), body.name, ordered_group());
   std::vector<int> wrap_u, wrap_v;
   for (const bsi::Patch& patch : atlas.patches()) {
     wrap_u.push_back(patch.wrap_u);
@@ -307,13 +303,15 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
   }
   BodyDatasets datasets;
   if (body.moves) {
-    datasets.position = create_frames(group.get(), "position", atlas, "m");
-    if (options.velocity) {
-      datasets.velocity = create_frames(group.get(), "velocity", atlas, "m/s");
+    datasets.position = create_frames(group.get(), "position", frame_shape(atlas), "m");
+    for (const TrajectoryField& field : body.fields) {
+      datasets.fields.push_back(create_frames(group.get(), field.name,
+                                              frame_shape(atlas, field.components), field.units));
+      access.write_attribute(datasets.fields.back().get(), "channel", field.channel);
     }
   } else {
     std::vector<float> texels;
-    append_texels(atlas, initial_positions, texels);
+    append_texels(atlas, numbers_of(initial_positions), 3, texels);
     write_whole(group.get(), "position", H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, frame_shape(atlas),
                 texels.data(), "m");
   }
@@ -365,6 +363,7 @@ void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();
   step_datasets.clear();
+  record_datasets.clear();
   if (views) views->close();
   for (Handle* handle : {&time, &step_group, &series_group, &body_group, &run_group}) {
     handle->close();
@@ -378,11 +377,12 @@ std::string TrajectoryWriter::Implementation::action() const {
   return "write frames " + first + " to " + std::to_string(committed_frames + batch.frames() - 1);
 }
 
-void TrajectoryWriter::Implementation::append_images(hid_t dataset, const bsi::Atlas& atlas,
+void TrajectoryWriter::Implementation::append_images(hid_t dataset,
+                                                     const std::vector<hsize_t>& frame,
                                                      const std::vector<float>& images) {
   const std::string action = this->action();
   const auto count = static_cast<hsize_t>(batch.frames());
-  std::vector<hsize_t> shape = frame_shape(atlas);
+  std::vector<hsize_t> shape = frame;
   shape.insert(shape.begin(), static_cast<hsize_t>(committed_frames) + count);
   access.check(H5Dset_extent(dataset, shape.data()), action);
   const Handle target(H5Dget_space(dataset));
@@ -398,17 +398,22 @@ void TrajectoryWriter::Implementation::append_images(hid_t dataset, const bsi::A
 }
 
 void TrajectoryWriter::Implementation::append_values(hid_t dataset, hsize_t start,
-                                                     std::span<const double> values) {
-  const std::string action = this->action();
-  const hsize_t count = values.size();
-  const hsize_t size = start + count;
-  access.check(H5Dset_extent(dataset, &size), action);
-  const Handle target(H5Dget_space(dataset));
-  access.check(H5Sselect_hyperslab(target.get(), H5S_SELECT_SET, &start, nullptr, &count, nullptr),
-               action);
-  access.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, make_space({count}).get(), target.get(),
-                        H5P_DEFAULT, values.data()),
-               action);
+                                                     std::span<const double> values,
+                                                     int components) {
+  append_to_list(access, dataset, start, values, components, action());
+}
+
+void TrajectoryWriter::Implementation::append_records() {
+  std::size_t columns = 0, first = 0;
+  for (const TrajectoryRecord& record : options.records)
+    columns += static_cast<std::size_t>(record.components);
+  for (std::size_t r = 0; r < record_datasets.size(); ++r) {
+    const int components = options.records[r].components;
+    const auto width = static_cast<std::size_t>(components);
+    append_values(record_datasets[r].get(), static_cast<hsize_t>(committed_frames),
+                  batch.records(first, width, columns), components);
+    first += width;
+  }
 }
 
 void TrajectoryWriter::Implementation::append_steps() {
@@ -427,9 +432,10 @@ void TrajectoryWriter::Implementation::write_batch() {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (!bodies[b].moves) continue;
     const bsi::Atlas& atlas = bodies[b].atlas;
-    append_images(body_datasets[b].position.get(), atlas, batch.positions(b));
-    if (options.velocity) {
-      append_images(body_datasets[b].velocity.get(), atlas, batch.velocities(b));
+    append_images(body_datasets[b].position.get(), frame_shape(atlas), batch.positions(b));
+    for (std::size_t f = 0; f < bodies[b].fields.size(); ++f) {
+      append_images(body_datasets[b].fields[f].get(),
+                    frame_shape(atlas, bodies[b].fields[f].components), batch.field(b, f));
     }
   }
   const auto start = static_cast<hsize_t>(committed_frames);
@@ -437,6 +443,7 @@ void TrajectoryWriter::Implementation::write_batch() {
     append_values(series_datasets[s].get(), start, batch.series(s, series.size()));
   }
   append_steps();
+  append_records();
   std::string sidecar_text;
   for (const double frame_time : batch.times()) {
     sidecar_text += sidecar.describe(frame_time, views->add_frame());
@@ -498,14 +505,15 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   const auto create_lists = [&](const Handle& group, const std::vector<Series>& list,
                                 std::vector<Handle>& datasets) {
     for (const Series& entry : list) {
-      datasets.push_back(self.create_list(group.get(), entry.name));
+      datasets.push_back(create_list(self.access, group.get(), entry.name));
       self.access.write_attribute(datasets.back().get(), "units", entry.units);
     }
   };
   create_lists(self.series_group, self.series, self.series_datasets);
   create_lists(self.step_group, self.options.step_series, self.step_datasets);
+  for (const TrajectoryRecord& record : self.options.records) self.create_record(record);
   // /time is created last and has no attributes: its header is one piece, the commit mark.
-  self.time = self.create_list(self.file.get(), "time");
+  self.time = create_list(self.access, self.file.get(), "time");
   self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
   self.access.check(set_commit_mark(self.file.get(), self.time.get()), "set up HDF5");
   self.publish();
@@ -531,15 +539,14 @@ void TrajectoryWriter::check_in_place() const {
 }
 
 void TrajectoryWriter::write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
-                                   const std::vector<std::span<const Vec3>>& velocities,
-                                   std::span<const double> series,
+                                   const FrameChannels& channels, std::span<const double> series,
                                    std::span<const double> step_rows) {
   Implementation& self = *implementation_;
   assert(series.size() == self.series.size());
   assert(step_rows.empty() || !self.step_datasets.empty());
   if (self.failed) self.commit();  // throws
   self.failed = true;              // until the frame is whole
-  self.batch.add(time, positions, velocities, series, step_rows);
+  self.batch.add(time, positions, channels, series, step_rows);
   self.failed = false;
   if (is_due(0)) commit();
 }

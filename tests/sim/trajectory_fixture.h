@@ -60,6 +60,17 @@ inline std::vector<std::vector<Vec3>> scene_values(const std::vector<TrajectoryB
   return values;
 }
 
+// One number per particle.
+inline std::vector<std::vector<double>> scene_heats(const std::vector<TrajectoryBody>& bodies,
+                                                    int frame) {
+  std::vector<std::vector<double>> values;
+  for (const std::vector<Vec3>& of_body : scene_values(bodies, frame)) {
+    auto& list = values.emplace_back();
+    for (const Vec3& value : of_body) list.push_back(0.5 * value.x() - value.z());
+  }
+  return values;
+}
+
 inline std::vector<std::span<const Vec3>> views(const std::vector<std::vector<Vec3>>& values) {
   return {values.begin(), values.end()};
 }

@@ -64,7 +64,15 @@ class TrajectoryKill : public TrajectoryFolder {
   static constexpr double never = 1e9;  // s: frames are committed by hand
 
   static std::vector<TrajectoryBody> make_scene(int size) {
-    return {make_body("cloth", {{.rows = size, .cols = size, .wrap_u = true}})};
+    std::vector<TrajectoryBody> bodies = {
+        make_body("cloth", {{.rows = size, .cols = size, .wrap_u = true}})};
+    bodies[0].fields = {{"velocity", "m/s", "velocity", 3}, {"heat", "J", "warmth", 1}};
+    return bodies;
+  }
+  // A number and a vector per frame.
+  static std::vector<TrajectoryRecord> make_records() {
+    return {{"reactions/cloth/pin_1/force", "N", "reactions", 3},
+            {"body_energy/cloth/kinetic", "J", "body_energy", 1}};
   }
   static std::unique_ptr<TrajectoryWriter> make_writer(const std::string& file,
                                                        const std::vector<TrajectoryBody>& bodies,
@@ -74,14 +82,18 @@ class TrajectoryKill : public TrajectoryFolder {
     for (int s = 0; s < series_count; ++s) series[s] = {"series" + std::to_string(s), "J"};
     return std::make_unique<TrajectoryWriter>(
         file, bodies, series,
-        TrajectoryWriter::Options{.title = "kill", .force = true, .commit_interval = never},
+        TrajectoryWriter::Options{
+            .title = "kill", .force = true, .records = make_records(), .commit_interval = never},
         views(initial));
   }
   static void write_frame(TrajectoryWriter& writer, const std::vector<TrajectoryBody>& bodies,
                           int series_count, int frame) {
     const auto values = scene_values(bodies, frame);
     const std::vector<double> series(static_cast<std::size_t>(series_count), 2.0 * frame);
-    writer.write_frame(0.5 * frame, views(values), {}, series);
+    const auto heats = scene_heats(bodies, frame);
+    const std::vector<double> records(4, 3.0 * frame);
+    writer.write_frame(0.5 * frame, views(values), {{{numbers_of(values[0]), heats[0]}}, records},
+                       series);
   }
 
   // Checks that the file holds the first `committed` or the first `next` frames, all of them right,
@@ -102,9 +114,26 @@ class TrajectoryKill : public TrajectoryFolder {
         ASSERT_EQ(reader.time(f), 0.5 * f);
         ASSERT_EQ(series[f], 2.0 * f);
       }
+      expect_channels(reader, bodies);
       frames = reader.frames();
     }
     expect_images(file, frames, bodies);
+  }
+
+  static void expect_channels(const TrajectoryReader& reader,
+                              const std::vector<TrajectoryBody>& bodies) {
+    ASSERT_EQ(reader.records(), make_records());
+    for (const TrajectoryRecord& record : make_records()) {
+      const std::vector<double> values = reader.record_values(record.path);
+      ASSERT_EQ(static_cast<int>(values.size()), record.components * reader.frames());
+      for (std::size_t i = 0; i < values.size(); ++i)
+        ASSERT_EQ(values[i], 3.0 * static_cast<double>(i / record.components));
+    }
+    ASSERT_EQ(reader.bodies()[0].fields, bodies[0].fields);
+    for (int f = 0; f < reader.frames(); f += std::max(1, reader.frames() - 1)) {
+      ASSERT_EQ(reader.velocities(0, f), scene_values(bodies, f)[0]);
+      ASSERT_EQ(reader.field_values(0, "heat", f), scene_heats(bodies, f)[0]);
+    }
   }
 
   static void expect_images(const std::string& file, int frames,

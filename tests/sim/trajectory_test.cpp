@@ -41,18 +41,38 @@ class Trajectory : public TrajectoryFolder {
     bodies.back().is_obstacle = true;
     return bodies;
   }
+  // The scene with a vector and a number per texel.
+  static std::vector<TrajectoryBody> make_scene_with_fields() {
+    std::vector<TrajectoryBody> bodies = make_scene();
+    for (TrajectoryBody& body : bodies) {
+      if (body.moves)
+        body.fields = {{"velocity", "m/s", "velocity", 3}, {"heat", "J", "warmth", 1}};
+    }
+    return bodies;
+  }
   static std::vector<TrajectoryWriter::Series> make_series() {
     return {{"time", "s"}, {"energy", "J"}};
   }
-  static void write(const std::string& path, int frames, const TrajectoryWriter::Options& options) {
-    const std::vector<TrajectoryBody> bodies = make_scene();
+  static void write(const std::string& path, int frames, const TrajectoryWriter::Options& options,
+                    bool with_fields = false) {
+    const std::vector<TrajectoryBody> bodies =
+        with_fields ? make_scene_with_fields() : make_scene();
     const auto initial = scene_values(bodies, 0);
     TrajectoryWriter writer(path, bodies, make_series(), options, views(initial));
     for (int f = 0; f < frames; ++f) {
       const auto positions = scene_values(bodies, f);
       const auto velocities = scene_values(bodies, -f);
+      const auto heats = scene_heats(bodies, f);
+      FrameChannels channels;
+      for (std::size_t b = 0; b < bodies.size(); ++b)
+        channels.fields.push_back({numbers_of(velocities[b]), heats[b]});
+      std::vector<double> records;
+      for (const TrajectoryRecord& record : options.records) {
+        for (int k = 0; k < record.components; ++k) records.push_back(10 * f + k);
+      }
+      channels.records = records;
       const std::vector<double> series = {0.1 * f, 1.0 / (1 + f)};
-      writer.write_frame(0.1 * f, views(positions), views(velocities), series);
+      writer.write_frame(0.1 * f, views(positions), channels, series);
       EXPECT_EQ(writer.frames(), f + 1);
     }
   }
@@ -76,7 +96,7 @@ TEST_F(Trajectory, ComesBackAsItWasWritten) {
   const std::string file = path("run.h5");
   // More than HDF5 stores in a small attribute.
   const std::string case_text = "# " + std::string(100000, 'x') + "\n[scene]\n";
-  write(file, 3, {.title = "Drapé", .case_text = case_text, .velocity = true});
+  write(file, 3, {.title = "Drapé", .case_text = case_text}, true);
   EXPECT_EQ(files(), (std::vector<std::string>{"run.h5", "run.xdmf"}));
 
   const TrajectoryReader reader(file);
@@ -109,6 +129,34 @@ TEST_F(Trajectory, ComesBackAsItWasWritten) {
       EXPECT_EQ(velocities, body.moves ? scene_values(scene, -f)[b] : std::vector<Vec3>{});
     }
   }
+}
+
+// A field has the shape of the positions, without the last axis for numbers; a record has a value
+// per frame. Both name their channel.
+TEST_F(Trajectory, ChannelsComeBackAsTheyWereWritten) {
+  const std::string file = path("run.h5");
+  const std::vector<TrajectoryRecord> records = {
+      {"reactions/floor/force", "N", "reactions", 3},
+      {"reactions/sewn/pin_1/force", "N", "reactions", 3},
+      {"largest_stretch_place/row", "1", "largest_stretch_place", 1}};
+  write(file, 3, {.records = records}, true);
+  EXPECT_EQ(read_numbers<float>(file, "/body/sewn/heat").size(), 3 * 2 * 2 * 3);
+  const TrajectoryReader reader(file);
+  EXPECT_EQ(reader.records(), records);
+  EXPECT_EQ(reader.record_values("reactions/sewn/pin_1/force"),
+            (std::vector<double>{0, 1, 2, 10, 11, 12, 20, 21, 22}));
+  EXPECT_EQ(reader.record_values("largest_stretch_place/row"), (std::vector<double>{0, 10, 20}));
+  const std::vector<TrajectoryBody> scene = make_scene_with_fields();
+  for (std::size_t b = 0; b < scene.size(); ++b) {
+    EXPECT_EQ(reader.bodies()[b].fields, scene[b].fields);
+    if (!scene[b].moves) continue;
+    for (int f = 0; f < 3; ++f)
+      EXPECT_EQ(reader.field_values(static_cast<int>(b), "heat", f), scene_heats(scene, f)[b]);
+  }
+  EXPECT_NE(message_of([&] { reader.field_values(0, "cold", 0); }).find("has no field cold"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] { reader.record_values("reactions"); }).find("has no record"),
+            std::string::npos);
 }
 
 TEST_F(Trajectory, SeriesKeepOrderUnitsAndValues) {
@@ -229,9 +277,9 @@ std::map<std::string, std::string> all_data(const std::string& file_name) {
 }
 
 TEST_F(Trajectory, CommitsDoNotChangeWhatIsInTheFile) {
-  write(path("frames.h5"), 300, {.velocity = true});
-  write(path("batches.h5"), 300, {.velocity = true, .commit_interval = 0.003});
-  write(path("batch.h5"), 300, {.velocity = true, .commit_interval = 1000});
+  write(path("frames.h5"), 300, {}, true);
+  write(path("batches.h5"), 300, {.commit_interval = 0.003}, true);
+  write(path("batch.h5"), 300, {.commit_interval = 1000}, true);
   const auto data = all_data(path("frames.h5"));
   EXPECT_GT(data.size(), 900);
   EXPECT_TRUE(data == all_data(path("batches.h5")));
@@ -398,7 +446,7 @@ TEST_F(Trajectory, LooksAgainAtAPieceThatIsBeingReplaced) {
 }
 
 TEST_F(Trajectory, SidecarListsEveryFrameAndBody) {
-  write(path("run.h5"), 2, {.velocity = true});
+  write(path("run.h5"), 2, {}, true);
   const std::string xml = contents(path("run.xdmf"));
   const auto count = [&](const std::string& what) {
     int found = 0;

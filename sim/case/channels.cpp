@@ -1,0 +1,126 @@
+#include "sim/case/channels.h"
+
+#include <algorithm>
+#include <array>
+
+#include "sim/case/case.h"
+#include "sim/case/case_schema.h"
+#include "sim/case/case_text.h"
+
+namespace weft::sim {
+
+namespace {
+
+using Home = Channel::Home;
+
+constexpr ChannelDataset velocity[] = {{"velocity", "m/s", 3}};
+constexpr ChannelDataset strain[] = {{"membrane_strain_major", "1"},
+                                     {"membrane_strain_minor", "1"},
+                                     {"membrane_strain_direction", "1", 3}};
+constexpr ChannelDataset stress[] = {{"membrane_stress_major", "N/m"},
+                                     {"membrane_stress_minor", "N/m"},
+                                     {"membrane_stress_direction", "1", 3}};
+constexpr ChannelDataset curvature[] = {{"bending_curvature_major", "1/m"},
+                                        {"bending_curvature_minor", "1/m"},
+                                        {"bending_curvature_direction", "1", 3}};
+constexpr ChannelDataset moment[] = {{"bending_moment_major", "N m/m"},
+                                     {"bending_moment_minor", "N m/m"},
+                                     {"bending_moment_direction", "1", 3}};
+constexpr ChannelDataset contact[] = {{"contact_force", "N", 3}};
+constexpr ChannelDataset friction[] = {{"friction_force", "N", 3}};
+constexpr ChannelDataset reactions[] = {{"force", "N", 3}, {"moment", "N m", 3}};
+constexpr ChannelDataset energies[] = {{"kinetic", "J"}, {"gravitational", "J"}, {"elastic", "J"}};
+constexpr ChannelDataset place[] = {{"body", "1"}, {"patch", "1"}, {"row", "1"}, {"column", "1"}};
+
+constexpr Channel table[] = {
+    {"velocity", ChannelId::velocity, Home::texels, velocity},
+    {"membrane_strain", ChannelId::membrane_strain, Home::texels, strain},
+    {"membrane_stress", ChannelId::membrane_stress, Home::texels, stress},
+    {"bending_curvature", ChannelId::bending_curvature, Home::texels, curvature},
+    {"bending_moment", ChannelId::bending_moment, Home::texels, moment},
+    {"contact_force", ChannelId::contact_force, Home::texels, contact},
+    {"friction_force", ChannelId::friction_force, Home::texels, friction},
+    {"reactions", ChannelId::reactions, Home::supports, reactions},
+    {"body_energy", ChannelId::body_energy, Home::bodies, energies},
+    {"largest_stretch_place", ChannelId::largest_stretch_place, Home::run, place},
+};
+
+const MaterialCase* material_of(const BodyCase& body, const Case& source) {
+  const auto found = std::ranges::find(source.material, body.material, &MaterialCase::name);
+  return found == source.material.end() ? nullptr : &*found;
+}
+
+template <class Condition>
+const BodyCase* first_body(const Case& source, const Condition& condition) {
+  const auto found = std::ranges::find_if(source.body, [&](const BodyCase& body) {
+    const MaterialCase* material = material_of(body, source);
+    return material != nullptr && condition(*material);
+  });
+  return found == source.body.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::span<const Channel> all_channels() { return table; }
+
+std::vector<std::string> channel_names() {
+  std::vector<std::string> names;
+  for (const Channel& channel : table) names.emplace_back(channel.name);
+  return names;
+}
+
+bool records(const OutputCase& output, ChannelId id) {
+  if (id == ChannelId::velocity && output.velocity) return true;
+  return std::ranges::any_of(table, [&](const Channel& channel) {
+    return channel.id == id &&
+           std::ranges::find(output.channels, channel.name) != output.channels.end();
+  });
+}
+
+std::vector<const Channel*> recorded_channels(const OutputCase& output) {
+  std::vector<const Channel*> channels;
+  for (const Channel& channel : table) {
+    if (records(output, channel.id)) channels.push_back(&channel);
+  }
+  return channels;
+}
+
+std::string reason_against(const Channel& channel, const Case& source, std::string& hint) {
+  const std::string name = "the channel " + in_quotes(channel.name);
+  switch (channel.id) {
+    case ChannelId::membrane_stress: {
+      const BodyCase* body = first_body(source, [](const MaterialCase& material) {
+        return material.membrane == MembraneModel::springs;
+      });
+      if (body == nullptr) return "";
+      hint = "expected membrane = \"triangles\" in " +
+             heading(join_path("material", body->material)) + ", or no " + in_quotes(channel.name);
+      return name + " needs a membrane of triangles, and that of body " + in_quotes(body->name) +
+             " is made of springs";
+    }
+    case ChannelId::bending_moment:
+      if (first_body(source, [](const MaterialCase& m) { return m.bending_stiffness > 0; }))
+        return "";
+      hint = "expected a material with bending_stiffness > 0, or no " + in_quotes(channel.name);
+      return name + " would be zero: no body resists bending";
+    case ChannelId::contact_force:
+    case ChannelId::friction_force:
+      if (!source.contact.enabled) {
+        hint = "expected contact.enabled = true, or no " + in_quotes(channel.name);
+        return name + " would be zero: contact is off";
+      }
+      if (channel.id == ChannelId::contact_force || source.contact.friction > 0) return "";
+      hint = "expected contact.friction > 0, or no " + in_quotes(channel.name);
+      return name + " would be zero: there is no friction";
+    case ChannelId::reactions:
+      if (!source.obstacle.empty() ||
+          std::ranges::any_of(source.body, [](const BodyCase& body) { return !body.pin.empty(); }))
+        return "";
+      hint = "expected a pin or an obstacle, or no " + in_quotes(channel.name);
+      return name + " would be empty: nothing holds the bodies";
+    default:
+      return "";
+  }
+}
+
+}  // namespace weft::sim

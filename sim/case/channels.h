@@ -1,0 +1,57 @@
+// The channels that a case may record beside the positions: what each is called, and the datasets
+// of a trajectory that belong to it.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace weft::sim {
+
+struct Case;
+struct OutputCase;
+
+enum class ChannelId {
+  velocity,
+  membrane_strain,
+  membrane_stress,
+  bending_curvature,
+  bending_moment,
+  contact_force,
+  friction_force,
+  reactions,
+  body_energy,
+  largest_stretch_place
+};
+
+// One dataset of a channel.
+struct ChannelDataset {
+  const char* name;
+  const char* units;
+  int components = 1;  // 3: a vector
+};
+
+struct Channel {
+  // The places that have values: every texel of a body; every pin, obstacle and held body; every
+  // simulated body; the run as a whole.
+  enum class Home { texels, supports, bodies, run };
+  const char* name;
+  ChannelId id;
+  Home home;
+  std::span<const ChannelDataset> datasets;
+};
+
+// The table of all channels, one line each. sim/channels/recorded_channels.cpp computes them.
+std::span<const Channel> all_channels();
+std::vector<std::string> channel_names();
+
+// Returns true if the case records the channel. `output.velocity` asks for the channel "velocity".
+bool records(const OutputCase& output, ChannelId id);
+// Returns the channels that the case records, in the order of the table.
+std::vector<const Channel*> recorded_channels(const OutputCase& output);
+
+// Returns a reason to refuse a channel: the case cannot compute it, or it would be zero everywhere.
+// Empty if there is none. `hint` receives what would be expected instead.
+std::string reason_against(const Channel& channel, const Case& source, std::string& hint);
+
+}  // namespace weft::sim

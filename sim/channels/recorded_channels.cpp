@@ -1,0 +1,214 @@
+#include "sim/channels/recorded_channels.h"
+
+#include <algorithm>
+
+namespace weft::sim {
+
+namespace {
+
+template <class List>
+auto part_of(const List& all, const SceneBody& body) {
+  return std::span(all).subspan(body.first_particle, body.particle_count());
+}
+
+void append(const Vec3& vector, std::vector<double>& values) {
+  values.insert(values.end(), vector.begin(), vector.end());
+}
+
+}  // namespace
+
+RecordedChannels::RecordedChannels(const Simulation& simulation)
+    : simulation_(simulation), scene_(simulation.scene()) {
+  for (const Channel& channel : all_channels())
+    records_channel_.push_back(static_cast<char>(sim::records(scene_.source.output, channel.id)));
+  const bool bends = has(ChannelId::bending_curvature) || has(ChannelId::bending_moment);
+  const bool energy = has(ChannelId::body_energy);
+  if (bends || energy || has(ChannelId::membrane_strain) || has(ChannelId::membrane_stress)) {
+    for (int b = 0; b < scene_.dynamic_bodies; ++b) {
+      const SceneBody& body = scene_.bodies[b];
+      const bool has_energy = energy && body.material->bending_stiffness > 0;
+      surfaces_.push_back(std::make_unique<Surface>(body, bends || has_energy, scene_.threads));
+    }
+  }
+  if (energy) springs_ = springs_of(scene_);
+  list_supports();
+  list_records();
+  field_values_.resize(scene_.case_order.size());
+}
+
+void RecordedChannels::list_supports() {
+  if (!has(ChannelId::reactions)) return;
+  for (std::size_t i = 0; i < scene_.case_order.size(); ++i) {
+    const int b = scene_.case_order[i];
+    if (!scene_.bodies[b].dynamic) {
+      supports_.push_back({.body = b});
+      continue;
+    }
+    for (std::size_t pin = 0; pin < scene_.source.body[i].pin.size(); ++pin)
+      supports_.push_back({.body = b, .pin = static_cast<int>(pin)});
+  }
+}
+
+void RecordedChannels::list_records() {
+  for (const Channel* channel : recorded_channels(scene_.source.output)) {
+    const std::string home = channel->name;
+    switch (channel->home) {
+      case Channel::Home::texels:
+        break;
+      case Channel::Home::supports:
+        for (const Support& support : supports_) {
+          const std::string place = home + "/" + scene_.bodies[support.body].name;
+          const bool is_pin = support.pin >= 0;
+          add_record(*channel, is_pin ? place + "/pin_" + std::to_string(support.pin + 1) : place);
+        }
+        break;
+      case Channel::Home::bodies:
+        for (const int b : scene_.case_order) {
+          if (scene_.bodies[b].dynamic) add_record(*channel, home + "/" + scene_.bodies[b].name);
+        }
+        break;
+      case Channel::Home::run:
+        add_record(*channel, home);
+    }
+  }
+}
+
+void RecordedChannels::add_record(const Channel& channel, const std::string& path) {
+  for (const ChannelDataset& dataset : channel.datasets)
+    records_.push_back({&channel, &dataset, path + "/" + dataset.name});
+}
+
+std::vector<ChannelPlace> RecordedChannels::fields(const SceneBody& body) const {
+  std::vector<ChannelPlace> fields;
+  if (!body.moves) return fields;
+  for (const Channel* channel : recorded_channels(scene_.source.output)) {
+    if (channel->home != Channel::Home::texels) continue;
+    if (!body.dynamic && channel->id != ChannelId::velocity) continue;
+    for (const ChannelDataset& dataset : channel->datasets)
+      fields.push_back({channel, &dataset, {}});
+  }
+  return fields;
+}
+
+void RecordedChannels::compute(double time, std::span<const double> y,
+                               std::span<const Vec3> position, std::span<const Vec3> velocity) {
+  if (has(ChannelId::contact_force) || has(ChannelId::friction_force) ||
+      has(ChannelId::reactions)) {
+    simulation_.dynamics_with_pins().find_force_parts(time, y, forces_);
+  }
+  find_surfaces(position, velocity);
+  for (std::size_t i = 0; i < scene_.case_order.size(); ++i) {
+    const int b = scene_.case_order[i];
+    field_values_[i].clear();
+    for (const ChannelPlace& place : fields(scene_.bodies[b]))
+      field_values_[i].push_back(values_of(b, place, velocity));
+  }
+  record_values_.clear();
+  if (has(ChannelId::reactions)) find_supports(position);
+  for (const Support& support : supports_) {
+    append(support.force, record_values_);
+    append(support.moment, record_values_);
+  }
+  if (has(ChannelId::body_energy)) add_energies(position, velocity);
+  if (has(ChannelId::largest_stretch_place)) add_largest_stretch(position);
+}
+
+void RecordedChannels::find_surfaces(std::span<const Vec3> position,
+                                     std::span<const Vec3> velocity) {
+  for (std::size_t b = 0; b < surfaces_.size(); ++b) {
+    Surface& surface = *surfaces_[b];
+    const SceneBody& body = scene_.bodies[b];
+    surface.tensors.place(part_of(position, body), part_of(velocity, body));
+    if (has(ChannelId::membrane_strain)) surface.tensors.find_strain(surface.strain);
+    if (has(ChannelId::membrane_stress)) surface.tensors.find_stress(surface.stress);
+    if (has(ChannelId::bending_curvature)) surface.tensors.find_curvature(surface.curvature);
+    if (has(ChannelId::bending_moment)) surface.tensors.find_moment(surface.moment);
+  }
+}
+
+std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& place,
+                                                    std::span<const Vec3> velocity) const {
+  const SceneBody& body = scene_.bodies[b];
+  const auto of_tensor = [&](PrincipalValues Surface::*values) -> std::span<const double> {
+    const PrincipalValues& principal = (*surfaces_[b]).*values;
+    const auto part = place.dataset - place.channel->datasets.data();
+    return part == 0 ? principal.major : part == 1 ? principal.minor : principal.direction;
+  };
+  switch (place.channel->id) {
+    case ChannelId::velocity:
+      return numbers_of(part_of(velocity, body));
+    case ChannelId::membrane_strain:
+      return of_tensor(&Surface::strain);
+    case ChannelId::membrane_stress:
+      return of_tensor(&Surface::stress);
+    case ChannelId::bending_curvature:
+      return of_tensor(&Surface::curvature);
+    case ChannelId::bending_moment:
+      return of_tensor(&Surface::moment);
+    case ChannelId::contact_force:
+      return numbers_of(part_of(forces_.contact, body));
+    case ChannelId::friction_force:
+      return numbers_of(part_of(forces_.friction, body));
+    default:
+      return {};
+  }
+}
+
+// Sums the forces that pins exert on their particles, and the contact forces that obstacles exert:
+// those on their own particles, reversed.
+void RecordedChannels::find_supports(std::span<const Vec3> position) {
+  for (Support& support : supports_) support.force = support.moment = Vec3::Zero();
+  const auto add = [&](Support& support, int particle, const Vec3& force) {
+    support.force += force;
+    support.moment += position[particle].cross(force);
+  };
+  for (const PrescribedMotion& held : simulation_.dynamics_with_pins().scene().prescribed) {
+    if (held.particles.empty() || held.particles[0] >= scene_.dynamic_particles) continue;
+    const int body = scene_.body_index_of_particle(held.particles[0]);
+    const auto found = std::ranges::find_if(supports_, [&](const Support& support) {
+      return support.body == body && support.pin == held.pin;
+    });
+    for (const int particle : held.particles) add(*found, particle, forces_.support[particle]);
+  }
+  if (forces_.contact.empty()) return;
+  for (Support& support : supports_) {
+    if (support.pin >= 0) continue;
+    const SceneBody& body = scene_.bodies[support.body];
+    for (int i = body.first_particle; i < body.first_particle + body.particle_count(); ++i)
+      add(support, i, -(forces_.contact[i] + forces_.friction[i]));
+  }
+}
+
+void RecordedChannels::add_energies(std::span<const Vec3> position,
+                                    std::span<const Vec3> velocity) {
+  std::vector<double> elastic(scene_.dynamic_bodies, 0.0);
+  for (std::size_t b = 0; b < surfaces_.size(); ++b)
+    elastic[b] = surfaces_[b]->tensors.elastic_energy();
+  for (std::size_t s = 0; s < springs_.springs.size(); ++s) {
+    const auto [a, b] = springs_.ends[s];
+    elastic[scene_.body_index_of_particle(a)] +=
+        materials::spring_energy(springs_.springs[s], position[a], position[b]);
+  }
+  for (const int b : scene_.case_order) {
+    const SceneBody& body = scene_.bodies[b];
+    if (!body.dynamic) continue;
+    double kinetic = 0, gravitational = 0;
+    for (int i = body.first_particle; i < body.first_particle + body.particle_count(); ++i) {
+      kinetic += 0.5 * scene_.mass[i] * velocity[i].squaredNorm();
+      gravitational -= scene_.mass[i] * scene_.source.world.gravity.dot(position[i]);
+    }
+    record_values_.insert(record_values_.end(), {kinetic, gravitational, elastic[b]});
+  }
+}
+
+void RecordedChannels::add_largest_stretch(std::span<const Vec3> position) {
+  const int particle = simulation_.dynamics().find_largest_stretch(position).particle;
+  const int b = scene_.body_index_of_particle(particle);
+  const SceneBody& body = scene_.bodies[b];
+  const bsi::TexelAddress at = body.atlas.particle_address(particle - body.first_particle);
+  const auto place = std::ranges::find(scene_.case_order, b) - scene_.case_order.begin();
+  for (const auto number : {static_cast<int>(place), at.patch, at.row, at.col})
+    record_values_.push_back(number);
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,90 @@
+// Computes the channels that a case records (sim/case/channels.h) from the states of a simulation.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/case/channels.h"
+#include "sim/channels/surface_tensors.h"
+#include "sim/forces/springs.h"
+#include "sim/motion/dynamics.h"
+#include "sim/simulation/simulation.h"
+
+namespace weft::sim {
+
+// A dataset of a channel at its place in a trajectory.
+struct ChannelPlace {
+  const Channel* channel;
+  const ChannelDataset* dataset;
+  std::string path;  // of records only, such as "reactions/cloth/pin_1/force"
+};
+
+// The fields and records of a run, and their values in the frame that compute() was last called
+// for. What the case does not record costs nothing.
+//
+// Bodies that are simulated have fields; those held as a whole and obstacles have their velocity
+// alone, if they move. Sleeping bodies count as simulated.
+class RecordedChannels {
+ public:
+  // The simulation must outlive it.
+  explicit RecordedChannels(const Simulation& simulation);
+
+  // The datasets beside the positions of a body of the scene.
+  std::vector<ChannelPlace> fields(const SceneBody& body) const;
+  // The datasets of records, in the order of record_values().
+  const std::vector<ChannelPlace>& records() const { return records_; }
+
+  // Computes the values of a state at `time` within the last step. `position` (m) and `velocity`
+  // (m/s) are those of all particles, obstacles in their places, and must live until the values
+  // have been read. Evaluates the forces once if a channel needs them.
+  void compute(double time, std::span<const double> y, std::span<const Vec3> position,
+               std::span<const Vec3> velocity);
+  // Values of fields(), by body in the order of the case and by field: `components` numbers per
+  // particle.
+  const std::vector<std::vector<std::span<const double>>>& field_values() const {
+    return field_values_;
+  }
+  // Values of all records, one after the other.
+  std::span<const double> record_values() const { return record_values_; }
+
+ private:
+  // Something that holds bodies: a pin, or a body or obstacle that is prescribed as a whole. Ties
+  // will be another kind.
+  struct Support {
+    int body = 0;  // index into Scene::bodies
+    int pin = -1;  // -1: the whole body
+    Vec3 force{0, 0, 0}, moment{0, 0, 0};
+  };
+  // The tensors of a simulated body.
+  struct Surface {
+    Surface(const SceneBody& body, bool bends, int threads) : tensors(body, bends, threads) {}
+    SurfaceTensors tensors;
+    PrincipalValues strain, stress, curvature, moment;
+  };
+
+  bool has(ChannelId id) const { return records_channel_[static_cast<std::size_t>(id)] != 0; }
+  void list_supports();
+  void list_records();
+  void add_record(const Channel& channel, const std::string& path);
+  void find_surfaces(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  void find_supports(std::span<const Vec3> position);
+  std::span<const double> values_of(int body, const ChannelPlace& place,
+                                    std::span<const Vec3> velocity) const;
+  void add_energies(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  void add_largest_stretch(std::span<const Vec3> position);
+
+  const Simulation& simulation_;
+  const Scene& scene_;
+  std::vector<char> records_channel_;  // by ChannelId
+  std::vector<ChannelPlace> records_;
+  std::vector<Support> supports_;
+  std::vector<std::unique_ptr<Surface>> surfaces_;  // by dynamic body, if they are wanted
+  SpringNetwork springs_;                           // if energies are wanted
+  ForceParts forces_;
+  std::vector<std::vector<std::span<const double>>> field_values_;
+  std::vector<double> record_values_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,331 @@
+#include "sim/channels/surface_tensors.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "materials/bending.h"
+#include "materials/hinge.h"
+#include "sim/base/parallel.h"
+
+namespace weft::sim {
+
+namespace {
+
+using materials::Nodes3;
+using materials::Nodes4;
+
+PlaneTensor plane_tensor(const Eigen::Matrix2d& matrix) {
+  return {matrix(0, 0), 0.5 * (matrix(0, 1) + matrix(1, 0)), matrix(1, 1)};
+}
+Eigen::Matrix2d matrix_of(const PlaneTensor& tensor) {
+  Eigen::Matrix2d matrix;
+  matrix << tensor.xx, tensor.xy, tensor.xy, tensor.yy;
+  return matrix;
+}
+
+// Turns a tensor by the angle with this cosine and sine.
+PlaneTensor turned(const PlaneTensor& tensor, double cosine, double sine) {
+  const double mean = 0.5 * tensor.trace(), half = 0.5 * (tensor.xx - tensor.yy);
+  const double twice_cosine = cosine * cosine - sine * sine, twice_sine = 2 * cosine * sine;
+  const double turned_half = twice_cosine * half - twice_sine * tensor.xy;
+  return {mean + turned_half, twice_sine * half + twice_cosine * tensor.xy, mean - turned_half};
+}
+
+// Turns a vector of the plane with the normal `from` into the plane with the normal `to`, about the
+// line where they meet.
+Vec3 turned_into(const Vec3& from, const Vec3& to, const Vec3& vector) {
+  const Vec3 axis = from.cross(to);
+  const double cosine = from.dot(to);
+  // Planes that are folded onto each other share their vectors.
+  if (1 + cosine < 1e-9) return vector;
+  const Vec3 first = axis.cross(vector);
+  return vector + first + axis.cross(first) / (1 + cosine);
+}
+
+// Returns the rotation of the polar decomposition F = R U of a plane gradient: cosine and sine.
+std::array<double, 2> rotation_of(const Eigen::Matrix2d& gradient) {
+  const double cosine = gradient(0, 0) + gradient(1, 1);
+  const double sine = gradient(1, 0) - gradient(0, 1);
+  const double size = std::hypot(cosine, sine);
+  return {cosine / size, sine / size};
+}
+
+// Returns a : b.
+double product(const PlaneTensor& a, const PlaneTensor& b) {
+  return a.xx * b.xx + 2 * a.xy * b.xy + a.yy * b.yy;
+}
+
+// Returns the unit vector with the sign that makes its largest component positive.
+Vec3 with_sign(const Vec3& direction) {
+  int largest = 0;
+  direction.cwiseAbs().maxCoeff(&largest);
+  return direction[largest] < 0 ? Vec3(-direction) : direction;
+}
+
+// Gives border edges the angles of least energy: these are linear in the other angles.
+void complete(const Nodes3& rest, double poisson_ratio, const std::array<bool, 3>& has_angle,
+              std::array<PlaneTensor, 3>& curvature) {
+  const Mat3 modulus =
+      materials::triangle_bending_modulus(rest, {true, true, true}, 1, poisson_ratio);
+  std::vector<int> border, others;
+  for (int i = 0; i < 3; ++i) (has_angle[i] ? others : border).push_back(i);
+  if (border.empty()) return;
+  Eigen::MatrixXd own(border.size(), border.size());
+  for (std::size_t a = 0; a < border.size(); ++a) {
+    for (std::size_t b = 0; b < border.size(); ++b) own(a, b) = modulus(border[a], border[b]);
+  }
+  for (const int j : others) {
+    Eigen::VectorXd coupling(border.size());
+    for (std::size_t a = 0; a < border.size(); ++a) coupling[a] = modulus(border[a], j);
+    const Eigen::VectorXd angle = -own.ldlt().solve(coupling);
+    for (std::size_t a = 0; a < border.size(); ++a)
+      curvature[j] += angle[a] * PlaneTensor(curvature[border[a]]);
+  }
+  for (const int i : border) curvature[i] = {};
+}
+
+}  // namespace
+
+PlaneTensor& PlaneTensor::operator+=(const PlaneTensor& other) {
+  xx += other.xx;
+  xy += other.xy;
+  yy += other.yy;
+  return *this;
+}
+
+PlaneTensor PlateModuli::response(const PlaneTensor& strain) const {
+  PlaneTensor result = (stiffness * (1 - poisson_ratio)) * strain;
+  const double spread = stiffness * poisson_ratio * strain.trace();
+  result.xx += spread;
+  result.yy += spread;
+  return result;
+}
+
+SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads)
+    : body_(body), threads_(threads), first_around_(body.particle_count() + 1, 0) {
+  for (const std::array<int, 3>& nodes : body.mesh.triangles) {
+    const Vec3 side = body.rest[nodes[1]] - body.rest[nodes[0]];
+    const Vec3 other = body.rest[nodes[2]] - body.rest[nodes[0]];
+    const double double_area = side.cross(other).norm(), length = side.norm();
+    Eigen::Matrix2d edges;
+    edges << length, side.dot(other) / length, 0, double_area / length;
+    triangles_.push_back({nodes, edges.inverse(), 0.5 * double_area});
+    for (const int node : nodes) ++first_around_[node + 1];
+  }
+  for (std::size_t i = 1; i < first_around_.size(); ++i) first_around_[i] += first_around_[i - 1];
+  std::vector<int> place(first_around_.begin(), first_around_.end() - 1);
+  around_.resize(3 * triangles_.size());
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (const int node : triangles_[t].nodes) around_[place[node]++] = static_cast<int>(t);
+  }
+  placed_.resize(triangles_.size());
+  tensors_.resize(triangles_.size());
+  if (bends) add_hinges(bsi::build_mesh(body.atlas));  // the body's own mesh may have no edges
+}
+
+void SurfaceTensors::add_hinges(const bsi::Mesh& mesh) {
+  hinges_.resize(triangles_.size());
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const Triangle& triangle = triangles_[t];
+    Hinges& hinges = hinges_[t];
+    Nodes3 rest;
+    for (int i = 0; i < 3; ++i) rest.col(i) = body_.rest[triangle.nodes[i]];
+    // In the rest plane, the x axis points along the edge 0 -> 1.
+    const Eigen::Matrix2d edges = triangle.inverse_edges.inverse();
+    const std::array<Eigen::Vector2d, 3> corners{Eigen::Vector2d::Zero(), edges.col(0),
+                                                 edges.col(1)};
+    std::array<bool, 3> has_angle{};
+    for (int i = 0; i < 3; ++i) {
+      const bsi::Edge& edge = mesh.edges[mesh.triangle_edges[t][i]];
+      const Eigen::Vector2d along = corners[(i + 2) % 3] - corners[(i + 1) % 3];
+      const double length = along.norm(), height = 2 * triangle.area / length;
+      const Eigen::Vector2d outward(along.y() / length, -along.x() / length);
+      hinges.curvature[i] = plane_tensor(outward * outward.transpose() / height);
+      has_angle[i] = edge.triangle[1] >= 0;
+      if (has_angle[i])
+        hinges.across[i] = edge.opposite[edge.triangle[0] == static_cast<int>(t) ? 1 : 0];
+    }
+    complete(rest, body_.material->poisson_ratio, has_angle, hinges.curvature);
+    for (int i = 0; i < 3; ++i) {
+      if (has_angle[i])
+        hinges.rest_angle[i] = materials::hinge_angle(hinge_nodes(t, i, body_.rest));
+    }
+  }
+}
+
+// Returns the nodes of the hinge opposite node i in the order of materials/hinge.h.
+Nodes4 SurfaceTensors::hinge_nodes(std::size_t triangle, int i, std::span<const Vec3> x) const {
+  const auto& nodes = triangles_[triangle].nodes;
+  Nodes4 result;
+  result.col(0) = x[nodes[(i + 1) % 3]];
+  result.col(1) = x[nodes[(i + 2) % 3]];
+  result.col(2) = x[nodes[i]];
+  result.col(3) = x[hinges_[triangle].across[i]];
+  return result;
+}
+
+void SurfaceTensors::place(std::span<const Vec3> position, std::span<const Vec3> velocity) {
+  position_.assign(position.begin(), position.end());
+  velocity_.assign(velocity.begin(), velocity.end());
+  parallel_chunks(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
+    for (int t = first; t < last; ++t) place_triangle(t);
+  });
+}
+
+void SurfaceTensors::place_triangle(int t) {
+  const Triangle& triangle = triangles_[t];
+  const auto& [a, b, c] = triangle.nodes;
+  const Vec3 side = position_[b] - position_[a], other = position_[c] - position_[a];
+  Placed& placed = placed_[t];
+  placed.along = side.normalized();
+  placed.normal = side.cross(other).normalized();
+  placed.across = placed.normal.cross(placed.along);
+  const auto in_plane = [&](const Vec3& one, const Vec3& two) {
+    Eigen::Matrix2d edges;
+    edges << placed.along.dot(one), placed.along.dot(two), placed.across.dot(one),
+        placed.across.dot(two);
+    return Eigen::Matrix2d(edges * triangle.inverse_edges);
+  };
+  placed.gradient = in_plane(side, other);
+  placed.rate = in_plane(velocity_[b] - velocity_[a], velocity_[c] - velocity_[a]);
+}
+
+PlateModuli SurfaceTensors::membrane_moduli() const {
+  const MaterialCase& material = *body_.material;
+  if (material.membrane != MembraneModel::triangles) return {0, material.poisson_ratio};
+  const double nu = material.poisson_ratio;
+  return {material.membrane_stiffness / (1 - nu * nu), nu};
+}
+
+// Returns the Green strain in the rest plane, plus `damping_time` (s) times its rate.
+PlaneTensor SurfaceTensors::strain_of(int t, double damping_time) const {
+  const Placed& placed = placed_[t];
+  const Eigen::Matrix2d& f = placed.gradient;
+  Eigen::Matrix2d strain = 0.5 * (f.transpose() * f - Eigen::Matrix2d::Identity());
+  if (damping_time > 0) {
+    const Eigen::Matrix2d rate = f.transpose() * placed.rate;
+    strain += 0.5 * damping_time * (rate + rate.transpose());
+  }
+  return plane_tensor(strain);
+}
+
+// Returns the change of curvature in the rest plane, plus `damping_time` (s) times its rate.
+PlaneTensor SurfaceTensors::curvature_of(int t, double damping_time) const {
+  const Hinges& hinges = hinges_[t];
+  PlaneTensor sum;
+  for (int i = 0; i < 3; ++i) {
+    if (hinges.across[i] < 0) continue;
+    const auto vectors = materials::hinge_vectors(hinge_nodes(t, i, position_));
+    double angle = materials::hinge_angle(vectors) - hinges.rest_angle[i];
+    if (damping_time > 0) {
+      const Nodes4 gradient = materials::hinge_gradient(vectors);
+      angle += damping_time * gradient.cwiseProduct(hinge_nodes(t, i, velocity_)).sum();
+    }
+    sum += angle * hinges.curvature[i];
+  }
+  return sum;
+}
+
+// Turns a tensor of the rest plane as the triangle has turned, without stretching it.
+PlaneTensor SurfaceTensors::in_space(int t, const PlaneTensor& at_rest) const {
+  const auto [cosine, sine] = rotation_of(placed_[t].gradient);
+  return turned(at_rest, cosine, sine);
+}
+
+void SurfaceTensors::find_strain(PrincipalValues& values) const {
+  average([&](int t) { return in_space(t, strain_of(t, 0)); }, values);
+}
+
+void SurfaceTensors::find_stress(PrincipalValues& values) const {
+  const PlateModuli moduli = membrane_moduli();
+  average(
+      [&](int t) {
+        const Eigen::Matrix2d& f = placed_[t].gradient;
+        const Eigen::Matrix2d second_piola =
+            matrix_of(moduli.response(strain_of(t, body_.material->stiffness_damping)));
+        return plane_tensor(f * second_piola * f.transpose() / f.determinant());
+      },
+      values);
+}
+
+void SurfaceTensors::find_curvature(PrincipalValues& values) const {
+  average([&](int t) { return in_space(t, curvature_of(t, 0)); }, values);
+}
+
+void SurfaceTensors::find_moment(PrincipalValues& values) const {
+  const MaterialCase& material = *body_.material;
+  const PlateModuli moduli{material.bending_stiffness, material.poisson_ratio};
+  average(
+      [&](int t) {
+        return in_space(t, moduli.response(curvature_of(t, material.bending_damping)));
+      },
+      values);
+}
+
+double SurfaceTensors::elastic_energy() const {
+  const PlateModuli membrane = membrane_moduli();
+  const PlateModuli bending{body_.material->bending_stiffness, body_.material->poisson_ratio};
+  return parallel_sum(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
+    double sum = 0;
+    for (int t = first; t < last; ++t) {
+      const PlaneTensor strain = strain_of(t, 0);
+      double density = product(strain, membrane.response(strain));
+      if (bending.stiffness > 0) {
+        const PlaneTensor curvature = curvature_of(t, 0);
+        density += product(curvature, bending.response(curvature));
+      }
+      sum += 0.5 * triangles_[t].area * density;
+    }
+    return sum;
+  });
+}
+
+// Finds the tensors of triangles by tensor_of(triangle), in their axes, then the particles' means.
+template <class TensorOf>
+void SurfaceTensors::average(const TensorOf& tensor_of, PrincipalValues& values) const {
+  parallel_chunks(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
+    for (int t = first; t < last; ++t) tensors_[t] = tensor_of(t);
+  });
+  const int count = body_.particle_count();
+  values.major.resize(count);
+  values.minor.resize(count);
+  values.direction.resize(3 * static_cast<std::size_t>(count));
+  parallel_chunks(count, threads_, [&](int first, int last) {
+    for (int particle = first; particle < last; ++particle) average_at(particle, values);
+  });
+}
+
+Vec3 SurfaceTensors::normal_at(std::span<const int> around) const {
+  Vec3 sum = Vec3::Zero();
+  for (const int t : around) sum += triangles_[t].area * placed_[t].normal;
+  const double size = sum.norm();
+  // Triangles that are folded onto each other may have no normal in common.
+  if (size <= 1e-12 * triangles_[around[0]].area) return placed_[around[0]].normal;
+  return sum / size;
+}
+
+void SurfaceTensors::average_at(int particle, PrincipalValues& values) const {
+  const auto around = std::span(around_).subspan(
+      first_around_[particle], first_around_[particle + 1] - first_around_[particle]);
+  const Vec3 normal = normal_at(around);
+  const Placed& one = placed_[around[0]];
+  const Vec3 along = turned_into(one.normal, normal, one.along), across = normal.cross(along);
+  PlaneTensor sum;
+  double area = 0;
+  for (const int t : around) {
+    const Vec3 axis = turned_into(placed_[t].normal, normal, placed_[t].along);
+    sum += triangles_[t].area * turned(tensors_[t], axis.dot(along), axis.dot(across));
+    area += triangles_[t].area;
+  }
+  const PlaneTensor mean = (1 / area) * sum;
+  const double centre = 0.5 * mean.trace(), half = 0.5 * (mean.xx - mean.yy);
+  const double radius = std::hypot(half, mean.xy), angle = 0.5 * std::atan2(mean.xy, half);
+  values.major[particle] = centre + radius;
+  values.minor[particle] = centre - radius;
+  const Vec3 direction =
+      with_sign((std::cos(angle) * along + std::sin(angle) * across).normalized());
+  for (int i = 0; i < 3; ++i)
+    values.direction[3 * static_cast<std::size_t>(particle) + i] = direction[i];
+}
+
+}  // namespace weft::sim

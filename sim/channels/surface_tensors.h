@@ -1,0 +1,106 @@
+// Strain, tension, curvature and moment of a body's surface, by particle. Private to sim/.
+//
+// Each triangle has one tensor, in its plane. A particle's tensor is the mean over the triangles
+// around it, weighted by their rest areas, after each has been turned into the particle's tangent
+// plane about the line where the two planes meet. docs/theory.md, section 11, has the equations.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "materials/types.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// A symmetric tensor in a plane with two orthonormal axes.
+struct PlaneTensor {
+  double xx = 0, xy = 0, yy = 0;
+
+  double trace() const { return xx + yy; }
+  PlaneTensor& operator+=(const PlaneTensor& other);
+  friend PlaneTensor operator*(double factor, const PlaneTensor& tensor) {
+    return {factor * tensor.xx, factor * tensor.xy, factor * tensor.yy};
+  }
+};
+
+// Principal values by particle, major >= minor, and the unit vector in space of the major one,
+// three numbers each. The sign of a direction has no meaning: its largest component is positive.
+struct PrincipalValues {
+  std::vector<double> major, minor, direction;
+};
+
+// The stiffness of a plate in its plane, E h / (1 - nu^2) (N/m), or in bending, D (N m).
+struct PlateModuli {
+  double stiffness = 0, poisson_ratio = 0;
+  // Returns stiffness [(1 - nu) e + nu tr(e) 1].
+  PlaneTensor response(const PlaneTensor& strain) const;
+};
+
+class SurfaceTensors {
+ public:
+  // The body must outlive the result, and have a material. With `bends`, curvature and moment can
+  // be asked for: that takes three times the memory. Cost: O(particles).
+  SurfaceTensors(const SceneBody& body, bool bends, int threads);
+
+  // Finds the deformation at the positions (m) and velocities (m/s) of the body's particles. The
+  // functions that follow tell about it; each costs O(particles).
+  void place(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  // Green strain, (F^T F - 1) / 2.
+  void find_strain(PrincipalValues& values) const;
+  // Cauchy tension, N/m: force per current length, damping included. Zero for a membrane of
+  // springs.
+  void find_stress(PrincipalValues& values) const;
+  // Change of curvature since rest, 1/m: positive where the surface has become hollow on the side
+  // of its normals.
+  void find_curvature(PrincipalValues& values) const;
+  // Bending moment per rest length, N m/m, damping included; of the sign of the curvature.
+  void find_moment(PrincipalValues& values) const;
+  // Elastic energy of the triangles, J: of a membrane of triangles and of bending.
+  double elastic_energy() const;
+
+ private:
+  struct Triangle {
+    std::array<int, 3> nodes{};
+    Eigen::Matrix2d inverse_edges;  // of the rest edges 0->1, 0->2 in the rest plane, 1/m
+    double area = 0;                // at rest, m^2
+  };
+  // The edges of a triangle that bend. Border edges have no angle; theirs is set to the value of
+  // least energy, which adds to the shapes of the others.
+  struct Hinges {
+    std::array<int, 3> across{-1, -1, -1};   // node beyond the edge opposite each node
+    std::array<double, 3> rest_angle{};      // rad
+    std::array<PlaneTensor, 3> curvature{};  // per angle, in the rest plane, 1/m
+  };
+  struct Placed {
+    Vec3 along, across, normal;  // axes of the plane now
+    Eigen::Matrix2d gradient;    // F: from the rest plane to these axes
+    Eigen::Matrix2d rate;        // of F, 1/s
+  };
+
+  void add_hinges(const bsi::Mesh& mesh);
+  materials::Nodes4 hinge_nodes(std::size_t triangle, int i, std::span<const Vec3> x) const;
+  void place_triangle(int triangle);
+  PlateModuli membrane_moduli() const;
+  PlaneTensor strain_of(int triangle, double damping_time) const;
+  PlaneTensor curvature_of(int triangle, double damping_time) const;
+  PlaneTensor in_space(int triangle, const PlaneTensor& at_rest) const;
+  template <class TensorOf>
+  void average(const TensorOf& tensor_of, PrincipalValues& values) const;
+  Vec3 normal_at(std::span<const int> around) const;
+  void average_at(int particle, PrincipalValues& values) const;
+
+  const SceneBody& body_;
+  int threads_;
+  std::vector<Triangle> triangles_;
+  std::vector<Hinges> hinges_;     // by triangle, if they are wanted
+  std::vector<int> first_around_;  // by particle, one more at the end
+  std::vector<int> around_;        // triangles
+  std::vector<Placed> placed_;     // by triangle
+  std::vector<Vec3> position_, velocity_;
+  mutable std::vector<PlaneTensor> tensors_;  // by triangle, of the last average()
+};
+
+}  // namespace weft::sim
