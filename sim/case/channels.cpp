@@ -6,6 +6,7 @@
 #include "sim/case/case.h"
 #include "sim/case/case_schema.h"
 #include "sim/case/case_text.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
@@ -109,7 +110,12 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
         hint = "expected contact.enabled = true, or no " + in_quotes(channel.name);
         return name + " would be zero: contact is off";
       }
-      if (channel.id == ChannelId::contact_force || source.contact.friction > 0) return "";
+      if (channel.id == ChannelId::contact_force) return "";
+      if (traits_of(source.time.method).finds_equilibria()) {
+        hint = "expected another time.method, or no " + in_quotes(channel.name);
+        return name + " would be zero: in an equilibrium nothing slides";
+      }
+      if (source.contact.friction > 0) return "";
       hint = "expected contact.friction > 0, or no " + in_quotes(channel.name);
       return name + " would be zero: there is no friction";
     case ChannelId::reactions:

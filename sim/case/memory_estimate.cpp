@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <initializer_list>
 
 #include "sim/case/case_shape_checks.h"
+#include "sim/case/channels.h"
 #include "sim/case/time_methods.h"
 
 namespace weft::sim {
@@ -23,6 +25,10 @@ constexpr double geometry_and_state = 1200;
 constexpr double implicit_matrix = 1300;   // with multigrid and vectors
 constexpr double bending_stencils = 1500;  // with their matrix entries
 constexpr double contact_search = 2000;    // edges, pyramid, candidates, pairs in reach
+constexpr double surface_tensors = 500;    // of channels: triangles in both states
+constexpr double surface_hinges = 250;     // of channels about bending
+constexpr double force_parts = 100;        // of channels about forces
+constexpr double channel_values = 80;      // per channel, with the frame that is written
 constexpr double obstacle_geometry = 300;
 constexpr double obstacle_contact = 900;
 
@@ -32,8 +38,22 @@ bool bends(const Case& source, const BodyCase& body) {
   });
 }
 
+// Bytes per vertex that the channels of a case take.
+double channel_bytes(const OutputCase& output) {
+  const auto any_of = [&](std::initializer_list<ChannelId> channels) {
+    return std::ranges::any_of(channels, [&](ChannelId id) { return records(output, id); });
+  };
+  double bytes = channel_values * static_cast<double>(recorded_channels(output).size());
+  using enum ChannelId;
+  const bool bends = any_of({bending_curvature, bending_moment, body_energy});
+  if (bends || any_of({membrane_strain, membrane_stress})) bytes += surface_tensors;
+  if (bends) bytes += surface_hinges;
+  if (any_of({contact_force, friction_force, reactions})) bytes += force_parts;
+  return bytes;
+}
+
 double bytes_per_vertex(const Case& source, const BodyCase& body) {
-  double bytes = geometry_and_state;
+  double bytes = geometry_and_state + channel_bytes(source.output);
   if (!traits_of(source.time.method).is_explicit) {
     bytes += implicit_matrix + (bends(source, body) ? bending_stencils : 0);
   }

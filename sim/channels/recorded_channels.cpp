@@ -41,11 +41,11 @@ void RecordedChannels::list_supports() {
   for (std::size_t i = 0; i < scene_.case_order.size(); ++i) {
     const int b = scene_.case_order[i];
     if (!scene_.bodies[b].dynamic) {
-      supports_.push_back({.body = b});
+      supports_.push_back({b, -1, {}});
       continue;
     }
     for (std::size_t pin = 0; pin < scene_.source.body[i].pin.size(); ++pin)
-      supports_.push_back({.body = b, .pin = static_cast<int>(pin)});
+      supports_.push_back({b, static_cast<int>(pin), {}});
   }
 }
 
@@ -78,10 +78,10 @@ void RecordedChannels::add_record(const Channel& channel, const std::string& pat
     records_.push_back({&channel, &dataset, path + "/" + dataset.name});
 }
 
-std::vector<ChannelPlace> RecordedChannels::fields(const SceneBody& body) const {
+std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase& output) {
   std::vector<ChannelPlace> fields;
   if (!body.moves) return fields;
-  for (const Channel* channel : recorded_channels(scene_.source.output)) {
+  for (const Channel* channel : recorded_channels(output)) {
     if (channel->home != Channel::Home::texels) continue;
     if (!body.dynamic && channel->id != ChannelId::velocity) continue;
     for (const ChannelDataset& dataset : channel->datasets)
@@ -106,8 +106,8 @@ void RecordedChannels::compute(double time, std::span<const double> y,
   record_values_.clear();
   if (has(ChannelId::reactions)) find_supports(position);
   for (const Support& support : supports_) {
-    append(support.force, record_values_);
-    append(support.moment, record_values_);
+    append(support.wrench.force, record_values_);
+    append(support.wrench.moment, record_values_);
   }
   if (has(ChannelId::body_energy)) add_energies(position, velocity);
   if (has(ChannelId::largest_stretch_place)) add_largest_stretch(position);
@@ -154,28 +154,18 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
   }
 }
 
-// Sums the forces that pins exert on their particles, and the contact forces that obstacles exert:
-// those on their own particles, reversed.
+// Sums the forces that pins exert on their particles; those of obstacles are known.
 void RecordedChannels::find_supports(std::span<const Vec3> position) {
-  for (Support& support : supports_) support.force = support.moment = Vec3::Zero();
-  const auto add = [&](Support& support, int particle, const Vec3& force) {
-    support.force += force;
-    support.moment += position[particle].cross(force);
-  };
+  for (Support& support : supports_)
+    support.wrench = support.pin < 0 ? forces_.obstacles[support.body] : Wrench{};
   for (const PrescribedMotion& held : simulation_.dynamics_with_pins().scene().prescribed) {
     if (held.particles.empty() || held.particles[0] >= scene_.dynamic_particles) continue;
     const int body = scene_.body_index_of_particle(held.particles[0]);
     const auto found = std::ranges::find_if(supports_, [&](const Support& support) {
       return support.body == body && support.pin == held.pin;
     });
-    for (const int particle : held.particles) add(*found, particle, forces_.support[particle]);
-  }
-  if (forces_.contact.empty()) return;
-  for (Support& support : supports_) {
-    if (support.pin >= 0) continue;
-    const SceneBody& body = scene_.bodies[support.body];
-    for (int i = body.first_particle; i < body.first_particle + body.particle_count(); ++i)
-      add(support, i, -(forces_.contact[i] + forces_.friction[i]));
+    for (const int particle : held.particles)
+      found->wrench.add(position[particle], forces_.support[particle]);
   }
 }
 

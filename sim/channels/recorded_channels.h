@@ -21,18 +21,21 @@ struct ChannelPlace {
   std::string path;  // of records only, such as "reactions/cloth/pin_1/force"
 };
 
+// Returns the datasets beside the positions of a body of a scene. Bodies that are simulated have
+// all fields; those held as a whole and obstacles have their velocity alone, if they move.
+std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase& output);
+
 // The fields and records of a run, and their values in the frame that compute() was last called
 // for. What the case does not record costs nothing.
-//
-// Bodies that are simulated have fields; those held as a whole and obstacles have their velocity
-// alone, if they move. Sleeping bodies count as simulated.
+// Sleeping bodies count as simulated.
 class RecordedChannels {
  public:
   // The simulation must outlive it.
   explicit RecordedChannels(const Simulation& simulation);
 
-  // The datasets beside the positions of a body of the scene.
-  std::vector<ChannelPlace> fields(const SceneBody& body) const;
+  std::vector<ChannelPlace> fields(const SceneBody& body) const {
+    return channel_fields(body, scene_.source.output);
+  }
   // The datasets of records, in the order of record_values().
   const std::vector<ChannelPlace>& records() const { return records_; }
 
@@ -55,7 +58,7 @@ class RecordedChannels {
   struct Support {
     int body = 0;  // index into Scene::bodies
     int pin = -1;  // -1: the whole body
-    Vec3 force{0, 0, 0}, moment{0, 0, 0};
+    Wrench wrench;
   };
   // The tensors of a simulated body.
   struct Surface {

@@ -136,6 +136,36 @@ void Contact::add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) co
   });
 }
 
+// Friction extends an obstacle to the points that rub on it. Its moment is therefore taken where it
+// acts, on the dynamic points.
+void Contact::add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const {
+  const auto wrench_of = [&](const std::array<int, 4>& nodes) -> Wrench* {
+    const int highest = std::max(nodes[0], nodes[3]);
+    return highest < scene_.dynamic_points ? nullptr
+                                           : &by_body[scene_.body_index_of_point(highest)];
+  };
+  with_map([&](const auto& map) {
+    const auto add = [&](Wrench& wrench, int point, const Vec3& force) {
+      if (point < scene_.dynamic_points) wrench.add(map.apply(point, position), force);
+    };
+    for (const ContactPair& pair : surface_.pairs()) {
+      Wrench* const wrench = wrench_of(pair.nodes);
+      if (wrench == nullptr) continue;
+      const Sliding* const sliding = pair.sliding < 0 ? nullptr : &surface_.sliding(pair.sliding);
+      for (int i = 0; i < 4; ++i) {
+        add(*wrench, pair.nodes[i], pair.weight[i] * pair.push * pair.normal);
+        if (sliding != nullptr)
+          add(*wrench, pair.nodes[i], sliding->lever[i].transpose() * sliding->force);
+      }
+    }
+    for (const MollifierForce& mollified : surface_.mollified()) {
+      Wrench* const wrench = wrench_of(mollified.nodes);
+      for (int i = 0; wrench != nullptr && i < 4; ++i)
+        add(*wrench, mollified.nodes[i], mollified.force[i]);
+    }
+  });
+}
+
 void Contact::find_loaded_obstacles(std::vector<int>& particles) const {
   particles.clear();
   const auto add = [&](const std::array<int, 4>& nodes) {

@@ -30,6 +30,15 @@ struct PathStray {
   std::span<const double> body, particle;
 };
 
+// A force (N) and the moment (N m) about the origin of all of its parts.
+struct Wrench {
+  Vec3 force{0, 0, 0}, moment{0, 0, 0};
+  void add(const Vec3& place, const Vec3& part) {
+    force += part;
+    moment += place.cross(part);
+  }
+};
+
 // Turns particles into surface points, x = S x and v = S v (sim/scene/surface_map.h), finds the
 // contact of these (SurfaceContact), and returns its forces by the transpose: f = S^T f. Where all
 // points are particles nothing is copied.
@@ -57,6 +66,9 @@ class Contact {
   // Adds these forces in two parts: along normals, contact damping included, and friction. Both
   // lists have as many entries.
   void add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const;
+  // Adds to the wrench of each body of the scene that is not dynamic what it exerts on dynamic
+  // particles, which are at `position` (m).
+  void add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const;
   // Replaces `particles` by those of obstacles on which add_forces() would act, in order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
   double energy() const;

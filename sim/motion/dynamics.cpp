@@ -447,18 +447,20 @@ void Dynamics::find_force_parts(double time, std::span<const double> y, ForcePar
     const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
     parts.own[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);
   }
+  parts.contact.assign(count, Vec3::Zero());
+  parts.friction.assign(count, Vec3::Zero());
+  parts.obstacles.assign(scene_.bodies.size(), {});
   if (contact_) {
-    parts.contact.assign(position_.size(), Vec3::Zero());
-    parts.friction.assign(position_.size(), Vec3::Zero());
     // A fault leaves no pairs in reach; accepted states have none.
     static_cast<void>(evaluate_contact(time));
     contact_->add_forces(parts.contact, parts.friction);
+    contact_->add_wrenches(position_, parts.obstacles);
   }
   parts.support.assign(count, Vec3::Zero());
   find_accelerations_of_pins(time, parts.support);
   for (const int i : held_) {
-    parts.support[i] = scene_.mass[i] * parts.support[i] - parts.own[i];
-    if (contact_) parts.support[i] -= parts.contact[i] + parts.friction[i];
+    parts.support[i] =
+        scene_.mass[i] * parts.support[i] - parts.own[i] - parts.contact[i] - parts.friction[i];
   }
 }
 

@@ -45,13 +45,13 @@ struct StateSummary {
   int sleeping_bodies = 0;
 };
 
-// The forces of a state in parts, N, by particle.
+// The forces of a state in parts, N, by dynamic particle.
 struct ForceParts {
-  std::vector<Vec3> own;  // dynamic particles: their bodies, air, gravity and mass damping
-  // All particles, obstacles included: along the normals, contact damping included, and friction.
-  // Empty without contact.
+  std::vector<Vec3> own;  // of their bodies, air, gravity and mass damping
+  // Contact: along the normals, contact damping included, and friction. Zero without contact.
   std::vector<Vec3> contact, friction;
-  std::vector<Vec3> support;  // dynamic particles: that which pins exert; zero where free
+  std::vector<Vec3> support;      // that which pins exert, the inertia of what they hold included
+  std::vector<Wrench> obstacles;  // by body of the scene: that which it exerts if not dynamic
 };
 
 // The arguments of an assembly of K and D, from which they can be assembled again with the same
@@ -182,9 +182,8 @@ class Dynamics {
   // on which there are forces, in order. Both lists must be empty or come from an earlier call.
   void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
                           std::vector<int>& loaded);
-  // Computes the parts of the forces at (t, y). Contact is evaluated anew; with prescribed
-  // acceleration the support has the inertia of its particles, too. Lists are resized. Not counted
-  // in the statistics' force evaluations. Cost: an evaluation of the forces.
+  // Computes the parts of the forces at (t, y). Contact is evaluated anew. Lists are resized. Not
+  // counted in the statistics' force evaluations. Cost: an evaluation of the forces.
   void find_force_parts(double time, std::span<const double> y, ForceParts& parts);
   // Finds the largest l / L - 1 over the edges of all bodies. `particle` is the first end of that
   // edge, as triangles list it; the first edge of equals counts.

@@ -1,6 +1,7 @@
 #include "sim/view/scene_description.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <sstream>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/case/time_methods.h"
+#include "sim/channels/recorded_channels.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/contact/contact_search.h"
 #include "sim/forces/force.h"
@@ -313,6 +315,30 @@ void describe_memory(const Scene& scene, std::ostream& out) {
       << memory_text(memory_limit(scene.source)) << '\n';
 }
 
+// Describes the size of the trajectory, without the file's own structures.
+void describe_file(const Scene& scene, std::ostream& out) {
+  const OutputCase& output = scene.source.output;
+  double numbers = 0;
+  for (const SceneBody& body : scene.bodies) {
+    int of_texel = body.moves ? 3 : 0;
+    for (const ChannelPlace& field : channel_fields(body, output))
+      of_texel += field.dataset->components;
+    numbers += of_texel * static_cast<double>(body.atlas.texel_count());
+  }
+  const double frames =
+      std::ceil(scene.source.time.duration * scene.source.time.frames_per_second * (1 - 1e-12)) + 1;
+  const double bytes = sizeof(float) * numbers;
+  out << "file      about " << memory_text(frames * bytes) << ": " << frames << " frames of "
+      << memory_text(bytes) << '\n';
+  std::vector<std::string> names;
+  for (const Channel* channel : recorded_channels(output)) names.emplace_back(channel->name);
+  if (names.empty()) {
+    out << "  skipped channels beside the positions: output.channels lists none\n";
+  } else {
+    out << "  channels " << quoted_list(names) << '\n';
+  }
+}
+
 }  // namespace
 
 std::string describe_scene(const Scene& scene) {
@@ -338,8 +364,7 @@ std::string describe_scene(const Scene& scene) {
       << (scene.source.compute.threads ? ": compute.threads asks for as many\n"
                                        : ": as many as pay\n");
   describe_memory(scene, out);
-  if (!scene.source.output.velocity)
-    out << "  skipped velocities in the trajectory: output.velocity is false\n";
+  describe_file(scene, out);
   describe_each(bodies_that(scene, [](const SceneBody& body) { return !body.moves; }),
                 "skipped frames of", ": it does not move and is written once", out);
   return out.str();

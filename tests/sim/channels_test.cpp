@@ -1,0 +1,440 @@
+// Forces, reactions, energies and places that a run records, against weights and momenta.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sim/run/recorded_run.h"
+#include "sim/trajectory/trajectory.h"
+#include "tests/sim/bad_case.h"
+#include "tests/sim/channel_run.h"
+#include "tests/temporary_folder.h"
+
+namespace weft::sim {
+namespace {
+
+const std::string sheet_in_air = R"(
+[time]
+duration = 0.5
+frames_per_second = 50
+position_tolerance = 1e-8
+[output]
+channels = ["reactions"]
+[contact]
+enabled = false
+[material.cloth]
+bending_stiffness = 1e-4
+[[body]]
+name = "sheet"
+position = [0.3, 0.2, 1]
+shape = { type = "rectangle", size = [1, 0.8], resolution = [9, 9] }
+[[body.pin]]
+corners = ["last_first"]
+[[body.pin]]
+corners = ["last_last"]
+)";
+
+// The forces and moments of the pins balance the weight.
+TEST(Reactions, HangingSheetRestsOnItsPins) {
+  ChannelRun run(sheet_in_air, {"time.method=\"static\"", "time.duration=1"});
+  run.advance_to(1);
+  const Vec3 weight = run.weight();
+  EXPECT_NEAR(weight.z(), -0.2 * 0.8 * 9.81, 1e-12);
+  EXPECT_LT((run.sum_of_reactions("force") + weight).norm(), 1e-6 * weight.norm());
+  EXPECT_LT((run.sum_of_reactions("moment") + run.weight_moment()).norm(), 1e-6 * weight.norm());
+  // Each pin carries half, and they pull the sheet apart.
+  const Vec3 one = run.vector("reactions/sheet/pin_1/force");
+  const Vec3 other = run.vector("reactions/sheet/pin_2/force");
+  EXPECT_NEAR(one.z(), -0.5 * weight.z(), 0.01 * weight.norm());
+  EXPECT_LT(one.x(), 0);
+  EXPECT_GT(other.x(), 0);
+}
+
+// Over a swing, the impulses of the pins and the weight are the change of momentum, and their
+// moments that of the angular momentum. Trapezoids over 0.5 ms leave less than a
+// thousandth where nothing meets.
+void expect_balance(ChannelRun& run, double from, double to, double tolerance,
+                    double interval = 5e-4) {
+  run.advance_to(from);
+  const Vec3 momentum = run.momentum(), angular = run.angular_momentum();
+  Vec3 impulse = Vec3::Zero(), twist = Vec3::Zero();
+  Vec3 force = run.sum_of_reactions("force") + run.weight();
+  Vec3 moment = run.sum_of_reactions("moment") + run.weight_moment();
+  const int count = static_cast<int>(std::round((to - from) / interval));
+  double size = 0, twist_size = 0;
+  for (int i = 1; i <= count; ++i) {
+    run.advance_to(from + i * interval);
+    const Vec3 next = run.sum_of_reactions("force") + run.weight();
+    const Vec3 next_moment = run.sum_of_reactions("moment") + run.weight_moment();
+    impulse += 0.5 * interval * (force + next);
+    twist += 0.5 * interval * (moment + next_moment);
+    size += interval * next.norm();
+    twist_size += interval * next_moment.norm();
+    force = next;
+    moment = next_moment;
+  }
+  EXPECT_GT(size, 0.02);
+  EXPECT_LT((impulse - (run.momentum() - momentum)).norm(), tolerance * size);
+  EXPECT_LT((twist - (run.angular_momentum() - angular)).norm(), tolerance * twist_size);
+}
+
+TEST(Reactions, SwingingSheetGainsTheirImpulse) {
+  ChannelRun run(sheet_in_air);
+  expect_balance(run, 0, 0.4, 1e-3);
+}
+
+// Pins that a motion shakes carry the inertia of their own vertices, too.
+TEST(Reactions, ShakenPinsCarryTheInertiaOfTheirVertices) {
+  ChannelRun run(
+      sheet_in_air,
+      {R"(body.sheet.pin=[{ edges = ["last_row"], motion = { keyframes = [{ time = 0 }, )"
+       R"({ time = 0.15, translation = [0.2, 0, 0.1], rotation_deg = [0, 0, 30] }, )"
+       R"({ time = 0.3 }] } }])"});
+  expect_balance(run, 0, 0.3, 1e-3);
+}
+
+// A timed pin has a force while it holds, and none before and after.
+TEST(Reactions, TimedPinsCarryOnlyWhileTheyHold) {
+  ChannelRun run(sheet_in_air,
+                 {"body.sheet.pin.0.release_time=0.2", "body.sheet.pin.1.hold_time=0.1"});
+  const auto force = [&](int pin) {
+    return run.vector("reactions/sheet/pin_" + std::to_string(pin) + "/force").norm();
+  };
+  run.advance_to(0.05);
+  EXPECT_GT(force(1), 0.01);
+  EXPECT_EQ(force(2), 0);
+  run.advance_to(0.15);
+  EXPECT_GT(force(1), 0.01);
+  EXPECT_GT(force(2), 0.01);
+  expect_balance(run, 0.16, 0.19, 1e-3);
+  run.advance_to(0.25);
+  EXPECT_EQ(force(1), 0);
+  EXPECT_GT(force(2), 0.01);
+}
+
+const std::string sheet_on_a_ball = R"(
+[time]
+duration = 1
+frames_per_second = 10
+method = "static"
+[output]
+channels = ["reactions", "contact_force", "friction_force"]
+[contact]
+range = 4e-3
+friction = 0.3
+[material.cloth]
+bending_stiffness = 1e-4
+[[body]]
+name = "sheet"
+position = [0.02, 0.01, 0.303]
+shape = { type = "rectangle", size = [0.4, 0.4], resolution = [17, 17] }
+[[obstacle]]
+name = "ball"
+shape = { type = "sphere", radius = 0.3, resolution = [13] }
+)";
+
+TEST(Reactions, BallCarriesTheWeightOfADrapedSheet) {
+  ChannelRun run(sheet_on_a_ball,
+                 {"time.method=\"cvode\"", "time.duration=4", "material.cloth.mass_damping=8",
+                  "material.cloth.stiffness_damping=0.01", "contact.friction_speed=1e-3"});
+  run.advance_to(4);
+  const Vec3 weight = run.weight();
+  EXPECT_LT((run.vector("reactions/ball/force") + weight).norm(), 1e-3 * weight.norm());
+  EXPECT_LT((run.vector("reactions/ball/moment") + run.weight_moment()).norm(),
+            1e-3 * weight.norm() * 0.3);
+  // The action on the sheet is the reaction of the ball.
+  const Vec3 action = sum_of(run.vectors("sheet", "contact_force")) +
+                      sum_of(run.vectors("sheet", "friction_force"));
+  EXPECT_LT((action - run.vector("reactions/ball/force")).norm(), 1e-12 * weight.norm());
+}
+
+// While the sheet falls on the ball and slides, forces of contact and friction on both sides are
+// opposite, and their impulse is the sheet's.
+TEST(Reactions, BallGivesAFallingSheetItsMomentum) {
+  ChannelRun run(sheet_on_a_ball, {"time.method=\"cvode\"", "time.position_tolerance=1e-8",
+                                   "body.sheet.velocity=[0.5, 0, -0.3]"});
+  expect_balance(run, 0, 0.1, 2e-3, 1e-4);
+  EXPECT_GT(sum_of(run.vectors("sheet", "friction_force")).norm(), 0);
+}
+
+// Two sheets that meet: contact forces and frictions of one are opposite to those of the other.
+TEST(ContactForce, OfTwoBodiesSumToNothing) {
+  ChannelRun run(R"(
+[time]
+duration = 1
+[world]
+gravity = [0, 0, 0]
+[output]
+channels = ["contact_force", "friction_force"]
+[contact]
+friction = 0.4
+[material.cloth]
+[[body]]
+name = "one"
+velocity = [0.4, 0.1, -0.5]
+position = [0.02, 0, 0.004]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [7, 7] }
+[[body]]
+name = "other"
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [9, 9] }
+)");
+  run.advance_to(0.003);
+  for (const char* name : {"contact_force", "friction_force"}) {
+    const Vec3 one = sum_of(run.vectors("one", name)), other = sum_of(run.vectors("other", name));
+    EXPECT_GT(one.norm(), 1e-4) << name;
+    EXPECT_LT((one + other).norm(), 1e-12) << name;
+  }
+  EXPECT_GT(sum_of(run.vectors("one", "contact_force")).z(), 0);
+  EXPECT_LT(sum_of(run.vectors("one", "friction_force")).x(), 0);
+}
+
+// A stiff sheet rests on a plate that is inclined: the contact forces are its weight across the
+// plate, the friction its weight along it.
+TEST(ContactForce, CarriesASheetOnAnInclinedPlate) {
+  for (const double degrees : {0.0, 15.0}) {
+    const std::string rotation = "[0, " + std::to_string(degrees) + ", 0]";
+    ChannelRun run(
+        R"(
+[time]
+duration = 1.5
+position_tolerance = 1e-7
+[output]
+channels = ["contact_force", "friction_force", "reactions"]
+[contact]
+friction = 0.6
+[material.cloth]
+stiffness_damping = 0.01
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.3, 0.2], resolution = [5, 7] }
+[[obstacle]]
+name = "plate"
+shape = { type = "plane", size = [2, 2] }
+)",
+        {"body.sheet.rotation_deg=" + rotation, "obstacle.plate.rotation_deg=" + rotation,
+         "body.sheet.position=[" +
+             std::to_string(0.0028 * std::sin(degrees * std::acos(-1.0) / 180)) + ", 0, " +
+             std::to_string(0.0028 * std::cos(degrees * std::acos(-1.0) / 180)) + "]"});
+    run.advance_to(1.5);
+    const double angle = degrees * std::acos(-1.0) / 180, weight = run.weight().norm();
+    const Vec3 normal(std::sin(angle), 0, std::cos(angle));
+    const Vec3 uphill(-std::cos(angle), 0, std::sin(angle));
+    const Vec3 push = sum_of(run.vectors("sheet", "contact_force"));
+    const Vec3 rub = sum_of(run.vectors("sheet", "friction_force"));
+    EXPECT_LT((push - weight * std::cos(angle) * normal).norm(), 1e-3 * weight) << degrees;
+    EXPECT_LT((rub - weight * std::sin(angle) * uphill).norm(), 1e-3 * weight) << degrees;
+    EXPECT_LT((run.vector("reactions/plate/force") + run.weight()).norm(), 1e-3 * weight);
+  }
+}
+
+// A body that sleeps on a plate, beside one that swings, still weighs on it; the sheet on which it
+// lies, held as a whole, is an obstacle.
+TEST(Reactions, SleepingBodiesStillWeigh) {
+  ChannelRun run(R"(
+[time]
+duration = 4
+[output]
+channels = ["reactions", "contact_force", "membrane_strain"]
+[contact]
+range = 0.004
+friction = 0.5
+[material.cloth]
+membrane_stiffness = 200
+stiffness_damping = 1e-3
+mass_damping = 6
+[material.free]
+[[body]]
+name = "resting"
+material = "cloth"
+position = [0, 0, 0.0038]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [5, 5] }
+[[body]]
+name = "held"
+material = "cloth"
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [5, 5] }
+[[body.pin]]
+rows = [0, -1]
+[[body]]
+name = "swinging"
+material = "free"
+position = [3, 0, 1]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [4, 4] }
+[[body.pin]]
+edges = ["first_row"]
+)");
+  for (double time = 0.5; run.simulation()
+                                  .summary_of(run.simulation().time(), run.simulation().state())
+                                  .sleeping_bodies == 0 &&
+                          time <= 4;
+       time += 0.5)
+    run.advance_to(time);
+  const auto summary =
+      run.simulation().summary_of(run.simulation().time(), run.simulation().state());
+  ASSERT_EQ(summary.sleeping_bodies, 1);
+  run.compute();
+  const double weight = 0.2 * 0.3 * 0.3 * 9.81;
+  EXPECT_NEAR(run.vector("reactions/held/force").z(), weight, 1e-2 * weight);
+  EXPECT_NEAR(sum_of(run.vectors("resting", "contact_force")).z(), weight, 1e-2 * weight);
+  EXPECT_GT(run.vector("reactions/swinging/pin_1/force").norm(), 0.1 * weight);
+  EXPECT_EQ(run.field("resting", "membrane_strain_major").size(), 25);
+}
+
+// The edge between columns 3 and 4 of row 2 of the second body is stretched the most.
+TEST(LargestStretch, IsWhereTheEdgeIs) {
+  ChannelRun run(R"(
+[time]
+duration = 1
+[output]
+channels = ["largest_stretch_place"]
+[contact]
+enabled = false
+[material.cloth]
+[[body]]
+name = "one"
+shape = { type = "rectangle", size = [1, 1], resolution = [4, 4] }
+[[body]]
+name = "two"
+shape = { type = "rectangle", size = [1, 1], resolution = [4, 6] }
+)");
+  std::vector<double> y(run.simulation().state().begin(), run.simulation().state().end());
+  std::vector<Vec3> position = run.position();
+  const int moved = 16 + 2 * 6 + 5;  // the end of the row: only edges to the left of it
+  position[moved].x() += 0.5;
+  RecordedChannels channels(run.simulation());
+  channels.compute(0, y, position, run.velocity());
+  const auto values = channels.record_values();
+  ASSERT_EQ(values.size(), 4);
+  EXPECT_EQ(values[0], 1);
+  EXPECT_EQ(values[1], 0);
+  EXPECT_EQ(values[2], 2);
+  EXPECT_TRUE(values[3] == 4 || values[3] == 5) << values[3];
+}
+
+const std::string everything = R"(channels = ["velocity", "membrane_strain", "membrane_stress",
+  "bending_curvature", "bending_moment", "contact_force", "friction_force", "reactions",
+  "body_energy", "largest_stretch_place"]
+)";
+
+std::string with_everything(const std::string& text) {
+  const auto start = text.find("channels = "), end = text.find('\n', start);
+  return text.substr(0, start) + everything + text.substr(end);
+}
+
+RunReport record(const std::string& text, const std::string& file, const Overrides& overrides) {
+  RunOptions options;
+  options.trajectory = file;
+  return run_simulation(parse_case(text, "test.toml", overrides), options);
+}
+
+// Any number of threads records the same bits.
+TEST(RecordedChannels, DoNotDependOnThreads) {
+  const TemporaryFolder folder;
+  const std::string text = with_everything(sheet_on_a_ball);
+  const Overrides common{"time.method=\"cvode\"", "time.duration=0.1", "contact.range=2e-3",
+                         "body.sheet.shape.resolution=[65, 65]", "time.frames_per_second=20"};
+  std::vector<std::unique_ptr<TrajectoryReader>> readers;
+  for (const char* threads : {"1", "4"}) {
+    Overrides overrides = common;
+    overrides.push_back(std::string("compute.threads=") + threads);
+    const std::string file = folder.path(std::string("run") + threads + ".h5");
+    ASSERT_EQ(record(text, file, overrides).status, RunReport::Status::done);
+    readers.push_back(std::make_unique<TrajectoryReader>(file));
+  }
+  const TrajectoryReader &one = *readers[0], &four = *readers[1];
+  ASSERT_EQ(one.bodies()[0].fields.size(), 3 * 4 + 3);
+  for (const TrajectoryField& field : one.bodies()[0].fields) {
+    for (int f = 0; f < one.frames(); ++f)
+      EXPECT_EQ(one.field_values(0, field.name, f), four.field_values(0, field.name, f))
+          << field.name;
+  }
+  ASSERT_EQ(one.records().size(), 2 + 3 + 4);
+  for (const TrajectoryRecord& record : one.records())
+    EXPECT_EQ(one.record_values(record.path), four.record_values(record.path)) << record.path;
+}
+
+// Channels do not change the motion, and a case that lists none has none.
+TEST(RecordedChannels, ChangeNothingElse) {
+  const TemporaryFolder folder;
+  const Overrides overrides{"time.method=\"cvode\"", "time.duration=0.1"};
+  ASSERT_EQ(record(with_everything(sheet_on_a_ball), folder.path("with.h5"), overrides).status,
+            RunReport::Status::done);
+  Overrides without = overrides;
+  without.emplace_back("output.channels=[]");
+  ASSERT_EQ(record(sheet_on_a_ball, folder.path("without.h5"), without).status,
+            RunReport::Status::done);
+  const TrajectoryReader with(folder.path("with.h5")), none(folder.path("without.h5"));
+  EXPECT_TRUE(none.records().empty());
+  EXPECT_TRUE(none.bodies()[0].fields.empty());
+  EXPECT_TRUE(none.velocities(0, 0).empty());
+  ASSERT_EQ(with.frames(), none.frames());
+  for (int f = 0; f < none.frames(); ++f) EXPECT_EQ(with.positions(0, f), none.positions(0, f));
+  EXPECT_EQ(with.series_values("energy_total"), none.series_values("energy_total"));
+}
+
+// output.velocity is the channel "velocity".
+TEST(RecordedChannels, VelocityIsOneOfThem) {
+  const TemporaryFolder folder;
+  const Overrides more{"time.method=\"cvode\"", "time.duration=0.1"};
+  for (const char* key : {"output.velocity=true", "output.channels=[\"velocity\"]"}) {
+    Overrides overrides = more;
+    overrides.emplace_back("output.channels=[]");
+    overrides.emplace_back(key);
+    const std::string file = folder.path(std::string(key).substr(7, 3) + ".h5");
+    record(sheet_on_a_ball, file, overrides);
+    const TrajectoryReader reader(file);
+    EXPECT_EQ(reader.bodies()[0].fields,
+              (std::vector<TrajectoryField>{{"velocity", "m/s", "velocity", 3}}));
+    EXPECT_FALSE(reader.velocities(0, reader.frames() - 1).empty());
+  }
+}
+
+class BadChannel : public testing::TestWithParam<BadCase> {};
+TEST_P(BadChannel, IsRefusedWithItsPlaceAndAHint) { expect_refused(GetParam()); }
+
+const std::string names =
+    "\"velocity\", \"membrane_strain\", \"membrane_stress\", \"bending_curvature\", "
+    "\"bending_moment\", \"contact_force\", \"friction_force\", \"reactions\", \"body_energy\", "
+    "\"largest_stretch_place\"";
+
+BadCase bad(const std::string& name, const std::string& value, const std::string& what,
+            const std::string& more = "") {
+  return {name, "[output]\nchannels = " + value + "\n" + more + sheet, "case.toml:2:" + what};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfChannels, BadChannel,
+    testing::Values(
+        bad("unknown", R"(["velocity", "membrane_stres"])",
+            "25: \"channels[1]\" is \"membrane_stres\"\n  did you mean \"membrane_stress\"?"),
+        bad("far_off", R"(["heat"])",
+            "13: \"channels[0]\" is \"heat\"\n  expected one of " + names),
+        bad("twice", R"(["body_energy", "velocity", "body_energy"])",
+            "40: \"body_energy\" is listed twice\n  expected each channel once"),
+        bad("no_list", "\"velocity\"",
+            "12: \"channels\" is a string\n  expected an array of names out of " + names),
+        bad("number", "[1]",
+            "13: \"channels[0]\" is a whole number\n  expected an array of names out of " + names),
+        bad("contact_off", R"(["contact_force"])",
+            "13: the channel \"contact_force\" would be zero: contact is off\n  expected "
+            "contact.enabled = true, or no \"contact_force\"",
+            "[contact]\nenabled = false\n"),
+        bad("no_friction", R"(["friction_force"])",
+            "13: the channel \"friction_force\" would be zero: there is no friction\n  expected "
+            "contact.friction > 0, or no \"friction_force\""),
+        bad("no_bending", R"(["bending_moment"])",
+            "13: the channel \"bending_moment\" would be zero: no body resists bending\n  expected "
+            "a "
+            "material with bending_stiffness > 0, or no \"bending_moment\""),
+        bad("springs", R"(["membrane_stress"])",
+            "13: the channel \"membrane_stress\" needs a membrane of triangles, and that of body "
+            "\"sheet\" is made of springs\n  expected membrane = \"triangles\" in [material.net], "
+            "or "
+            "no \"membrane_stress\"",
+            "[material.net]\nmembrane = \"springs\"\n"),
+        bad("nothing_holds", R"(["reactions"])",
+            "13: the channel \"reactions\" would be empty: nothing holds the bodies\n  expected a "
+            "pin "
+            "or an obstacle, or no \"reactions\"")),
+    bad_case_name);
+
+}  // namespace
+}  // namespace weft::sim
