@@ -2,7 +2,7 @@
 //
 // Each triangle has one tensor, in its plane. A particle's tensor is the mean over the triangles
 // around it, weighted by their rest areas, after each has been turned into the particle's tangent
-// plane about the line where the two planes meet. docs/theory.md, section 11, has the equations.
+// plane about the line where the two planes meet. docs/theory.md, section 13, has the equations.
 #pragma once
 
 #include <Eigen/Core>

@@ -420,6 +420,10 @@ INSTANTIATE_TEST_SUITE_P(
         bad("no_friction", R"(["friction_force"])",
             "13: the channel \"friction_force\" would be zero: there is no friction\n  expected "
             "contact.friction > 0, or no \"friction_force\""),
+        bad("friction_at_rest", R"(["friction_force"])",
+            "13: the channel \"friction_force\" would be zero: in an equilibrium nothing slides\n  "
+            "expected another time.method, or no \"friction_force\"",
+            "[time]\nmethod = \"static\"\n[contact]\nfriction = 0.3\n"),
         bad("no_bending", R"(["bending_moment"])",
             "13: the channel \"bending_moment\" would be zero: no body resists bending\n  expected "
             "a "
