@@ -1,22 +1,11 @@
 // The colours of bodies.
 #include <cassert>
-#include <cmath>
 #include <cstdint>
 
-#include "gpu/renderer.h"
+#include "gpu/linear_colour.h"
 
 namespace weft::gpu {
 namespace {
-
-float linear_of_srgb(std::uint32_t byte) {
-  const float value = static_cast<float>(byte) / 255.0F;
-  return value <= 0.04045F ? value / 12.92F : std::pow((value + 0.055F) / 1.055F, 2.4F);
-}
-
-Colour linear_colour(std::uint32_t srgb) {
-  return {linear_of_srgb(srgb >> 16 & 0xff), linear_of_srgb(srgb >> 8 & 0xff),
-          linear_of_srgb(srgb & 0xff)};
-}
 
 // The back of a cloth: the same hue, paler.
 SurfaceColours with_pale_back(const Colour& front) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "gpu/colour_map.h"
 #include "gpu/sample_band.h"
 
 namespace weft::gpu {
@@ -110,7 +111,12 @@ void RowPainter::add_fragment(const Fragment& fragment, int col, int row) {
   const int point = points_.count++;
   const float side = triangle.is_front ? 1.0F : -1.0F;
   const DrawnSurface& surface = scene_.surfaces[triangle.surface];
-  const Colour& albedo = triangle.is_front ? surface.front_colour : surface.back_colour;
+  Colour albedo = triangle.is_front ? surface.front_colour : surface.back_colour;
+  if (surface.colour_map != nullptr) {
+    float place = 0;
+    for (int i = 0; i < 3; ++i) place += weights[i] * scene_.batch.places[triangle.corners[i]];
+    albedo = surface.colour_map->at(place / sum);
+  }
   for (int axis = 0; axis < 3; ++axis) {
     points_.position[axis][point] = values[axis];
     points_.normal[axis][point] = side * values[3 + axis];

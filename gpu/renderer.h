@@ -22,6 +22,8 @@ struct Picture {
 // Red, green and blue, linear (not sRGB), 0..1.
 using Colour = std::array<float, 3>;
 
+class ColourMap;
+
 // A surface to draw. All positions are finite, all indices within `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
@@ -32,6 +34,10 @@ struct DrawnSurface {
   std::span<const std::array<int, 2>> lines = {};
   // Unit normals by position; if empty, those of vertex_normals (gpu/triangle_batch.h).
   std::span<const Vec3> normals = {};
+  // If given, the colours of both sides: places in `colour_map` (gpu/colour_map.h) by position,
+  // interpolated over triangles. A triangle with a place that is NaN has no_value_colour().
+  std::span<const float> places = {};
+  const ColourMap* colour_map = nullptr;
 };
 
 // A pair of colours, the lighter one for the back. The palette repeats after 8.

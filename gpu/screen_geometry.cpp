@@ -97,6 +97,8 @@ std::uint32_t Projection::middle(std::uint32_t from, std::uint32_t to) {
   BatchVertex vertex;
   vertex.values = 0.5F * (batch_->vertices[from].values + batch_->vertices[to].values);
   batch_->vertices.push_back(vertex);
+  std::vector<float>& places = batch_->places;
+  if (!places.empty()) places.push_back(0.5F * (places[from] + places[to]));
   add_screen_vertex(vertex);
   return static_cast<std::uint32_t>(batch_->vertices.size() - 1);
 }

@@ -1,6 +1,7 @@
 #include "gpu/triangle_batch.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cassert>
 
 namespace weft::gpu {
@@ -26,8 +27,11 @@ std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSu
 
 void TriangleBatch::assemble(std::span<const DrawnSurface> surfaces, const Vec3& origin) {
   vertices.clear();
+  places.clear();
   triangles.clear();
   lines.clear();
+  const bool has_places = std::ranges::any_of(
+      surfaces, [](const DrawnSurface& surface) { return surface.colour_map != nullptr; });
   for (std::uint32_t number = 0; number < surfaces.size(); ++number) {
     const DrawnSurface& surface = surfaces[number];
     const auto first = static_cast<std::uint32_t>(vertices.size());
@@ -39,6 +43,12 @@ void TriangleBatch::assemble(std::span<const DrawnSurface> surfaces, const Vec3&
       BatchVertex& vertex = vertices.emplace_back();
       vertex.values << (surface.positions[i] - origin).cast<float>().array(),
           normals[i].cast<float>().array(), 0, 0;
+    }
+    if (surface.colour_map != nullptr) {
+      assert(surface.places.size() == surface.positions.size());
+      places.insert(places.end(), surface.places.begin(), surface.places.end());
+    } else if (has_places) {
+      places.resize(vertices.size());
     }
     for (const auto& [a, b, c] : surface.triangles) {
       triangles.push_back({{first + a, first + b, first + c}, number});

@@ -30,6 +30,7 @@ struct BatchTriangle {
 
 struct TriangleBatch {
   std::vector<BatchVertex> vertices;
+  std::vector<float> places;  // in colour maps, by vertex; empty if no surface has any
   std::vector<BatchTriangle> triangles;
   std::vector<std::array<std::uint32_t, 2>> lines;
 

@@ -1,6 +1,8 @@
 // The weft command.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <iostream>
 #include <limits>
 #include <optional>
@@ -15,6 +17,7 @@
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
 #include "sim/trajectory/trajectory.h"
+#include "sim/view/field_values.h"
 #include "sim/view/render_trajectory.h"
 #include "sim/view/trajectory_info.h"
 
@@ -29,6 +32,7 @@ constexpr const char* description =
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
   weft render out/drape_torus.h5 --lod 0.5           the same with fewer triangles, exact to half a pixel
+  weft render out/drape_torus.h5 --colour velocity   the same painted by a recorded field, with a legend
   weft schema                                        the case file's JSON schema (--markdown: reference page)
   weft bench --help                                  experiments on speed, some against other libraries
 
@@ -63,6 +67,21 @@ int show_info(const std::string& path, bool crossings, bool json) {
   }
 }
 
+// Says what the colours of pictures stand for, and which bodies keep their own.
+void show_colours(const RenderOptions& options, const RenderReport& report) {
+  std::cout << "coloured by " << printable(*options.colour_field) << ": "
+            << rounded_text(report.least) << " to " << rounded_text(report.most)
+            << after_number(report.units);
+  if (options.colour_range) {
+    std::cout << ", colours from " << rounded_text((*options.colour_range)[0]) << " to "
+              << rounded_text((*options.colour_range)[1]);
+  }
+  std::cout << '\n';
+  if (report.plain_bodies.empty()) return;
+  std::cout << "without it, in their own colours: " << printable(quoted_list(report.plain_bodies))
+            << '\n';
+}
+
 int render(const std::string& path, const std::string& directory, RenderOptions options) {
   try {
     std::optional<ProgressBar> bar;
@@ -73,12 +92,16 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
     const RenderReport report = render_trajectory(path, directory, options);
     bar.reset();
     std::cout << report.pictures << " pictures in " << printable(directory) << '\n';
+    if (options.colour_field) show_colours(options, report);
     if (options.detail_pixels) {
       std::cout << report.triangles << " of " << report.all_triangles << " triangles drawn, within "
                 << *options.detail_pixels << " pixels\n";
     }
     std::cout << printable(report.movie.empty() ? report.why_no_movie : report.movie, true) << '\n';
     return exit_code::done;
+  } catch (const RenderUsageError& error) {
+    complain(path + ": " + error.what());
+    return exit_code::bad_case;
   } catch (const std::exception& error) {
     return refuse_file(path, error, false);
   }
@@ -131,6 +154,20 @@ std::string in_pixels(const std::string& text) {
   return in_quotes(text) + " is not a number of pixels from 0.001 to 1000";
 }
 
+// Reads "MIN,MAX" and throws CLI::ValidationError unless both are numbers and the first is smaller.
+std::array<double, 2> range_of(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  std::array<double, 2> range{};
+  const bool is_range = comma != std::string::npos &&
+                        CLI::detail::lexical_cast(text.substr(0, comma), range[0]) &&
+                        CLI::detail::lexical_cast(text.substr(comma + 1), range[1]) &&
+                        std::isfinite(range[0]) && std::isfinite(range[1]) && range[0] < range[1];
+  if (is_range) return range;
+  throw CLI::ValidationError("--colour-range", in_quotes(text) +
+                                                   " is not a range: expected MIN,MAX, two "
+                                                   "numbers, the first one smaller");
+}
+
 void add_info_and_render(CLI::App& app, Arguments& arguments) {
   CLI::App* info = app.add_subcommand("info", "Summarise a trajectory");
   info->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
@@ -167,6 +204,18 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
                    "and no grid lines; 0.5 is hard to see")
       ->type_name("PIXELS")
       ->check(in_pixels);
+  CLI::Option* field =
+      pictures
+          ->add_option("--colour", drawing.colour_field,
+                       "Paint the bodies by this recorded field, vectors by their magnitude, with "
+                       "a legend; weft info lists the fields")
+          ->type_name("FIELD");
+  pictures
+      ->add_option_function<std::string>(
+          "--colour-range", [&](const std::string& text) { drawing.colour_range = range_of(text); },
+          "Numbers at the ends of the colours; default: the extremes of all pictures")
+      ->type_name("MIN,MAX")
+      ->needs(field);
   const auto whole = CLI::Range(0, 20);
   CLI::Option* surface =
       pictures
@@ -183,7 +232,8 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
       ->type_name("LEVEL")
       ->check(whole)
       ->excludes("--lod")
-      ->excludes(surface);
+      ->excludes(surface)
+      ->excludes(field);
   pictures->add_flag("--force", drawing.force,
                      "Overwrite pictures and a movie that weft render did not make");
   pictures->callback([&] {

@@ -13,6 +13,7 @@
 #include "gpu/renderer.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/movie_file.h"
+#include "sim/view/painted_field.h"
 #include "sim/view/rendered_body.h"
 
 namespace weft::sim {
@@ -169,12 +170,27 @@ double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames
   return std::clamp(static_cast<double>(frames.size() - 1) / duration, 1.0, 120.0);
 }
 
+// Returns the field that the bodies are painted by, if any.
+std::optional<PaintedField> painted_field(const TrajectoryReader& reader,
+                                          const std::vector<int>& frames,
+                                          const RenderOptions& options) {
+  if (!options.colour_field) return {};
+  if (options.width < least_legend_width || options.height < least_legend_height) {
+    throw RenderUsageError("pictures with a legend are at least " +
+                           std::to_string(least_legend_width) + " x " +
+                           std::to_string(least_legend_height) + " pixels large, not " +
+                           std::to_string(options.width) + " x " + std::to_string(options.height));
+  }
+  return PaintedField(reader, *options.colour_field, frames, options.colour_range);
+}
+
 }  // namespace
 
 RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
                                const RenderOptions& options) {
   assert(options.every >= 1 && options.frames_per_second.value_or(1) > 0 &&
-         options.detail_pixels.value_or(1) > 0);
+         options.detail_pixels.value_or(1) > 0 &&
+         (!options.colour_field || !options.spheres_of_level));
   const TrajectoryReader reader(trajectory);
   const std::vector<int> frames = frames_to_draw(reader.frames(), options.every);
   if (frames.empty() || reader.bodies().empty()) {
@@ -184,22 +200,31 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   if (!options.force) {
     refuse_foreign_files(directory, movie_path.string(), frames);
   }
+  const std::optional<PaintedField> field = painted_field(reader, frames, options);
+  const int scene_width = options.width - (field ? legend_width(options.height) : 0);
   if (options.progress) options.progress(0, static_cast<int>(frames.size()));
   std::vector<RenderedBody> bodies = rendered_bodies(trajectory, reader);
   // The renderer is made before the scan for the camera, so an impossible request fails at once.
-  gpu::Renderer renderer(options.width, options.height);
+  gpu::Renderer renderer(scene_width, options.height);
   std::filesystem::create_directories(directory);
   const Extent extent = extent_to_see(reader, frames, bodies);
   const gpu::Camera camera =
-      gpu::camera_for_points(extent.points(), static_cast<double>(options.width) / options.height);
-  const bsi::DetailTolerance tolerance = gpu::pixel_tolerance(camera, options.width, options.height,
-                                                              options.detail_pixels.value_or(0));
+      gpu::camera_for_points(extent.points(), static_cast<double>(scene_width) / options.height);
+  const bsi::DetailTolerance tolerance =
+      gpu::pixel_tolerance(camera, scene_width, options.height, options.detail_pixels.value_or(0));
 
   RenderReport report;
+  if (field) {
+    report.least = field->legend().least;
+    report.most = field->legend().most;
+    report.units = field->legend().units;
+    report.plain_bodies = field->plain_bodies();
+  }
   for (const int frame : frames) {
     std::vector<gpu::DrawnSurface> surfaces;
     for (RenderedBody& body : bodies) {
       read_positions(reader, frame, body);
+      if (field) field->paint(frame, body);
       report.all_triangles += static_cast<std::int64_t>(body.mesh.triangles.size());
     }
     if (options.spheres_of_level) {
@@ -216,7 +241,9 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     for (const gpu::DrawnSurface& surface : surfaces) {
       report.triangles += static_cast<std::int64_t>(surface.triangles.size());
     }
-    gpu::write_png(picture_path(directory, frame), renderer.draw(surfaces, camera));
+    gpu::Picture picture = renderer.draw(surfaces, camera);
+    if (field) picture = with_legend(picture, field->legend());
+    gpu::write_png(picture_path(directory, frame), picture);
     ++report.pictures;
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }

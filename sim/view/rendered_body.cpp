@@ -128,10 +128,16 @@ void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
   gpu::DrawnSurface& surface = surfaces.emplace_back();
   surface.front_colour = body.colours.front;
   surface.back_colour = body.colours.back;
+  if (!body.places.empty()) surface.colour_map = body.colour_map;
   if (!body.detail.triangles.empty()) {
     surface.positions = body.detail.positions;
     surface.triangles = body.detail.triangles;
     surface.normals = body.detail_normals;
+    body.detail_places.clear();
+    if (surface.colour_map == nullptr) return;
+    for (const int particle : body.detail.particles)
+      body.detail_places.push_back(body.places[particle]);
+    surface.places = body.detail_places;
     return;
   }
   // Grid cells are square in the first frame in which the body is drawn.
@@ -141,6 +147,7 @@ void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
   surface.positions = body.positions;
   surface.triangles = body.mesh.triangles;
   surface.lines = body.lines;
+  surface.places = body.places;
 }
 
 }  // namespace weft::sim

@@ -31,11 +31,15 @@ struct RenderedBody {
   std::vector<std::array<int, 2>> lines;
   gpu::SurfaceColours colours;
   std::vector<Vec3> positions;
+  // Places in `colour_map` by particle; if they are empty, the body has its `colours`.
+  std::vector<float> places;
+  const gpu::ColourMap* colour_map = nullptr;
   std::optional<bsi::Pyramid> pyramid;  // made when first needed
   // The body at reduced detail; if `detail` has no triangles, the body is drawn whole.
   double most_deviation = 0;  // m
   bsi::DetailSurface detail;
   std::vector<Vec3> detail_normals;
+  std::vector<float> detail_places;
   // The spheres of a level: those that touch none of another body, and those that do.
   SphereSurface spheres, touching_spheres;
 };

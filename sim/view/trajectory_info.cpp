@@ -12,6 +12,7 @@
 #include "sim/trajectory/json_text.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/crossings.h"
+#include "sim/view/field_values.h"
 
 namespace weft::sim {
 namespace {
@@ -99,6 +100,33 @@ std::string to_text(const CrossingPlace& place) {
          std::to_string(place.texel.row) + " col " + std::to_string(place.texel.col);
 }
 
+// A value with its unit, its time and, of a field, its place: `0.25 m/s at 0.5 s, sheet patch 0 row
+// 1 col 2`.
+std::string to_text(const FieldExtreme& extreme, const std::string& units) {
+  const std::string text = rounded_text(extreme.value) + after_number(units) + " at " +
+                           rounded_text(extreme.time) + " s";
+  if (extreme.body.empty()) return text;
+  return text + ", " + to_text(CrossingPlace{extreme.body, extreme.texel});
+}
+
+// The extremes of a field or a record, which has the given heading.
+std::string extremes_text(const std::string& heading, const auto& summary) {
+  if (!summary.has_extremes) return heading + "no finite value\n";
+  return heading + (summary.magnitude ? "magnitude " : "") +
+         to_text(summary.minimum, summary.units) + "\n          to " +
+         to_text(summary.maximum, summary.units) + '\n';
+}
+
+std::string to_text(const FieldSummary& field) {
+  const std::string text = extremes_text("field     " + printable(field.name) + ": ", field);
+  if (field.not_finite == 0) return text;
+  return text + "          values that are not finite: " + std::to_string(field.not_finite) + '\n';
+}
+
+std::string to_text(const RecordSummary& record) {
+  return extremes_text("record    " + printable(record.path) + ": ", record);
+}
+
 std::vector<bsi::Mesh> build_meshes(const std::string& path,
                                     const std::vector<TrajectoryBody>& bodies) {
   std::vector<bsi::Mesh> meshes;
@@ -118,6 +146,32 @@ nlohmann::ordered_json to_object(const CrossingPlace& place) {
           {"patch", place.texel.patch},
           {"row", place.texel.row},
           {"col", place.texel.col}};
+}
+
+nlohmann::ordered_json to_object(const FieldExtreme& extreme) {
+  nlohmann::ordered_json object = {
+      {"value", extreme.value}, {"frame", extreme.frame}, {"time_s", extreme.time}};
+  if (!extreme.body.empty()) object.update(to_object(CrossingPlace{extreme.body, extreme.texel}));
+  return object;
+}
+
+void add_extremes(const auto& summary, nlohmann::ordered_json& object) {
+  object["units"] = summary.units;
+  object["magnitude"] = summary.magnitude;
+  object["minimum"] = summary.has_extremes ? to_object(summary.minimum) : nullptr;
+  object["maximum"] = summary.has_extremes ? to_object(summary.maximum) : nullptr;
+}
+
+nlohmann::ordered_json to_object(const FieldSummary& field) {
+  nlohmann::ordered_json object = {{"name", field.name}, {"not_finite", field.not_finite}};
+  add_extremes(field, object);
+  return object;
+}
+
+nlohmann::ordered_json to_object(const RecordSummary& record) {
+  nlohmann::ordered_json object = {{"path", record.path}};
+  add_extremes(record, object);
+  return object;
 }
 
 // True for the series of gaps, in which NaN means that no pair is in reach.
@@ -173,6 +227,8 @@ TrajectorySummary summarise_trajectory(const std::string& path) {
       summary.has_velocity = true;
     }
   }
+  summary.fields = field_extremes(reader);
+  summary.records = record_extremes(reader);
   for (const auto& series : reader.series()) {
     summary.series.push_back(summarise_series(reader, series));
   }
@@ -204,6 +260,8 @@ std::string to_text(const TrajectorySummary& summary) {
       text << "          from " << to_text(body.lower) << " to " << to_text(body.upper) << " m\n";
     }
   }
+  for (const FieldSummary& field : summary.fields) text << to_text(field);
+  for (const RecordSummary& record : summary.records) text << to_text(record);
   for (const SeriesSummary& series : summary.series) {
     text << "series    " << printable(series.name) << ": ";
     if (series.has_extremes) {
@@ -232,6 +290,8 @@ std::string to_json(const TrajectorySummary& summary) {
                                    {"last_time_s", summary.last_time},
                                    {"velocity", summary.has_velocity},
                                    {"bodies", nlohmann::ordered_json::array()},
+                                   {"fields", nlohmann::ordered_json::array()},
+                                   {"records", nlohmann::ordered_json::array()},
                                    {"series", nlohmann::ordered_json::array()}};
   for (const BillPart& part : bill_parts) {
     if (!(summary.bill.total.wall > 0)) break;
@@ -250,6 +310,9 @@ std::string to_json(const TrajectorySummary& summary) {
     }
     object["bodies"].push_back(std::move(entry));
   }
+  for (const FieldSummary& field : summary.fields) object["fields"].push_back(to_object(field));
+  for (const RecordSummary& record : summary.records)
+    object["records"].push_back(to_object(record));
   for (const SeriesSummary& series : summary.series) {
     nlohmann::ordered_json entry = {
         {"name", series.name}, {"units", series.units}, {"last", series.last}};

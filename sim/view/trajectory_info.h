@@ -6,6 +6,7 @@
 
 #include "bsi/geometry_image.h"
 #include "sim/base/bill.h"
+#include "sim/view/field_extremes.h"
 
 namespace weft::sim {
 
@@ -41,10 +42,13 @@ struct TrajectorySummary {
   double first_time = 0, last_time = 0;  // s; zero without frames
   bool has_velocity = false;
   std::vector<BodySummary> bodies;
+  std::vector<FieldSummary> fields;
+  std::vector<RecordSummary> records;
   std::vector<SeriesSummary> series;
 };
 
-// Reads everything except the frames before the last. Throws FileError.
+// Reads everything except the positions before the last frame, one frame of one field at a time.
+// Throws FileError.
 TrajectorySummary summarise_trajectory(const std::string& path);
 // The summary as text for people.
 std::string to_text(const TrajectorySummary& summary);

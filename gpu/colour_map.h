@@ -1,0 +1,33 @@
+// Maps from numbers to colours.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "gpu/renderer.h"
+
+namespace weft::gpu {
+
+// Colours for the places 0..1, as a table.
+class ColourMap {
+ public:
+  // Takes evenly spaced colours, 0xRRGGBB in sRGB, at least two, and interpolates between them.
+  explicit ColourMap(std::span<const std::uint32_t> srgb);
+  // Returns the colour of a place. Places beyond 0..1 have the colour of the nearer end, NaN that
+  // of no_value_colour().
+  const Colour& at(float place) const;
+
+ private:
+  static constexpr int steps = 1024;
+  std::array<Colour, steps + 1> colours_;
+};
+
+// Viridis, from dark violet to yellow: the lightness (CIE L*) grows evenly, so that eyes of any
+// colour vision see the same order and the same differences.
+const ColourMap& sequential_colours();
+// Moreland's cool to warm, from blue over a light grey at 0.5 to red; both ends are equally dark.
+const ColourMap& diverging_colours();
+// The grey of places that are NaN: no map has it.
+const Colour& no_value_colour();
+
+}  // namespace weft::gpu
