@@ -12,6 +12,7 @@ using hdf5::make_space;
 constexpr int links_per_group = 128;
 constexpr int frame_name_length = 8;
 constexpr int body_name_length = 16;
+constexpr int dataset_name_length = 32;
 // Groups have three levels, so none outgrows its page before the two-millionth frame.
 constexpr int frames_per_shelf = links_per_group * links_per_group;
 
@@ -26,8 +27,15 @@ Handle growing_group_properties(int links, int name_length) {
   return properties;
 }
 
-bool has_velocity(const TrajectoryBody& body) {
-  return std::ranges::find(body.fields, "velocity", &TrajectoryField::name) != body.fields.end();
+// The names of the datasets that have views, each once.
+std::vector<std::string> viewed_datasets(const std::vector<TrajectoryBody>& bodies) {
+  std::vector<std::string> names{"position"};
+  for (const TrajectoryBody& body : bodies) {
+    for (const TrajectoryField& field : body.fields) {
+      if (std::ranges::find(names, field.name) == names.end()) names.push_back(field.name);
+    }
+  }
+  return names;
 }
 
 // Counts the bodies that have views. Bodies at rest have none: their links would take room in the
@@ -62,8 +70,10 @@ FrameViews::FrameViews(const hdf5::Access& access, hid_t file,
                        const std::vector<TrajectoryBody>& bodies)
     : access_(access),
       bodies_(bodies),
-      has_velocity_(std::ranges::any_of(bodies, has_velocity)),
+      datasets_(viewed_datasets(bodies)),
       of_frames_(growing_group_properties(links_per_group, frame_name_length)),
+      of_datasets_(
+          growing_group_properties(static_cast<int>(datasets_.size()), dataset_name_length)),
       of_bodies_(growing_group_properties(moving_count(bodies) + 1, body_name_length)),
       frame_group_(make_group(file, "frame", of_frames_)) {}
 
@@ -85,12 +95,13 @@ void FrameViews::open_groups() {
   }
 }
 
-// Makes a virtual dataset [texels, 3] that shows one frame of `source`. All readers of ParaView
+// Makes a virtual dataset, [texels, 3] or [texels], that shows one frame. All readers of ParaView
 // understand it, unlike XDMF hyperslabs.
-std::string FrameViews::link_view(hid_t group, const std::string& group_name,
-                                  const TrajectoryBody& body, const std::string& source) const {
+std::string FrameViews::link_view(hid_t group, const TrajectoryBody& body,
+                                  const std::string& dataset, int components) const {
   const std::string action = "write frame " + std::to_string(frame_);
-  std::vector<hsize_t> shape = frame_shape(body.atlas);
+  const std::string source = home_of(body) + "/" + dataset;
+  std::vector<hsize_t> shape = frame_shape(body.atlas, components);
   shape.insert(shape.begin(), static_cast<hsize_t>(frame_) + 1);
   std::vector<hsize_t> start(shape.size(), 0);
   start[0] = static_cast<hsize_t>(frame_);
@@ -98,7 +109,9 @@ std::string FrameViews::link_view(hid_t group, const std::string& group_name,
   shape[0] = 1;
   H5Sselect_hyperslab(source_space.get(), H5S_SELECT_SET, start.data(), nullptr, shape.data(),
                       nullptr);
-  const Handle view_space = make_space({static_cast<hsize_t>(body.atlas.texel_count()), 3});
+  std::vector<hsize_t> view_shape{static_cast<hsize_t>(body.atlas.texel_count())};
+  if (components > 1) view_shape.push_back(static_cast<hsize_t>(components));
+  const Handle view_space = make_space(view_shape);
   const Handle properties(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_obj_track_times(properties.get(), false);
   access_.check(
@@ -108,7 +121,12 @@ std::string FrameViews::link_view(hid_t group, const std::string& group_name,
       access_.handle(H5Dcreate2(group, body.name.c_str(), H5T_IEEE_F32LE, view_space.get(),
                                 H5P_DEFAULT, properties.get(), H5P_DEFAULT),
                      action);
-  return group_name + "/" + body.name;
+  return frame_path() + "/" + dataset + "/" + body.name;
+}
+
+std::string FrameViews::frame_path() const {
+  return "/frame/" + std::to_string(frame_ / frames_per_shelf) + "/" +
+         std::to_string(frame_ / links_per_group) + "/" + std::to_string(frame_);
 }
 
 std::vector<XdmfSurface> FrameViews::surfaces_at_rest() const {
@@ -121,22 +139,19 @@ std::vector<XdmfSurface> FrameViews::surfaces_at_rest() const {
 
 std::vector<XdmfSurface> FrameViews::add_frame() {
   open_groups();
-  const std::string frame = std::to_string(frame_);
-  const std::string frame_name = "/frame/" + std::to_string(frame_ / frames_per_shelf) + "/" +
-                                 std::to_string(frame_ / links_per_group) + "/" + frame;
-  const Handle group = make_group(block_group_.get(), frame, of_bodies_);
-  const Handle positions = make_group(group.get(), "position", of_bodies_);
-  const Handle velocities =
-      has_velocity_ ? make_group(group.get(), "velocity", of_bodies_) : Handle();
+  const Handle group = make_group(block_group_.get(), std::to_string(frame_), of_datasets_);
+  std::vector<Handle> groups;  // by dataset
+  for (const std::string& dataset : datasets_)
+    groups.push_back(make_group(group.get(), dataset, of_bodies_));
   std::vector<XdmfSurface> surfaces;
   for (const TrajectoryBody& body : bodies_) {
     if (!body.moves) continue;
     XdmfSurface& surface = surfaces.emplace_back(surface_of(body));
-    surface.position_dataset =
-        link_view(positions.get(), frame_name + "/position", body, home_of(body) + "/position");
-    if (has_velocity(body)) {
-      surface.velocity_dataset =
-          link_view(velocities.get(), frame_name + "/velocity", body, home_of(body) + "/velocity");
+    surface.position_dataset = link_view(groups.front().get(), body, datasets_.front(), 3);
+    for (const auto& [name, units, channel, components] : body.fields) {
+      const auto place = std::ranges::find(datasets_, name) - datasets_.begin();
+      surface.attributes.push_back(
+          {name, components, link_view(groups[place].get(), body, name, components)});
     }
   }
   ++frame_;

@@ -31,17 +31,20 @@ class FrameViews {
  private:
   // Makes the groups above the next frame if it is the first one in them.
   void open_groups();
-  std::string link_view(hid_t group, const std::string& group_name, const TrajectoryBody& body,
-                        const std::string& source) const;
+  // Adds a view of one dataset of the body to the group of that name, and returns its path.
+  std::string link_view(hid_t group, const TrajectoryBody& body, const std::string& dataset,
+                        int components) const;
+  // The path of the group of the next frame.
+  std::string frame_path() const;
   hdf5::Handle make_group(hid_t parent, const std::string& name,
                           const hdf5::Handle& properties) const;
 
   const hdf5::Access& access_;
   const std::vector<TrajectoryBody>& bodies_;
-  bool has_velocity_;
+  std::vector<std::string> datasets_;  // that have views: position, and the fields of all bodies
   int frame_ = 0;
-  // Properties of groups that hold frames, and of groups that hold bodies.
-  hdf5::Handle of_frames_, of_bodies_;
+  // Properties of groups that hold frames, datasets, and bodies.
+  hdf5::Handle of_frames_, of_datasets_, of_bodies_;
   hdf5::Handle frame_group_, shelf_group_, block_group_;
 };
 

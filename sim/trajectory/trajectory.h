@@ -41,8 +41,8 @@ struct TrajectoryBody {
   bsi::Atlas atlas;
   bool moves = true;  // false: positions are written once, not per frame
   bool is_obstacle = false;
-  double thickness = 0;                 // m
-  std::vector<TrajectoryField> fields;  // only of bodies that move
+  double thickness = 0;                      // m
+  std::vector<TrajectoryField> fields = {};  // only of bodies that move
 };
 
 // The values of one frame beside the positions and series.

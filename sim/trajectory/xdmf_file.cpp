@@ -74,18 +74,21 @@ std::string XdmfFile::text_of(const XdmfSurface& surface) const {
   std::string text = "    <Grid Name=\"" + escape(surface.name) +
                      "\">\n     <Topology TopologyType=\"Triangle\" NumberOfElements=\"" +
                      std::to_string(surface.triangles) + "\">\n";
-  const auto add_item = [&](const char* type, int rows, const std::string& dataset) {
-    text += std::string("      <DataItem Format=\"HDF\" NumberType=\"") + type +
-            "\" Precision=\"4\" Dimensions=\"" + std::to_string(rows) + " 3\">" + trajectory_ +
-            ':' + escape(dataset) + "</DataItem>\n";
+  const auto add_item = [&](const char* type, int bytes, int rows, int components,
+                            const std::string& dataset) {
+    text += std::string("      <DataItem Format=\"HDF\" NumberType=\"") + type + "\" Precision=\"" +
+            std::to_string(bytes) + "\" Dimensions=\"" + std::to_string(rows) +
+            (components > 1 ? ' ' + std::to_string(components) : "") + "\">" + trajectory_ + ':' +
+            escape(dataset) + "</DataItem>\n";
   };
-  add_item("Int", surface.triangles, surface.triangle_dataset);
+  add_item("Int", 4, surface.triangles, 3, surface.triangle_dataset);
   text += "     </Topology>\n     <Geometry GeometryType=\"XYZ\">\n";
-  add_item("Float", surface.points, surface.position_dataset);
+  add_item("Float", surface.position_bytes, surface.points, 3, surface.position_dataset);
   text += "     </Geometry>\n";
-  if (!surface.velocity_dataset.empty()) {
-    text += "     <Attribute Name=\"velocity\" AttributeType=\"Vector\" Center=\"Node\">\n";
-    add_item("Float", surface.points, surface.velocity_dataset);
+  for (const XdmfAttribute& attribute : surface.attributes) {
+    text += "     <Attribute Name=\"" + escape(attribute.name) + "\" AttributeType=\"" +
+            (attribute.components > 1 ? "Vector" : "Scalar") + "\" Center=\"Node\">\n";
+    add_item("Float", 4, surface.points, attribute.components, attribute.dataset);
     text += "     </Attribute>\n";
   }
   return text + "    </Grid>\n";

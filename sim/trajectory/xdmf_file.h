@@ -7,14 +7,22 @@
 
 namespace weft::sim {
 
+// Numbers or vectors at the points of a surface.
+struct XdmfAttribute {
+  std::string name;
+  int components = 1;   // 3: vectors
+  std::string dataset;  // [points] or [points, 3] float32
+};
+
 // A surface of one frame, as datasets of the HDF5 file.
 struct XdmfSurface {
   std::string name;
   int points = 0;
   int triangles = 0;
   std::string triangle_dataset;  // [triangles, 3] int32
-  std::string position_dataset;  // [points, 3] float32
-  std::string velocity_dataset;  // [points, 3] float32; empty: none
+  std::string position_dataset;  // [points, 3]
+  int position_bytes = 4;        // per number: 8 for float64
+  std::vector<XdmfAttribute> attributes;
 };
 
 // The sidecar, valid XML at any time. It is created under a temporary name and then renamed. Each

@@ -148,11 +148,15 @@ class TrajectoryKill : public TrajectoryFolder {
         ASSERT_EQ(all[i], value[static_cast<int>(i % 3)]) << "frame " << i / size;
       }
       for (int f = 0; f < frames; f += std::max(1, frames - 1 - f)) {  // the first and the last
-        const std::string view = "/frame/0/" + std::to_string(f / 128) + "/" + std::to_string(f) +
-                                 "/position/" + bodies[b].name;
-        ASSERT_EQ(read_numbers<float>(file, view),
+        const std::string home_of_frame =
+            "/frame/0/" + std::to_string(f / 128) + "/" + std::to_string(f);
+        ASSERT_EQ(read_numbers<float>(file, home_of_frame + "/position/" + bodies[b].name),
                   std::vector<float>(all.begin() + f * static_cast<long>(size),
                                      all.begin() + (f + 1) * static_cast<long>(size)));
+        // The body is not sewn: its texels are its particles.
+        const std::vector<double> heats = scene_heats(bodies, f)[b];
+        ASSERT_EQ(read_numbers<float>(file, home_of_frame + "/heat/" + bodies[b].name),
+                  std::vector<float>(heats.begin(), heats.end()));
       }
     }
   }

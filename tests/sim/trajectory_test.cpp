@@ -14,6 +14,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -465,6 +466,57 @@ TEST_F(Trajectory, SidecarListsEveryFrameAndBody) {
   EXPECT_EQ(count("xpointer(/Xdmf/Domain/Grid/Grid[1]/Grid[position()&gt;2])"), 1);
   EXPECT_EQ(count("<Grid"), count("</Grid>"));
   EXPECT_EQ(xml.substr(xml.size() - 8), "</Xdmf>\n");
+}
+
+// The text of a place in the sidecar, without its escapes.
+std::string unescaped(std::string text) {
+  for (const auto& [escape, character] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}}) {
+    for (auto at = text.find(escape); at != std::string::npos; at = text.find(escape, at + 1))
+      text.replace(at, std::string(escape).size(), character);
+  }
+  return text;
+}
+
+// Every place that the sidecar names is a dataset of the stated size, and the view of a frame has
+// the numbers of this frame.
+TEST_F(Trajectory, SidecarNamesEveryFieldOfEveryFrame) {
+  constexpr int frames = 3;
+  write(path("run.h5"), frames, {}, true);
+  const std::string xml = contents(path("run.xdmf"));
+  const std::regex item(R"re(Dimensions="([0-9 ]+)">run\.h5:([^<]+)<)re");
+  std::set<std::string> views;
+  for (std::sregex_iterator found(xml.begin(), xml.end(), item), end; found != end; ++found) {
+    const std::string place = unescaped((*found)[2]);
+    std::istringstream sizes((*found)[1]);
+    std::size_t count = 1;
+    for (std::size_t size; sizes >> size;) count *= size;
+    if (!place.starts_with("/frame/")) {
+      EXPECT_EQ(read_numbers<int>(path("run.h5"), place).size(), count) << place;
+      continue;
+    }
+    views.insert(place);
+    const std::string of_frame = place.substr(std::string("/frame/0/0/").size());
+    const int frame = std::stoi(of_frame);
+    const std::size_t name = of_frame.find('/') + 1, body = of_frame.find('/', name) + 1;
+    const std::vector<float> all =
+        read_numbers<float>(path("run.h5"), "/body/" + of_frame.substr(body) + '/' +
+                                                of_frame.substr(name, body - 1 - name));
+    ASSERT_EQ(all.size(), frames * count) << place;
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(frame * count);
+    EXPECT_EQ(read_numbers<float>(path("run.h5"), place),
+              std::vector<float>(first, first + static_cast<std::ptrdiff_t>(count)))
+        << place;
+  }
+  // Positions, velocities and heats of two bodies that move.
+  EXPECT_EQ(views.size(), 3 * 2 * frames);
+  const std::string heat =
+      "     <Attribute Name=\"heat\" AttributeType=\"Scalar\" Center=\"Node\">\n"
+      "      <DataItem Format=\"HDF\" NumberType=\"Float\" Precision=\"4\" Dimensions=\"12\">"
+      "run.h5:/frame/0/0/2/heat/sewn</DataItem>\n     </Attribute>\n";
+  EXPECT_NE(xml.find(heat), std::string::npos);
+  EXPECT_NE(xml.find("<Attribute Name=\"velocity\" AttributeType=\"Vector\" Center=\"Node\">"),
+            std::string::npos);
 }
 
 TEST_F(Trajectory, ReadsFileShapes) {
