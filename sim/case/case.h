@@ -201,10 +201,28 @@ struct IncludeCase {
   std::string path;  // TOML, relative to the file that includes it
 };
 
+enum class Precision { float32, float64 };
+enum class Compression { none, lossless, bounded };
+
+// The part of a body's images that is recorded in place of the whole.
+struct OutputPartCase {
+  std::string body;       // of a body or an obstacle
+  std::vector<int> rows;  // [first, last], counted from 0, negative from the end; default: all
+  std::vector<int> cols;  // [first, last]
+  int every = 1;          // leaves out the rows and columns between every so many
+  SourceLocation location;
+};
+
 struct OutputCase {
   bool velocity = false;              // record velocities too
   bool step_energies = false;         // record energies after every step, not only in frames
   std::vector<std::string> channels;  // more to record in frames: names of sim/case/channels.h
+  std::vector<double> frame_times;    // s, increasing; default: by time.frames_per_second
+  std::vector<std::string> bodies;    // bodies and obstacles that are recorded; default: all
+  std::vector<OutputPartCase> part;   // [[output.part]]
+  Precision precision = Precision::float32;     // of positions
+  Compression compression = Compression::none;  // of positions and fields
+  double compression_error = 1e-6;              // m, of bounded compression
 };
 
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "sim/case/case_error.h"
+#include "sim/case/case_output_checks.h"
 #include "sim/case/case_schema.h"
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
@@ -38,6 +39,7 @@ class Checker {
     equilibria();
     supports();
     channels();
+    check_output(case_, locations_);
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
       const std::string path = join_path("body", i);
       check_shape(case_.body[i].shape, join_path(path, "shape"), case_.path, locations_);

@@ -87,6 +87,7 @@ struct FieldSchema {
     return entries(array_schema(number_schema(field, "number"), 3, 3));
   }
   Json operator()(const std::vector<std::string>*) const {
+    if (field.names.empty()) return entries({{"type", "string"}, {"pattern", identifier_pattern}});
     return entries({{"enum", field.names}});
   }
   // The forms of a value that varies; all of its defaults are constants.

@@ -131,7 +131,8 @@ struct ExpectedText {
     return "an array of arrays of 3 numbers" + limits();
   }
   std::string operator()(const std::vector<std::string>*) const {
-    return "an array of " + count_text(field, "name") + " out of " + quoted_list(field.names);
+    return "an array of " + count_text(field, "name") +
+           (field.names.empty() ? "" : " out of " + quoted_list(field.names));
   }
   std::string operator()(const Varying<double>*) const {
     return (*this)(static_cast<const double*>(nullptr)) + " or a curve";

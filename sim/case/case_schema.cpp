@@ -10,6 +10,7 @@ namespace {
 Table describe(TimeCase& target);
 Table describe(WorldCase& target);
 Table describe(ContactCase& target);
+Table describe(OutputPartCase& target);
 Table describe(OutputCase& target);
 Table describe(ComputeCase& target);
 Table describe(IncludeCase& target);
@@ -158,7 +159,8 @@ Table describe(ContactCase& target) {
 }
 
 Table describe(OutputCase& target) {
-  auto& [velocity, step_energies, channels] = target;
+  auto& [velocity, step_energies, channels, frame_times, bodies, part, precision, compression,
+         compression_error] = target;
   return {{
       field("velocity", &velocity, "Record velocities, as the channel \"velocity\" does."),
       field("step_energies", &step_energies,
@@ -168,7 +170,46 @@ Table describe(OutputCase& target) {
             "disk space only where it is listed.")
           .entries(0, 0)
           .out_of(channel_names()),
+      field("frame_times", &frame_times, "s", not_negative,
+            "Times of the frames, increasing, in place of those by time.frames_per_second. Neither "
+            "the start nor the end has a frame unless it is listed.")
+          .with_default("by time.frames_per_second"),
+      field("bodies", &bodies, "Names of the bodies and obstacles that are recorded.")
+          .with_default("all"),
+      field("part", tables(&part), "Bodies of which only a part of the images is recorded."),
+      field("precision",
+            choice(&precision, {{Precision::float32, "float32"}, {Precision::float64, "float64"}}),
+            "Numbers that positions are recorded as. Fields are float32, series float64."),
+      field(
+          "compression",
+          choice(&compression, {{Compression::none, "none"},
+                                {Compression::lossless, "lossless"},
+                                {Compression::bounded, "bounded"}}),
+          "Compression of positions and fields. lossless: every bit is kept. bounded: coordinates "
+          "are rounded within compression_error, fields keep every bit."),
+      field("compression_error", &compression_error, "m", positive,
+            "Largest change of a coordinate by compression.")
+          .only_for("compression", {"bounded"}),
   }};
+}
+
+Table describe(OutputPartCase& target) {
+  auto& [body, rows, cols, every, location] = target;
+  Table result{{
+      field("body", &body, "Name of a body or an obstacle that is recorded.")
+          .needed()
+          .named_with_letters(),
+      field("rows", &rows, "", any, "First and last row, counted from 0, negative from the end.")
+          .entries(2, 2)
+          .with_default("all rows"),
+      field("cols", &cols, "", any, "First and last column, counted from 0, negative from the end.")
+          .entries(2, 2)
+          .with_default("all columns"),
+      field("every", &every, "", at_least(1),
+            "Records every so many rows and columns, from the first on, and the last ones."),
+  }};
+  result.location = &location;
+  return result;
 }
 
 Table describe(ComputeCase& target) {

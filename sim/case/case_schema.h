@@ -67,7 +67,7 @@ struct Field {
   bool identifier = false;   // a string that is_identifier()
   std::string default_text;  // describes a default that is computed, not stored
   std::size_t minimum_entries = 1, maximum_entries = 0;  // of an array; maximum 0: any
-  std::vector<std::string> names;                        // the strings an array may hold
+  std::vector<std::string> names;  // the entries an array may have; empty: any name
   // The field applies only where the Choice `switch_key` of the same table has one of these values.
   std::string switch_key;
   std::vector<std::string> switch_values;

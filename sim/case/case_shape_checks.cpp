@@ -203,12 +203,63 @@ class ShapeChecker {
   const Locations& locations_;
 };
 
+// Checks a range of rows or columns in an image of `size` of them, if that is known.
+class RangeChecker {
+ public:
+  RangeChecker(std::string key, const std::vector<int>& range, std::optional<std::int64_t> size,
+               const std::string& path, const Locations& locations)
+      : key_(std::move(key)), range_(range), size_(size), path_(path), locations_(locations) {}
+
+  void check() const {
+    if (range_.empty()) return;
+    if (size_) bounds(*size_);
+    order();
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& message,
+                         const std::string& hint) const {
+    throw CaseError(locations_.value(join_path(path_, key)), message, hint);
+  }
+
+  void bounds(std::int64_t size) const {
+    for (std::size_t i = 0; i < range_.size(); ++i) {
+      if (range_[i] >= -size && range_[i] < size) continue;
+      fail(join_path(key_, i),
+           "no " + std::string(key_ == "rows" ? "row " : "column ") + std::to_string(range_[i]),
+           "expected " + std::to_string(-size) + " to " + std::to_string(size - 1));
+    }
+  }
+
+  // Refuses an empty range. A negative index compares with a positive one only if the size is
+  // known.
+  void order() const {
+    std::int64_t first = range_[0];
+    std::int64_t last = range_[1];
+    if (size_) {
+      if (first < 0) first += *size_;
+      if (last < 0) last += *size_;
+    } else if ((first < 0) != (last < 0)) {
+      return;
+    }
+    if (first > last)
+      fail(key_, "an empty range of " + key_, "expected [first, last], first <= last");
+  }
+
+  std::string key_;
+  const std::vector<int>& range_;
+  std::optional<std::int64_t> size_;
+  const std::string& path_;
+  const Locations& locations_;
+};
+
 class SelectionChecker {
  public:
   SelectionChecker(const VertexSelection& vertices, const std::string& owner,
                    const ShapeCase& shape, const std::string& path, const Locations& locations)
       : vertices_(vertices),
         owner_(owner),
+        shape_(shape),
         size_(image_size(shape)),
         path_(path),
         locations_(locations) {}
@@ -222,13 +273,8 @@ class SelectionChecker {
     }
     repeats("corners", vertices_.corners);
     repeats("edges", vertices_.edges);
-    if (size_) {
-      patch();
-      block("rows", vertices_.rows, size_->rows);
-      block("cols", vertices_.cols, size_->cols);
-    }
-    order("rows", vertices_.rows);
-    order("cols", vertices_.cols);
+    if (size_) patch();
+    check_rows_and_cols(shape_, vertices_.rows, vertices_.cols, path_, locations_);
     region();
     if (!in_image && vertices_.patch != 0) {
       fail("patch", "\"patch\" does not go with a region alone",
@@ -262,32 +308,6 @@ class SelectionChecker {
              (size_->patches > 1 ? " to " + std::to_string(size_->patches - 1) : std::string()));
   }
 
-  void block(const std::string& key, const std::vector<int>& range, std::int64_t size) const {
-    for (std::size_t i = 0; i < range.size(); ++i) {
-      if (range[i] >= -size && range[i] < size) continue;
-      fail(join_path(key, i),
-           "no " + std::string(key == "rows" ? "row " : "column ") + std::to_string(range[i]),
-           "expected " + std::to_string(-size) + " to " + std::to_string(size - 1));
-    }
-  }
-
-  // Refuses an empty range. A negative index compares with a positive one only if the size is
-  // known.
-  void order(const std::string& key, const std::vector<int>& range) const {
-    if (range.empty()) return;
-    std::int64_t first = range[0];
-    std::int64_t last = range[1];
-    if (size_) {
-      const std::int64_t size = key == "rows" ? size_->rows : size_->cols;
-      if (first < 0) first += size;
-      if (last < 0) last += size;
-    } else if ((first < 0) != (last < 0)) {
-      return;
-    }
-    if (first > last)
-      fail(key, "an empty range of " + key, "expected [first, last], first <= last");
-  }
-
   void region() const {
     if (vertices_.region_min && !vertices_.region_max) {
       fail("region_min", "region_min without region_max", "expected both corners of the box");
@@ -305,6 +325,7 @@ class SelectionChecker {
 
   const VertexSelection& vertices_;
   const std::string& owner_;
+  const ShapeCase& shape_;
   std::optional<ImageSize> size_;
   const std::string& path_;
   const Locations& locations_;
@@ -357,6 +378,16 @@ void check_start(const StartCase& start, const ShapeCase& rest, const std::strin
 void check_selection(const VertexSelection& vertices, const std::string& owner,
                      const ShapeCase& shape, const std::string& path, const Locations& locations) {
   SelectionChecker(vertices, owner, shape, path, locations).check();
+}
+
+void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
+                         const std::vector<int>& cols, const std::string& path,
+                         const Locations& locations) {
+  const std::optional<ImageSize> size = image_size(shape);
+  RangeChecker("rows", rows, size ? std::optional(size->rows) : std::nullopt, path, locations)
+      .check();
+  RangeChecker("cols", cols, size ? std::optional(size->cols) : std::nullopt, path, locations)
+      .check();
 }
 
 }  // namespace weft::sim

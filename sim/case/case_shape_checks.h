@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/case/case.h"
 #include "sim/case/case_locations.h"
@@ -28,6 +29,12 @@ void check_start(const StartCase& start, const ShapeCase& rest, const std::strin
 // `owner` is "pin" or "tie"; `shape` is that of the body whose vertices are selected.
 void check_selection(const VertexSelection& vertices, const std::string& owner,
                      const ShapeCase& shape, const std::string& path, const Locations& locations);
+
+// Checks ranges [first, last] of rows and columns, negative from the end, in the image of a shape;
+// empty ranges are none. `path` is that of the table with the keys `rows` and `cols`.
+void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
+                         const std::vector<int>& cols, const std::string& path,
+                         const Locations& locations);
 
 // Number of vertices of a shape; vertices on a seam count once for each patch. Empty for a shape
 // from a file, whose size is known only once the file is opened.

@@ -90,7 +90,9 @@ class ValueReader {
   void operator()(std::vector<std::string>* target) const {
     const toml::array& source = array(field_.minimum_entries, field_.maximum_entries);
     for (std::size_t i = 0; i < source.size(); ++i) {
-      target->push_back(field_.names[name_index(source[i], entry(i), field_.names)]);
+      target->push_back(field_.names.empty()
+                            ? identifier(source[i], entry(i))
+                            : field_.names[name_index(source[i], entry(i), field_.names)]);
     }
   }
   void operator()(std::vector<Vec3>* target) const {
@@ -230,6 +232,16 @@ class ValueReader {
     const auto* value = at.as_string();
     if (value == nullptr) fail_kind(at, what);
     return value->get();
+  }
+
+  // Returns an entry of an array of free names.
+  std::string identifier(const toml::node& at, const std::string& what) const {
+    std::string name = string(at, what);
+    if (!is_identifier(name)) {
+      throw CaseError(location_of(at.source()), what + " is " + in_quotes(name),
+                      "expected a name of letters, digits, _ and -");
+    }
+    return name;
   }
 
   std::size_t name_index(const toml::node& at, const std::string& what,

@@ -11,6 +11,7 @@
 #include "sim/accuracy/error_monitor.h"
 #include "sim/base/stopwatch.h"
 #include "sim/case/case_checks.h"
+#include "sim/case/frame_times.h"
 #include "sim/motion/dynamics.h"
 #include "sim/run/initial_state.h"
 #include "sim/scene/scene.h"
@@ -46,7 +47,8 @@ class Run final : private StepObserver {
         options_(options),
         simulation_(scene),
         recorder_(std::in_place, simulation_, in_folder(options.trajectory), options.force,
-                  report_.bill.record, error_series()) {
+                  report_.bill.record, error_series()),
+        frame_times_(scene.source) {
     simulation_.add_observer(*this);
     if (!options.estimate_error) return;
     const CostTimer timer(report_.bill.error_estimate);
@@ -58,7 +60,7 @@ class Run final : private StepObserver {
     setup_ = started.elapsed() - report_.bill.error_estimate;
     say_start();
     report_.trajectory = options_.trajectory;
-    record(0.0, simulation_.state());
+    if (frame_times_.at(0) == 0.0) record_next(simulation_.state());
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
     cpu_limit_->exclude(-options_.earlier.pilot.cpu);
     simulation_.set_reason_to_stop([this] { return reason_to_stop(); });
@@ -124,12 +126,6 @@ class Run final : private StepObserver {
     bill.total = here + options_.earlier.total;
   }
 
-  // Frame times are multiples of the interval; the end of the run is always a frame.
-  double frame_time(long frame) const {
-    return std::min(static_cast<double>(frame) / scene_.source.time.frames_per_second,
-                    scene_.source.time.duration);
-  }
-
   std::vector<TrajectoryWriter::Series> error_series() const {
     std::vector<TrajectoryWriter::Series> series;
     for (const SceneBody& body : scene_.bodies) {
@@ -147,6 +143,22 @@ class Run final : private StepObserver {
     last_recorded_ = time;
   }
 
+  // Records the next frame of the case.
+  void record_next(std::span<const double> y) {
+    record(*frame_times_.at(next_frame_), y);
+    ++next_frame_;
+  }
+
+  // Records the frames until the end of the last step.
+  std::optional<Failure> record_frames(std::vector<double>& memory) {
+    for (auto time = frame_times_.at(next_frame_); time && *time <= simulation_.time();
+         time = frame_times_.at(next_frame_)) {
+      if (auto failure = simulation_.state_at(*time, memory)) return failure;
+      record_next(memory);
+    }
+    return std::nullopt;
+  }
+
   // Compares with the second run, whose cost is counted separately.
   std::span<const double> compare(double time, std::span<const double> y) {
     const Stopwatch stopwatch;
@@ -161,20 +173,16 @@ class Run final : private StepObserver {
     std::vector<double> interpolated(simulation_.state().size());
     const double duration = scene_.source.time.duration;
     auto last_look = std::chrono::steady_clock::now();
-    for (long frame = 1; last_recorded_ < duration;) {
+    while (simulation_.time() < duration) {
       if (is_interrupted()) return interrupt();
       if (const auto failure = simulation_.step()) return end_with(*failure);
-      for (; last_recorded_ < duration && frame_time(frame) <= simulation_.time(); ++frame) {
-        if (const auto failure = simulation_.state_at(frame_time(frame), interpolated))
-          return fail(*failure);
-        record(frame_time(frame), interpolated);
-      }
+      if (const auto failure = record_frames(interpolated)) return fail(*failure);
       // Commits first if frames would wait too long, since the next step may take as long as this
       // one.
       recorder_->commit_before_pause(seconds_since(last_look));
       last_look = std::chrono::steady_clock::now();
       if (options_.progress) options_.progress(std::min(simulation_.time(), duration));
-      if (last_recorded_ < duration && cpu_limit_->is_passed())
+      if (simulation_.time() < duration && cpu_limit_->is_passed())
         return fail_with_last_state(cpu_limit_->failure(simulation_));
     }
   }
@@ -219,6 +227,8 @@ class Run final : private StepObserver {
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
   Cost setup_;  // without RunOptions::earlier
+  FrameTimes frame_times_;
+  long next_frame_ = 0;
   double last_recorded_ = 0;
 };
 

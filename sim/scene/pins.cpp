@@ -3,29 +3,11 @@
 #include <algorithm>
 
 #include "sim/case/case_error.h"
+#include "sim/scene/index_range.h"
 
 namespace weft::sim {
 
 namespace {
-
-struct IndexRange {
-  int first = 0, last = -1;
-};
-
-IndexRange resolve_range(const SourceLocation& where, const std::string& owner,
-                         const std::vector<int>& range, int count, const char* axis) {
-  if (range.empty()) return {0, count - 1};
-  const auto from_end = [&](int i) { return i < 0 ? i + count : i; };
-  const IndexRange resolved{from_end(range.front()), from_end(range.back())};
-  if (resolved.first < 0 || resolved.last >= count || resolved.first > resolved.last) {
-    throw CaseError(where,
-                    owner + " " + axis + " [" + std::to_string(range.front()) + ", " +
-                        std::to_string(range.back()) + "] lie outside the image",
-                    "expected first <= last within 0.." + std::to_string(count - 1) +
-                        ", or counted from the end: -1 is the last");
-  }
-  return resolved;
-}
 
 class Selection {
  public:
@@ -103,8 +85,8 @@ std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLo
   for (const std::string& edge : vertices.edges) selection.add_edge(edge);
   if (!vertices.rows.empty() || !vertices.cols.empty()) {
     const bsi::Patch& patch = selection.patch();
-    selection.add_block(resolve_range(where, owner, vertices.rows, patch.rows, "rows"),
-                        resolve_range(where, owner, vertices.cols, patch.cols, "cols"));
+    selection.add_block(resolve_range(vertices.rows, patch.rows, owner, "rows", where),
+                        resolve_range(vertices.cols, patch.cols, owner, "cols", where));
   }
   if (vertices.region_min && vertices.region_max)
     selection.add_region(positions, *vertices.region_min, *vertices.region_max);

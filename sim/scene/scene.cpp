@@ -11,6 +11,7 @@
 #include "sim/case/memory_estimate.h"
 #include "sim/scene/held_bodies.h"
 #include "sim/scene/pins.h"
+#include "sim/scene/recorded_bodies.h"
 #include "sim/scene/shape_builder.h"
 #include "sim/scene/start_shape.h"
 #include "sim/scene/surface_points.h"
@@ -261,6 +262,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   add_timed_pins(*scene);
   add_ties(*scene);
   number_surface_points(*scene);
+  recorded_bodies(*scene);  // for the checks of parts
   return scene;
 }
 

@@ -6,6 +6,7 @@
 
 #include "sim/base/state_archive.h"
 #include "sim/case/case_text.h"
+#include "sim/case/frame_times.h"
 #include "sim/case/time_methods.h"
 #include "sim/integrator/integrator.h"
 #include "sim/motion/energy_watch.h"
@@ -27,7 +28,10 @@ constexpr std::string_view save_mark = "weft state 1";
 
 struct Simulation::Implementation {
   Implementation(const Scene& scene_, std::unique_ptr<const Scene> owned_)
-      : owned(std::move(owned_)), scene(scene_), dynamics(scene, statistics) {
+      : owned(std::move(owned_)),
+        scene(scene_),
+        frame_times(scene_.source),
+        dynamics(scene, statistics) {
     make_own_integrator();
     watch.emplace(awake(), awake_state());
     decision = integrator->decision();
@@ -61,6 +65,7 @@ struct Simulation::Implementation {
 
   std::unique_ptr<const Scene> owned;  // null if the caller owns it
   const Scene& scene;
+  FrameTimes frame_times;
   Statistics statistics;
   Dynamics dynamics;
   std::unique_ptr<Integrator> integrator;
@@ -108,11 +113,8 @@ bool Simulation::Implementation::is_look_due() const {
   if (!watch->applies()) return false;
   if (!traits_of(scene.source.time.method).is_explicit || watch->external().is_possible())
     return true;
-  const double rate = scene.source.time.frames_per_second;
-  // The last frame is that of the duration, which need not be a multiple of the interval.
-  return integrator->time() >= scene.source.time.duration ||
-         steps_since_look >= explicit_steps_between_looks ||
-         std::floor(last_look * rate) != std::floor(integrator->time() * rate);
+  return steps_since_look >= explicit_steps_between_looks ||
+         frame_times.are_between(last_look, integrator->time());
 }
 
 // Judges the energies of the steps since the last check.

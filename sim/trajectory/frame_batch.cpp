@@ -19,21 +19,14 @@ std::vector<double> columns_of(const std::vector<double>& rows, std::size_t firs
 
 }  // namespace
 
-void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
-                   std::vector<float>& texels) {
-  assert(static_cast<int>(by_particle.size()) == components * atlas.particle_count());
-  const std::size_t before = texels.size();
-  texels.resize(before + static_cast<std::size_t>(components) *
-                             static_cast<std::size_t>(atlas.texel_count()));
-  float* target = texels.data() + before;
-  for (int texel = 0; texel < atlas.texel_count(); ++texel) {
-    const double* value = by_particle.data() + components * atlas.particle_of_texel(texel);
-    for (int k = 0; k < components; ++k) *target++ = static_cast<float>(value[k]);
-  }
-}
-
-FrameBatch::FrameBatch(const std::vector<TrajectoryBody>& bodies)
-    : bodies_(bodies), positions_(bodies.size()), fields_(bodies.size()) {
+FrameBatch::FrameBatch(const std::vector<TrajectoryBody>& bodies, Precision precision,
+                       const Rounding& rounding)
+    : bodies_(bodies),
+      precision_(precision),
+      rounding_(rounding),
+      positions_(bodies.size()),
+      exact_positions_(bodies.size()),
+      fields_(bodies.size()) {
   for (std::size_t b = 0; b < bodies.size(); ++b) fields_[b].resize(bodies[b].fields.size());
 }
 
@@ -44,9 +37,15 @@ void FrameBatch::add(double time, const std::vector<std::span<const Vec3>>& posi
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const TrajectoryBody& body = bodies_[b];
     if (!body.moves) continue;
-    append_texels(body.atlas, numbers_of(positions[b]), 3, positions_[b]);
-    for (std::size_t f = 0; f < body.fields.size(); ++f)
-      append_texels(body.atlas, channels.fields[b][f], body.fields[f].components, fields_[b][f]);
+    if (precision_ == Precision::float64) {
+      append_texels(body.atlas, numbers_of(positions[b]), 3, rounding_, exact_positions_[b]);
+    } else {
+      append_texels(body.atlas, numbers_of(positions[b]), 3, rounding_, positions_[b]);
+    }
+    for (std::size_t f = 0; f < body.fields.size(); ++f) {
+      append_texels(body.atlas, channels.fields[b][f], body.fields[f].components, {},
+                    fields_[b][f]);
+    }
   }
   series_rows_.insert(series_rows_.end(), series.begin(), series.end());
   step_rows_.insert(step_rows_.end(), step_rows.begin(), step_rows.end());
@@ -60,19 +59,21 @@ void FrameBatch::clear() {
   step_rows_.clear();
   record_rows_.clear();
   for (std::vector<float>& list : positions_) list.clear();
+  for (std::vector<double>& list : exact_positions_) list.clear();
   for (auto& of_body : fields_) {
     for (std::vector<float>& list : of_body) list.clear();
   }
 }
 
 std::size_t FrameBatch::bytes() const {
-  std::size_t texels = 0;
+  std::size_t texels = 0, doubles = 0;
   for (const std::vector<float>& list : positions_) texels += list.size();
+  for (const std::vector<double>& list : exact_positions_) doubles += list.size();
   for (const auto& of_body : fields_) {
     for (const std::vector<float>& list : of_body) texels += list.size();
   }
   return texels * sizeof(float) +
-         (times_.size() + series_rows_.size() + step_rows_.size() + record_rows_.size()) *
+         (doubles + times_.size() + series_rows_.size() + step_rows_.size() + record_rows_.size()) *
              sizeof(double);
 }
 

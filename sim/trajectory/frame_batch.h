@@ -4,15 +4,18 @@
 #include <span>
 #include <vector>
 
+#include "sim/trajectory/image_storage.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
 
-// Frames as the file holds them: the images of a body one after the other, float32, by texel.
+// Frames as the file holds them: the images of a body one after the other, by texel, positions
+// rounded to multiples if that is asked for.
 class FrameBatch {
  public:
   // `bodies` is kept by reference.
-  explicit FrameBatch(const std::vector<TrajectoryBody>& bodies);
+  FrameBatch(const std::vector<TrajectoryBody>& bodies, Precision precision,
+             const Rounding& rounding);
 
   // Takes the arguments of TrajectoryWriter::write_frame.
   void add(double time, const std::vector<std::span<const Vec3>>& positions,
@@ -26,7 +29,11 @@ class FrameBatch {
   std::size_t bytes() const;
   const std::vector<double>& times() const { return times_; }
   // Images of a body, frame by frame; empty for a body that does not move.
+  // These are numbers of the batch's precision; lists of the other one are empty.
   const std::vector<float>& positions(std::size_t body) const { return positions_[body]; }
+  const std::vector<double>& exact_positions(std::size_t body) const {
+    return exact_positions_[body];
+  }
   const std::vector<float>& field(std::size_t body, std::size_t field) const {
     return fields_[body][field];
   }
@@ -38,14 +45,12 @@ class FrameBatch {
 
  private:
   const std::vector<TrajectoryBody>& bodies_;
+  Precision precision_;
+  Rounding rounding_;  // of positions
   std::vector<double> times_, series_rows_, step_rows_, record_rows_;
   std::vector<std::vector<float>> positions_;
+  std::vector<std::vector<double>> exact_positions_;
   std::vector<std::vector<std::vector<float>>> fields_;  // by body and field
 };
-
-// Appends the image of a body, float32 by texel, from values by particle: `components` numbers
-// each.
-void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
-                   std::vector<float>& texels);
 
 }  // namespace weft::sim

@@ -72,34 +72,11 @@ constexpr StatisticColumn statistic_columns[] = {
      [](const Statistics& s, const IntegratorCounts&) { return s.phases.record; }},
 };
 
-std::vector<TrajectoryBody> trajectory_bodies(const Scene& scene,
-                                              const RecordedChannels& channels) {
-  std::vector<TrajectoryBody> bodies;
-  for (const int b : scene.case_order) {
-    const SceneBody& body = scene.bodies[b];
-    bodies.push_back({body.name, body.atlas, body.moves, body.is_obstacle, body.thickness, {}});
-    for (const auto& [channel, dataset, path] : channels.fields(body)) {
-      bodies.back().fields.push_back(
-          {dataset->name, dataset->units, channel->name, dataset->components});
-    }
-  }
-  return bodies;
-}
-
 std::vector<TrajectoryRecord> trajectory_records(const RecordedChannels& channels) {
   std::vector<TrajectoryRecord> records;
   for (const auto& [channel, dataset, path] : channels.records())
     records.push_back({path, dataset->units, channel->name, dataset->components});
   return records;
-}
-
-std::vector<std::span<const Vec3>> split_by_body(const Scene& scene, std::span<const Vec3> all) {
-  std::vector<std::span<const Vec3>> parts;
-  for (const int b : scene.case_order) {
-    const SceneBody& body = scene.bodies[b];
-    parts.push_back(all.subspan(body.first_particle, body.particle_count()));
-  }
-  return parts;
 }
 
 // The series of energies, as named() orders their values.
@@ -156,15 +133,19 @@ FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& pa
       dynamics_(simulation.dynamics()),
       cost_(cost),
       channels_(simulation),
-      writer_(path, trajectory_bodies(scene_, channels_), frame_series(more),
+      images_(scene_, channels_),
+      writer_(path, images_.bodies(), frame_series(more),
               {.title = scene_.source.title,
                .case_text = scene_.source.resolved_text,
                .compute = simulation.compute(),
                .force = force,
                .step_series = step_series(dynamics_),
                .records = trajectory_records(channels_),
+               .precision = scene_.source.output.precision,
+               .compression = scene_.source.output.compression,
+               .compression_error = scene_.source.output.compression_error,
                .commit_interval = commit_interval},
-              split_by_body(scene_, scene_.initial_position)) {}
+              images_.positions(scene_.initial_position)) {}
 
 std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more) const {
   std::vector<Series> series = energy_series(dynamics_);
@@ -231,8 +212,8 @@ double FrameRecorder::add_frame(double time, std::span<const double> y,
   energies_ = named(summary.energies);
   std::vector<double> values = frame_values(summary, largest_stretch, counts);
   values.insert(values.end(), more.begin(), more.end());
-  writer_.write_frame(time, split_by_body(scene_, position_),
-                      {channels_.field_values(), channels_.record_values()}, values, step_rows_);
+  writer_.write_frame(time, images_.positions(position_),
+                      {images_.fields(), channels_.record_values()}, values, step_rows_);
   step_rows_.clear();
   return largest_stretch;
 }

@@ -8,6 +8,7 @@
 #include "sim/channels/recorded_channels.h"
 #include "sim/motion/dynamics.h"
 #include "sim/simulation/simulation.h"
+#include "sim/trajectory/recorded_images.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -54,6 +55,7 @@ class FrameRecorder {
   std::vector<double> step_rows_;
   std::vector<std::pair<std::string, double>> energies_;
   RecordedChannels channels_;
+  RecordedImages images_;
   TrajectoryWriter writer_;
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/trajectory/image_storage.h"
+
 namespace weft::sim {
 namespace {
 
@@ -46,16 +48,6 @@ int moving_count(const std::vector<TrajectoryBody>& bodies) {
 
 std::string home_of(const TrajectoryBody& body) { return "/body/" + body.name; }
 
-XdmfSurface surface_of(const TrajectoryBody& body) {
-  XdmfSurface surface;
-  surface.name = body.name;
-  surface.points = body.atlas.texel_count();
-  surface.triangles = 2 * body.atlas.quad_count();
-  surface.triangle_dataset = home_of(body) + "/triangles";
-  surface.position_dataset = home_of(body) + "/position";
-  return surface;
-}
-
 }  // namespace
 
 std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas, int components) {
@@ -67,9 +59,10 @@ std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas, int components) {
 }
 
 FrameViews::FrameViews(const hdf5::Access& access, hid_t file,
-                       const std::vector<TrajectoryBody>& bodies)
+                       const std::vector<TrajectoryBody>& bodies, Precision precision)
     : access_(access),
       bodies_(bodies),
+      precision_(precision),
       datasets_(viewed_datasets(bodies)),
       of_frames_(growing_group_properties(links_per_group, frame_name_length)),
       of_datasets_(
@@ -98,7 +91,7 @@ void FrameViews::open_groups() {
 // Makes a virtual dataset, [texels, 3] or [texels], that shows one frame. All readers of ParaView
 // understand it, unlike XDMF hyperslabs.
 std::string FrameViews::link_view(hid_t group, const TrajectoryBody& body,
-                                  const std::string& dataset, int components) const {
+                                  const std::string& dataset, hid_t type, int components) const {
   const std::string action = "write frame " + std::to_string(frame_);
   const std::string source = home_of(body) + "/" + dataset;
   std::vector<hsize_t> shape = frame_shape(body.atlas, components);
@@ -117,16 +110,26 @@ std::string FrameViews::link_view(hid_t group, const TrajectoryBody& body,
   access_.check(
       H5Pset_virtual(properties.get(), view_space.get(), ".", source.c_str(), source_space.get()),
       action);
-  const Handle view =
-      access_.handle(H5Dcreate2(group, body.name.c_str(), H5T_IEEE_F32LE, view_space.get(),
-                                H5P_DEFAULT, properties.get(), H5P_DEFAULT),
-                     action);
+  const Handle view = access_.handle(H5Dcreate2(group, body.name.c_str(), type, view_space.get(),
+                                                H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                                     action);
   return frame_path() + "/" + dataset + "/" + body.name;
 }
 
 std::string FrameViews::frame_path() const {
   return "/frame/" + std::to_string(frame_ / frames_per_shelf) + "/" +
          std::to_string(frame_ / links_per_group) + "/" + std::to_string(frame_);
+}
+
+XdmfSurface FrameViews::surface_of(const TrajectoryBody& body) const {
+  XdmfSurface surface;
+  surface.name = body.name;
+  surface.points = body.atlas.texel_count();
+  surface.triangles = 2 * body.atlas.quad_count();
+  surface.triangle_dataset = home_of(body) + "/triangles";
+  surface.position_dataset = home_of(body) + "/position";
+  if (precision_ == Precision::float64) surface.position_bytes = 8;
+  return surface;
 }
 
 std::vector<XdmfSurface> FrameViews::surfaces_at_rest() const {
@@ -147,11 +150,13 @@ std::vector<XdmfSurface> FrameViews::add_frame() {
   for (const TrajectoryBody& body : bodies_) {
     if (!body.moves) continue;
     XdmfSurface& surface = surfaces.emplace_back(surface_of(body));
-    surface.position_dataset = link_view(groups.front().get(), body, datasets_.front(), 3);
+    surface.position_dataset =
+        link_view(groups.front().get(), body, datasets_.front(), file_type(precision_), 3);
     for (const auto& [name, units, channel, components] : body.fields) {
       const auto place = std::ranges::find(datasets_, name) - datasets_.begin();
       surface.attributes.push_back(
-          {name, components, link_view(groups[place].get(), body, name, components)});
+          {name, components,
+           link_view(groups[place].get(), body, name, H5T_IEEE_F32LE, components)});
     }
   }
   ++frame_;

@@ -18,7 +18,8 @@ std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas, int components = 3);
 class FrameViews {
  public:
   // Creates the group /frame. `bodies` is kept by reference; `file` is the open file.
-  FrameViews(const hdf5::Access& access, hid_t file, const std::vector<TrajectoryBody>& bodies);
+  FrameViews(const hdf5::Access& access, hid_t file, const std::vector<TrajectoryBody>& bodies,
+             Precision precision);
 
   // Returns the surfaces of bodies at rest, which have no views, for the sidecar.
   std::vector<XdmfSurface> surfaces_at_rest() const;
@@ -29,11 +30,12 @@ class FrameViews {
   void close();
 
  private:
+  XdmfSurface surface_of(const TrajectoryBody& body) const;
   // Makes the groups above the next frame if it is the first one in them.
   void open_groups();
   // Adds a view of one dataset of the body to the group of that name, and returns its path.
   std::string link_view(hid_t group, const TrajectoryBody& body, const std::string& dataset,
-                        int components) const;
+                        hid_t type, int components) const;
   // The path of the group of the next frame.
   std::string frame_path() const;
   hdf5::Handle make_group(hid_t parent, const std::string& name,
@@ -41,6 +43,7 @@ class FrameViews {
 
   const hdf5::Access& access_;
   const std::vector<TrajectoryBody>& bodies_;
+  Precision precision_;                // of positions
   std::vector<std::string> datasets_;  // that have views: position, and the fields of all bodies
   int frame_ = 0;
   // Properties of groups that hold frames, datasets, and bodies.

@@ -13,6 +13,7 @@
 #include "sim/base/bill.h"
 #include "sim/base/file_error.h"
 #include "sim/base/vectors.h"
+#include "sim/case/case.h"
 
 namespace weft::sim {
 
@@ -43,6 +44,10 @@ struct TrajectoryBody {
   bool is_obstacle = false;
   double thickness = 0;                      // m
   std::vector<TrajectoryField> fields = {};  // only of bodies that move
+  // The rows and columns of the body's own images that the atlas shows, in increasing order; empty:
+  // all.
+  std::vector<int> part_rows = {}, part_cols = {};
+  bool is_part() const { return !part_rows.empty(); }
 };
 
 // The values of one frame beside the positions and series.
@@ -97,6 +102,10 @@ class TrajectoryWriter {
     bool force = false;        // overwrite
     std::vector<Series> step_series = {};
     std::vector<TrajectoryRecord> records = {};
+    Precision precision = Precision::float32;     // of positions
+    Compression compression = Compression::none;  // of frames: positions and fields
+    double compression_error = 1e-6;  // m, > 0: of coordinates with Compression::bounded, beyond
+                                      // the rounding to their precision
     // Frames wait in memory until this wall time (s) has passed since the last commit, or until
     // they take 64 MiB.
     double commit_interval = 0;

@@ -234,6 +234,14 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   if (wrap_u.size() != patch_count || wrap_v.size() != patch_count) {
     access.reject("body " + name + " has wraps for another number of patches");
   }
+  if (H5Aexists(group.get(), "part_rows") > 0) {
+    body.part_rows = access.read_integers(group.get(), "part_rows");
+    body.part_cols = access.read_integers(group.get(), "part_cols");
+    if (body.part_rows.size() != shape[shape.size() - 3] ||
+        body.part_cols.size() != shape[shape.size() - 2]) {
+      access.reject("body " + name + " is a part of another size than its image");
+    }
+  }
   bsi::Patch patch;
   patch.rows = static_cast<int>(shape[shape.size() - 3]);
   patch.cols = static_cast<int>(shape[shape.size() - 2]);

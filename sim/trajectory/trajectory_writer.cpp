@@ -115,7 +115,7 @@ struct TrajectoryWriter::Implementation {
         bodies(std::move(body_list)),
         series(std::move(series_list)),
         options(std::move(option_list)),
-        batch(bodies) {}
+        batch(bodies, options.precision, rounding()) {}
   ~Implementation() {
     const hdf5::QuietErrors quiet;
     close_objects();
@@ -129,8 +129,9 @@ struct TrajectoryWriter::Implementation {
   void create_root();
   void create_body(const TrajectoryBody& body, std::span<const Vec3> initial_positions);
   Handle make_group(hid_t parent, const std::string& name, const Handle& properties) const;
-  Handle create_frames(hid_t group, const std::string& name, const std::vector<hsize_t>& frame,
-                       const std::string& units);
+  Handle create_frames(hid_t group, const std::string& name, hid_t type,
+                       const std::vector<hsize_t>& frame, const std::string& units);
+  void write_positions(hid_t group, const bsi::Atlas& atlas, std::span<const Vec3> positions);
   void create_record(const TrajectoryRecord& record);
   void write_whole(hid_t group, const std::string& name, hid_t file_type, hid_t memory_type,
                    const std::vector<hsize_t>& shape, const void* data, const std::string& units);
@@ -142,8 +143,12 @@ struct TrajectoryWriter::Implementation {
   bool is_due(double pause) const;
   void commit();
   void write_batch();
-  void append_images(hid_t dataset, const std::vector<hsize_t>& frame,
-                     const std::vector<float>& images);
+  void append_images(hid_t dataset, const std::vector<hsize_t>& frame, hid_t memory_type,
+                     const void* images);
+  Rounding rounding() const {
+    return options.compression == Compression::bounded ? Rounding(options.compression_error)
+                                                       : Rounding();
+  }
   void append_values(hid_t dataset, hsize_t start, std::span<const double> values,
                      int components = 1);
   void append_records();
@@ -221,7 +226,7 @@ void TrajectoryWriter::Implementation::create_root() {
   body_group = make_group(file.get(), "body", ordered);
   series_group = make_group(file.get(), "series", ordered);
   step_group = make_group(file.get(), "steps", ordered);
-  views.emplace(access, file.get(), bodies);
+  views.emplace(access, file.get(), bodies, options.precision);
 }
 
 Handle TrajectoryWriter::Implementation::make_group(hid_t parent, const std::string& name,
@@ -247,21 +252,23 @@ void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::strin
 // Creates a dataset of frames, one chunk per frame. Frames are written straight from the batch,
 // past HDF5's chunk cache.
 Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::string& name,
+                                                       hid_t type,
                                                        const std::vector<hsize_t>& frame,
                                                        const std::string& units) {
   std::vector<hsize_t> shape = frame;
   shape.insert(shape.begin(), 1);
   const Handle properties = dataset_properties();
   H5Pset_chunk(properties.get(), static_cast<int>(shape.size()), shape.data());
+  set_filters(properties.get(), options.compression);
   const Handle dataset_access(H5Pcreate(H5P_DATASET_ACCESS));
   H5Pset_chunk_cache(dataset_access.get(), 0, 0, 0);
   std::vector<hsize_t> maximum = shape;
   shape[0] = 0;
   maximum[0] = H5S_UNLIMITED;
-  Handle dataset = access.handle(
-      H5Dcreate2(group, name.c_str(), H5T_IEEE_F32LE, make_space(shape, maximum).get(), H5P_DEFAULT,
-                 properties.get(), dataset_access.get()),
-      "create dataset " + name);
+  Handle dataset =
+      access.handle(H5Dcreate2(group, name.c_str(), type, make_space(shape, maximum).get(),
+                               H5P_DEFAULT, properties.get(), dataset_access.get()),
+                    "create dataset " + name);
   access.write_attribute(dataset.get(), "units", units);
   return dataset;
 }
@@ -271,6 +278,21 @@ void TrajectoryWriter::Implementation::create_record(const TrajectoryRecord& rec
   record_datasets.push_back(create_list(access, file.get(), record.path, record.components));
   access.write_attribute(record_datasets.back().get(), "units", record.units);
   access.write_attribute(record_datasets.back().get(), "channel", record.channel);
+}
+
+// Writes the positions of a body at rest, with the rounding of those that move.
+void TrajectoryWriter::Implementation::write_positions(hid_t group, const bsi::Atlas& atlas,
+                                                       std::span<const Vec3> positions) {
+  const auto write = [&](auto texels, hid_t memory_type) {
+    append_texels(atlas, numbers_of(positions), 3, rounding(), texels);
+    write_whole(group, "position", file_type(options.precision), memory_type, frame_shape(atlas),
+                texels.data(), "m");
+  };
+  if (options.precision == Precision::float64) {
+    write(std::vector<double>(), H5T_NATIVE_DOUBLE);
+  } else {
+    write(std::vector<float>(), H5T_NATIVE_FLOAT);
+  }
 }
 
 void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
@@ -288,6 +310,10 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
   access.write_attribute(group.get(), "thickness_m", body.thickness);
   access.write_attribute(group.get(), "wrap_u", wrap_u);
   access.write_attribute(group.get(), "wrap_v", wrap_v);
+  if (body.is_part()) {
+    access.write_attribute(group.get(), "part_rows", body.part_rows);
+    access.write_attribute(group.get(), "part_cols", body.part_cols);
+  }
 
   const std::vector<int> triangles = triangle_texels(atlas);
   write_whole(group.get(), "triangles", H5T_STD_I32LE, H5T_NATIVE_INT, {triangles.size() / 3, 3},
@@ -303,17 +329,15 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
   }
   BodyDatasets datasets;
   if (body.moves) {
-    datasets.position = create_frames(group.get(), "position", frame_shape(atlas), "m");
+    datasets.position = create_frames(group.get(), "position", file_type(options.precision),
+                                      frame_shape(atlas), "m");
     for (const TrajectoryField& field : body.fields) {
-      datasets.fields.push_back(create_frames(group.get(), field.name,
+      datasets.fields.push_back(create_frames(group.get(), field.name, H5T_IEEE_F32LE,
                                               frame_shape(atlas, field.components), field.units));
       access.write_attribute(datasets.fields.back().get(), "channel", field.channel);
     }
   } else {
-    std::vector<float> texels;
-    append_texels(atlas, numbers_of(initial_positions), 3, texels);
-    write_whole(group.get(), "position", H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, frame_shape(atlas),
-                texels.data(), "m");
+    write_positions(group.get(), atlas, initial_positions);
   }
   body_datasets.push_back(std::move(datasets));
 }
@@ -379,7 +403,7 @@ std::string TrajectoryWriter::Implementation::action() const {
 
 void TrajectoryWriter::Implementation::append_images(hid_t dataset,
                                                      const std::vector<hsize_t>& frame,
-                                                     const std::vector<float>& images) {
+                                                     hid_t memory_type, const void* images) {
   const std::string action = this->action();
   const auto count = static_cast<hsize_t>(batch.frames());
   std::vector<hsize_t> shape = frame;
@@ -392,9 +416,9 @@ void TrajectoryWriter::Implementation::append_images(hid_t dataset,
   access.check(H5Sselect_hyperslab(target.get(), H5S_SELECT_SET, start.data(), nullptr,
                                    shape.data(), nullptr),
                action);
-  access.check(H5Dwrite(dataset, H5T_NATIVE_FLOAT, make_space(shape).get(), target.get(),
-                        H5P_DEFAULT, images.data()),
-               action);
+  access.check(
+      H5Dwrite(dataset, memory_type, make_space(shape).get(), target.get(), H5P_DEFAULT, images),
+      action);
 }
 
 void TrajectoryWriter::Implementation::append_values(hid_t dataset, hsize_t start,
@@ -432,10 +456,17 @@ void TrajectoryWriter::Implementation::write_batch() {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (!bodies[b].moves) continue;
     const bsi::Atlas& atlas = bodies[b].atlas;
-    append_images(body_datasets[b].position.get(), frame_shape(atlas), batch.positions(b));
+    const hid_t position = body_datasets[b].position.get();
+    if (options.precision == Precision::float64) {
+      append_images(position, frame_shape(atlas), H5T_NATIVE_DOUBLE,
+                    batch.exact_positions(b).data());
+    } else {
+      append_images(position, frame_shape(atlas), H5T_NATIVE_FLOAT, batch.positions(b).data());
+    }
     for (std::size_t f = 0; f < bodies[b].fields.size(); ++f) {
       append_images(body_datasets[b].fields[f].get(),
-                    frame_shape(atlas, bodies[b].fields[f].components), batch.field(b, f));
+                    frame_shape(atlas, bodies[b].fields[f].components), H5T_NATIVE_FLOAT,
+                    batch.field(b, f).data());
     }
   }
   const auto start = static_cast<hsize_t>(committed_frames);

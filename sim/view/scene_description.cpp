@@ -1,7 +1,6 @@
 #include "sim/view/scene_description.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <sstream>
 #include <vector>
@@ -10,11 +9,11 @@
 #include "sim/case/case_text.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/case/time_methods.h"
-#include "sim/channels/recorded_channels.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/contact/contact_search.h"
 #include "sim/forces/force.h"
 #include "sim/scene/scene_curves.h"
+#include "sim/view/output_description.h"
 
 namespace weft::sim {
 
@@ -277,7 +276,8 @@ void describe_curves(const Scene& scene, std::ostream& out) {
 
 void describe_time(const Case& source, std::ostream& out) {
   const TimeCase& time = source.time;
-  out << "time      " << time.duration << " s, " << time.frames_per_second << " frames/s; ";
+  out << "time      " << time.duration << " s, ";
+  if (source.output.frame_times.empty()) out << time.frames_per_second << " frames/s; ";
   out << traits_of(time.method).title;
   if (time.method == TimeMethod::cvode) out << " of order 1 to " << time.maximum_order;
   if (time.step) out << ", steps of " << *time.step << " s";
@@ -315,30 +315,6 @@ void describe_memory(const Scene& scene, std::ostream& out) {
       << memory_text(memory_limit(scene.source)) << '\n';
 }
 
-// Describes the size of the trajectory, without the file's own structures.
-void describe_file(const Scene& scene, std::ostream& out) {
-  const OutputCase& output = scene.source.output;
-  double numbers = 0;
-  for (const SceneBody& body : scene.bodies) {
-    int of_texel = body.moves ? 3 : 0;
-    for (const ChannelPlace& field : channel_fields(body, output))
-      of_texel += field.dataset->components;
-    numbers += of_texel * static_cast<double>(body.atlas.texel_count());
-  }
-  const double frames =
-      std::ceil(scene.source.time.duration * scene.source.time.frames_per_second * (1 - 1e-12)) + 1;
-  const double bytes = sizeof(float) * numbers;
-  out << "file      about " << memory_text(frames * bytes) << ": " << frames << " frames of "
-      << memory_text(bytes) << '\n';
-  std::vector<std::string> names;
-  for (const Channel* channel : recorded_channels(output)) names.emplace_back(channel->name);
-  if (names.empty()) {
-    out << "  skipped channels beside the positions: output.channels lists none\n";
-  } else {
-    out << "  channels " << quoted_list(names) << '\n';
-  }
-}
-
 }  // namespace
 
 std::string describe_scene(const Scene& scene) {
@@ -364,7 +340,7 @@ std::string describe_scene(const Scene& scene) {
       << (scene.source.compute.threads ? ": compute.threads asks for as many\n"
                                        : ": as many as pay\n");
   describe_memory(scene, out);
-  describe_file(scene, out);
+  describe_output(scene, out);
   describe_each(bodies_that(scene, [](const SceneBody& body) { return !body.moves; }),
                 "skipped frames of", ": it does not move and is written once", out);
   return out.str();

@@ -29,6 +29,8 @@ BodySummary summarise_body(const TrajectoryReader& reader, int index) {
   summary.moves = body.moves;
   summary.is_obstacle = body.is_obstacle;
   summary.thickness = body.thickness;
+  summary.part_rows = body.part_rows;
+  summary.part_cols = body.part_cols;
   if (body.moves && reader.frames() == 0) return summary;
   const std::vector<Vec3> positions = reader.positions(index, std::max(0, reader.frames() - 1));
   summary.is_finite = std::ranges::all_of(positions, [](const Vec3& p) { return p.allFinite(); });
@@ -82,6 +84,12 @@ std::string size_of(const BodySummary& body) {
   std::string text = std::to_string(body.rows) + " x " + std::to_string(body.cols);
   if (body.patches > 1) text = std::to_string(body.patches) + " x " + text;
   return text;
+}
+
+// `3 rows from 2 to 8`
+std::string range_text(const std::vector<int>& indices, const char* axis) {
+  return std::to_string(indices.size()) + " " + axis + " from " + std::to_string(indices.front()) +
+         " to " + std::to_string(indices.back());
 }
 
 std::array<double, 3> to_array(const bsi::Vec3& vector) {
@@ -255,6 +263,10 @@ std::string to_text(const TrajectorySummary& summary) {
     if (body.thickness > 0) text << ", " << body.thickness << " m thick";
     if (!body.moves) text << ", fixed";
     text << '\n';
+    if (!body.part_rows.empty()) {
+      text << "          part: " << range_text(body.part_rows, "rows") << ", "
+           << range_text(body.part_cols, "columns") << '\n';
+    }
     if (!body.is_finite) text << "          not finite at the last frame\n";
     if (body.has_bounds) {
       text << "          from " << to_text(body.lower) << " to " << to_text(body.upper) << " m\n";
@@ -304,6 +316,10 @@ std::string to_json(const TrajectorySummary& summary) {
         {"name", body.name},   {"patches", body.patches},      {"rows", body.rows},
         {"cols", body.cols},   {"particles", body.particles},  {"triangles", body.triangles},
         {"moves", body.moves}, {"obstacle", body.is_obstacle}, {"thickness_m", body.thickness}};
+    if (!body.part_rows.empty()) {
+      entry["part_rows"] = body.part_rows;
+      entry["part_cols"] = body.part_cols;
+    }
     if (body.has_bounds) {
       entry["lower_m"] = to_array(body.lower);
       entry["upper_m"] = to_array(body.upper);
@@ -329,6 +345,11 @@ std::vector<FrameCrossings> count_crossings(const std::string& path) {
   if (reader.frames() == 0) throw FileError(path + ": has no complete frame to judge");
   if (std::ranges::all_of(bodies, &TrajectoryBody::is_obstacle)) {
     throw FileError(path + ": has no body to judge, only obstacles");
+  }
+  const auto part = std::ranges::find_if(bodies, &TrajectoryBody::is_part);
+  if (part != bodies.end()) {
+    throw FileError(path + ": crossings cannot be counted: only a part of body " +
+                    in_quotes(part->name) + " is recorded");
   }
   const std::vector<bsi::Mesh> meshes = build_meshes(path, bodies);
   const auto place = [&](int body, int triangle) {

@@ -17,6 +17,8 @@ struct BodySummary {
   bool moves = true;
   bool is_obstacle = false;
   double thickness = 0;  // m
+  // The rows and columns of the body's own images that are recorded; empty: all.
+  std::vector<int> part_rows, part_cols;
   // Bounds at the last frame, m. They are absent if a moving body has no frame yet, or a position
   // that is not finite.
   bool has_bounds = false, is_finite = true;
@@ -70,8 +72,8 @@ struct FrameCrossings {
 
 // Returns one entry per frame, from the exact referee (sim/view/crossings.h) and the float32
 // positions on disk. Throws FileError, also for a file that cannot be judged: it has no frame, no
-// moving body, or a position that is not finite or beyond the range of float32. The message names
-// the position.
+// moving body, a body of which only a part is recorded, or a position that is not finite or beyond
+// the range of float32. The message names the position.
 std::vector<FrameCrossings> count_crossings(const std::string& path);
 std::string to_text(const std::vector<FrameCrossings>& frames);
 // JSON: {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place, place]}...]},

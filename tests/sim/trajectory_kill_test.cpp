@@ -74,16 +74,21 @@ class TrajectoryKill : public TrajectoryFolder {
     return {{"reactions/cloth/pin_1/force", "N", "reactions", 3},
             {"body_energy/cloth/kinetic", "J", "body_energy", 1}};
   }
-  static std::unique_ptr<TrajectoryWriter> make_writer(const std::string& file,
-                                                       const std::vector<TrajectoryBody>& bodies,
-                                                       int series_count) {
+  static std::unique_ptr<TrajectoryWriter> make_writer(
+      const std::string& file, const std::vector<TrajectoryBody>& bodies, int series_count,
+      const TrajectoryWriter::Options& storage = {}) {
     const auto initial = scene_values(bodies, 0);
     std::vector<TrajectoryWriter::Series> series(static_cast<std::size_t>(series_count));
     for (int s = 0; s < series_count; ++s) series[s] = {"series" + std::to_string(s), "J"};
     return std::make_unique<TrajectoryWriter>(
         file, bodies, series,
-        TrajectoryWriter::Options{
-            .title = "kill", .force = true, .records = make_records(), .commit_interval = never},
+        TrajectoryWriter::Options{.title = "kill",
+                                  .force = true,
+                                  .records = make_records(),
+                                  .precision = storage.precision,
+                                  .compression = storage.compression,
+                                  .compression_error = storage.compression_error,
+                                  .commit_interval = never},
         views(initial));
   }
   static void write_frame(TrajectoryWriter& writer, const std::vector<TrajectoryBody>& bodies,
@@ -163,7 +168,8 @@ class TrajectoryKill : public TrajectoryFolder {
 
   // Records a run whose commits take these numbers of frames, and checks the file after each of its
   // writes.
-  void expect_every_moment(const std::vector<int>& batches, int series_count);
+  void expect_every_moment(const std::vector<int>& batches, int series_count,
+                           const TrajectoryWriter::Options& storage = {});
 
   // Returns the number of frames that the sidecar lists; -1 if it does not end as XML does.
   static int sidecar_frames(const std::string& file) {
@@ -201,14 +207,15 @@ std::vector<DiskOperation> split_at_pages(const std::vector<DiskOperation>& oper
   return result;
 }
 
-void TrajectoryKill::expect_every_moment(const std::vector<int>& batches, int series_count) {
+void TrajectoryKill::expect_every_moment(const std::vector<int>& batches, int series_count,
+                                         const TrajectoryWriter::Options& storage) {
   const std::vector<TrajectoryBody> bodies = make_scene(3);
   std::vector<int> frames{0};  // after each commit
   recording.clear();
   is_recording = true;
   std::vector<std::size_t> marks;  // operations done when the file got its name, and after commits
   {
-    const auto writer = make_writer(path("run.h5"), bodies, series_count);
+    const auto writer = make_writer(path("run.h5"), bodies, series_count, storage);
     marks.push_back(recording.size());
     for (const int batch : batches) {
       frames.push_back(frames.back() + batch);
@@ -257,6 +264,15 @@ TEST_F(TrajectoryKill, EveryMomentOfManyFramesLeavesAWholeFile) {
 // A batch is in the file as a whole or not at all.
 TEST_F(TrajectoryKill, EveryMomentOfBatchesLeavesAWholeFile) {
   expect_every_moment({6, 40, 1, 70, 2, 16}, 1);
+}
+
+// Compressed frames have chunks of any size. The values are multiples of 1/4, which a bound of 0.1
+// keeps.
+TEST_F(TrajectoryKill, EveryMomentOfCompressedFramesLeavesAWholeFile) {
+  expect_every_moment({1, 40, 1, 70, 2, 16, 3}, 1,
+                      {.precision = Precision::float64, .compression = Compression::lossless});
+  expect_every_moment({1, 60, 3, 70}, 1,
+                      {.compression = Compression::bounded, .compression_error = 0.1});
 }
 
 // One batch that fills groups and makes others.

@@ -1,0 +1,60 @@
+// How the images of a trajectory are stored: the precision of their numbers and their compression.
+// Private to sim/.
+#pragma once
+
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "bsi/geometry_image.h"
+#include "sim/base/hdf5_handle.h"
+#include "sim/case/case.h"
+
+namespace weft::sim {
+
+// Rounds numbers to multiples of a power of two, so that their last bits are zeros, which compress
+// well.
+class Rounding {
+ public:
+  // Changes nothing.
+  Rounding() = default;
+  // Takes the largest power of two that changes no number by more than `error` (> 0).
+  explicit Rounding(double error);
+
+  // Returns the multiple that is nearest to `value`, a number that Number holds: Number holds the
+  // result too. Numbers so large that all near them are multiples stay as they are, as infinity and
+  // NaN do.
+  template <class Number>
+  Number of(Number value) const {
+    if (!(std::abs(static_cast<double>(value)) < least_multiple_)) return value;
+    return static_cast<Number>(std::rint(static_cast<double>(value) / quantum_) * quantum_);
+  }
+
+ private:
+  double quantum_ = 0;
+  double least_multiple_ = 0;  // all numbers from here on are multiples
+};
+
+// Appends the image of a body, by texel, from values by particle: `components` numbers each.
+template <class Number>
+void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
+                   const Rounding& rounding, std::vector<Number>& texels) {
+  const std::size_t before = texels.size();
+  texels.resize(before + static_cast<std::size_t>(components) *
+                             static_cast<std::size_t>(atlas.texel_count()));
+  Number* target = texels.data() + before;
+  for (int texel = 0; texel < atlas.texel_count(); ++texel) {
+    const double* value = by_particle.data() +
+                          static_cast<std::ptrdiff_t>(components) * atlas.particle_of_texel(texel);
+    for (int k = 0; k < components; ++k) *target++ = rounding.of(static_cast<Number>(value[k]));
+  }
+}
+
+// Sets the filters of a compression for a dataset in chunks: shuffle and gzip, which every HDF5
+// has.
+void set_filters(hid_t properties, Compression compression);
+
+// The type in the file of positions of a precision.
+hid_t file_type(Precision precision);
+
+}  // namespace weft::sim

@@ -1,0 +1,63 @@
+#include "sim/trajectory/recorded_images.h"
+
+namespace weft::sim {
+
+RecordedImages::RecordedImages(const Scene& scene, const RecordedChannels& channels)
+    : scene_(scene),
+      channels_(channels),
+      recorded_(recorded_bodies(scene)),
+      components_(recorded_.size()),
+      positions_(recorded_.size()),
+      fields_(recorded_.size()),
+      position_memory_(recorded_.size()),
+      field_memory_(recorded_.size()) {
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    for (const ChannelPlace& place : channels.fields(scene.bodies[recorded_[i].body]))
+      components_[i].push_back(place.dataset->components);
+    fields_[i].resize(components_[i].size());
+    field_memory_[i].resize(components_[i].size());
+  }
+}
+
+std::vector<TrajectoryBody> RecordedImages::bodies() const {
+  std::vector<TrajectoryBody> bodies;
+  for (const RecordedBody& recorded : recorded_) {
+    const SceneBody& body = scene_.bodies[recorded.body];
+    TrajectoryBody& written = bodies.emplace_back();
+    written.name = body.name;
+    written.atlas = body.atlas;
+    written.moves = body.moves;
+    written.is_obstacle = body.is_obstacle;
+    written.thickness = body.thickness;
+    for (const auto& [channel, dataset, path] : channels_.fields(body)) {
+      written.fields.push_back({dataset->name, dataset->units, channel->name, dataset->components});
+    }
+    if (!recorded.part) continue;
+    written.atlas = recorded.part->atlas;
+    written.part_rows = recorded.part->rows;
+    written.part_cols = recorded.part->cols;
+  }
+  return bodies;
+}
+
+const std::vector<std::span<const Vec3>>& RecordedImages::positions(std::span<const Vec3> all) {
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    const SceneBody& body = scene_.bodies[recorded_[i].body];
+    positions_[i] = recorded_[i].of_recorded(
+        all.subspan(body.first_particle, body.particle_count()), 1, position_memory_[i]);
+  }
+  return positions_;
+}
+
+const std::vector<std::vector<std::span<const double>>>& RecordedImages::fields() {
+  const auto& values = channels_.field_values();
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    for (std::size_t f = 0; f < fields_[i].size(); ++f) {
+      fields_[i][f] = recorded_[i].of_recorded(values[recorded_[i].order][f], components_[i][f],
+                                               field_memory_[i][f]);
+    }
+  }
+  return fields_;
+}
+
+}  // namespace weft::sim
