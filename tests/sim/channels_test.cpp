@@ -423,7 +423,8 @@ INSTANTIATE_TEST_SUITE_P(
         bad("friction_at_rest", R"(["friction_force"])",
             "13: the channel \"friction_force\" would be zero: in an equilibrium nothing slides\n  "
             "expected another time.method, or no \"friction_force\"",
-            "[time]\nmethod = \"static\"\n[contact]\nfriction = 0.3\n"),
+            "[time]\nmethod = \"static\"\n[world]\ngravity = [0, 0, 0]\n[contact]\nfriction = "
+            "0.3\n"),
         bad("no_bending", R"(["bending_moment"])",
             "13: the channel \"bending_moment\" would be zero: no body resists bending\n  expected "
             "a "
