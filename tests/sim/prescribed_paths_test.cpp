@@ -8,6 +8,9 @@
 namespace weft::sim {
 namespace {
 
+// A motion about the centre of the sheet: 90 degrees in a second.
+const std::string quarter_turn = "{ centre = [0, 0, 0], angular_velocity_deg = [0, 0, 90] }";
+
 // Runs to the end or a failure, which is returned.
 std::string failure_of(SimulatedCase& sim, double until) {
   while (sim.integrator().time() < until) {
@@ -74,26 +77,14 @@ keyframes = [
 
 // A row rotates by a quarter turn; a small plate lies between the arc of a corner and its chord.
 TEST(PrescribedPaths, PathsOfPinsAreArcs) {
-  const auto found = [](const char* plate, double until) {
-    const SampledScene scenes(std::string(R"(
-[time]
-duration = 1
-[material.cloth]
-[[body]]
-name = "sheet"
-shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
-[[body.pin]]
-edges = ["first_row"]
-motion = { centre = [0, 0, 0], angular_velocity_deg = [0, 0, 90] }
-[[body.pin]]
-rows = [2, 2]
-cols = [2, 2]
-[[obstacle]]
-name = "plate"
-rotation_deg = [90, 0, 0]
-shape = { type = "rectangle", size = [0.006, 0.02], resolution = [2, 2] }
-position = )") + plate + "\n",
-                              {}, refined_surface);
+  const auto found = [](const std::string& plate, double until) {
+    const SampledScene scenes(
+        pins_against_a_plate,
+        {R"(body.sheet.pin=[{ edges = ["first_row"], motion = )" + quarter_turn +
+             "}, { rows = [2, 2], cols = [2, 2] }]",
+         "obstacle.plate.position=" + plate, "obstacle.plate.rotation_deg=[90, 0, 0]",
+         "obstacle.plate.shape.size=[0.006, 0.02]", "obstacle.plate.shape.resolution=[2, 2]"},
+        refined_surface);
     const bool is_found = PrescribedPaths(scenes.plain()).find_crossing(0, until).has_value();
     // Points between the particles follow the same arcs.
     EXPECT_EQ(PrescribedPaths(scenes.scene()).find_crossing(0, until).has_value(), is_found);
@@ -107,11 +98,10 @@ position = )") + plate + "\n",
 
 // Pins and a plate beside them rotate together without crossing.
 TEST(PrescribedPaths, PinsMayBeCarriedBesideAnObstacle) {
-  const std::string turn = "{ centre = [0, 0, 0], angular_velocity_deg = [0, 0, 90] }";
-  SimulatedCase sim(
-      std::string(pins_against_a_plate) + "motion = " + turn + "\n",
-      {"obstacle.plate.position=[0.101, 0, 0]", "body.0.pin.0.motion=" + turn,
-       "body.0.pin.1.motion=" + turn, "body.0.thickness=1e-4", "obstacle.plate.thickness=1e-4"});
+  SimulatedCase sim(std::string(pins_against_a_plate) + "motion = " + quarter_turn + "\n",
+                    {"obstacle.plate.position=[0.101, 0, 0]", "body.0.pin.0.motion=" + quarter_turn,
+                     "body.0.pin.1.motion=" + quarter_turn, "body.0.thickness=1e-4",
+                     "obstacle.plate.thickness=1e-4"});
   EXPECT_EQ(failure_of(sim, 0.1), "");
 }
 
