@@ -65,7 +65,8 @@ Tile square_tile(const Quads& quads) {
   return {side, side};
 }
 
-// Projects a point of the cube's surface on the unit sphere: equal angles between the vertices.
+// Projects a point of the cube's surface on the unit sphere. Rows and columns of a face lie in
+// planes through the centre, at equal angles.
 Vec3 on_unit_sphere(const Label& point, int quads) {
   Vec3 direction;
   for (int axis = 0; axis < 3; ++axis) {
@@ -74,8 +75,8 @@ Vec3 on_unit_sphere(const Label& point, int quads) {
   return direction.normalized();
 }
 
-// Makes a cube of so many quads along each edge, projected on the unit sphere, and moved by
-// position(direction), in m.
+// Makes a cube with so many quads along each edge. Its vertices are projected on the unit sphere,
+// and position(direction), in m, puts each in place.
 template <typename Position>
 Surface make_cube_sphere(int quads, const Tile& tile, Position position) {
   return make_block({quads, quads, quads}, tile,

@@ -12,13 +12,13 @@ namespace weft::bsi {
 
 namespace {
 
-// Fewer than three blocks round a wrap would touch each other on both sides: the surface would be
-// folded onto itself. On level 2 there are four, no two of which reach round, but where the axis
-// has fewer than five quads.
+// Fewer than three blocks round a wrap would touch each other on both sides and fold the surface
+// onto itself. Level 2 has four, if the axis has this number of quads.
 constexpr int fewest_round_a_wrap = 5;
 
-// Marks patches one of whose particles is held by two of their texels, or by one of their inside
-// and one elsewhere. Blocks beside such a seam could touch each other more than once.
+// Marks patches that hold a particle by two of their texels, or hold one by an inner texel that
+// another texel anywhere holds, too. Blocks beside such a seam could touch each other more than
+// once.
 void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   if (atlas.is_identity()) return;
   const int patches = static_cast<int>(atlas.patches().size());

@@ -45,7 +45,8 @@ class DetailPatch {
   bool is_block(int vertex) const { return vertex >= texel_count(); }
   int block_count() const { return static_cast<int>(blocks_.size()); }
 
-  // Gives the texels of open borders to the texels of these particles, sampled_borders().
+  // Replaces the vertices of open borders by their samples: `sample_of` is the result of
+  // sampled_borders(), by particle.
   void sample_borders(std::span<const int> sample_of);
   // Replaces every block of a level above `level` by blocks of that level.
   void split_to_level(int level);
@@ -76,8 +77,8 @@ class DetailPatch {
   std::vector<PlacedBlock> blocks_;
 };
 
-// Returns the shift by which a place `way` further on is seen on the same side of a wrap. No vertex
-// stands for a texel half the image away.
+// Returns the shift, by a turn of a wrap or none, that brings a place nearest to a texel that is
+// `way` further on. No vertex stands for a texel half the image away.
 inline double turns(double way, int size) {
   if (2 * way > size) return size;
   return 2 * way < -size ? -size : 0;

@@ -1,7 +1,8 @@
 // Discs and pointed cones: a square of four patches inside a ring of eight.
 //
-// One square image of a disc has corners of 180 degrees. Here the square's corners have nearly the
-// 120 degrees that three patches share, and patches of equal size have cells of similar size.
+// If a single square image were the disc, its corners would be flattened to 180 degrees on the rim.
+// Here three patches meet at each corner of the inner square, with nearly 120 degrees each. The
+// patches have equally many vertices, and their cells have similar sizes.
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -13,10 +14,11 @@ namespace weft::bsi {
 
 namespace {
 
-constexpr double quarter_turn = std::numbers::pi / 4;  // half of a quarter of the circle
+constexpr double quarter_turn = std::numbers::pi / 4;  // 45 degrees: half of a side
 
-// Distance of the square's corners from the centre, and the part of its sides' shape that is a
-// circle's (the rest is straight). They give the largest smallest angle, 32 degrees.
+// Distance of the square's corners from the centre of the unit disc, and the roundness of its
+// sides: 0 is straight, 1 an arc of a circle. With these the smallest angle is some 32 degrees,
+// near the largest possible.
 constexpr double corner_distance = 0.52;
 constexpr double roundness = 0.7;
 

@@ -124,7 +124,7 @@ bool Ruler::is_original(const DetailPatch& patch, const DetailTriangle& triangle
          is_within_one([](const DetailCorner& corner) { return corner.row + corner.col; });
 }
 
-// Samples before the first texel of a wrap: the triangle is looked at one turn further on.
+// Moves a triangle with a corner before the first texel of a wrap one turn further on.
 void Ruler::take_round_wraps(std::array<Corner, 3>& corners) const {
   for (const Corner& first : corners) {
     const double rows = first.row < 0 ? size_.rows : 0, cols = first.col < 0 ? size_.cols : 0;
@@ -150,7 +150,8 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (int i = 0; i < 3; ++i) {
     const int from = triangle[i].vertex;
     const int to = triangle[(i + 1) % 3].vertex;
-    // The triangle on the other side has it from `to` to `from`; beyond a border is another patch.
+    // The triangle on the other side has this edge from `to` to `from` and checks it, too, unless
+    // it belongs to another patch. One of the two suffices.
     const bool is_inside = patch.is_block(from) || patch.is_block(to);
     if (is_inside && from > to) continue;
     if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;

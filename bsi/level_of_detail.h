@@ -34,23 +34,24 @@ struct DetailTolerance {
   }
 };
 
-// The surface through the sphere centres of the blocks of one level for each patch (`levels`, one
-// per patch), and through original vertices of the borders of patches: one where two blocks meet on
-// the border, on the finer side of a seam, and those at which patches begin or end. Beyond the last
-// level of a patch it is the original surface. A wrapped axis has at least three blocks: there
-// levels 0 and 1 count as 2. A patch that is sewn to itself, wraps fewer than five quads or has no
-// texel inside keeps its original surface. The stated deviation is the largest radius of a sphere
-// whose centre is used, or the largest distance of a border's vertex from the one that stands for
-// it. Precondition: pyramid.is_built(), from `positions`, with spheres. O(texels).
+// Makes the surface through the sphere centres of the blocks of one level for each patch (`levels`,
+// one per patch), and through original vertices of the borders. The border vertices are those at
+// which patches begin or end, and samples between them: one where two blocks meet along the border,
+// on the finer side of a seam. Beyond the last level of a patch it is the original surface. A
+// wrapped axis has at least three blocks: there levels 0 and 1 count as 2. A patch that is sewn to
+// itself, wraps fewer than five quads or has no texel inside keeps its original surface. The stated
+// deviation is the largest radius of a sphere whose centre is used, or the largest distance of a
+// border's vertex from its sample. Precondition: pyramid.is_built(), from `positions`, with
+// spheres. O(texels).
 DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                                std::span<const int> levels);
 
 // Makes the surface from blocks of different levels within each patch, and all vertices of the
-// borders of patches. Blocks are split until every
-// point lies within the tolerance of its counterpart: the original point at the same place in the
-// image. The stated deviation bounds those distances. With a tolerance of 0 it is the original
-// surface. O(texels x levels), less where the surface is rough. The threads of OpenMP share the
-// patches, with the same result from any number of them.
+// borders of patches. Blocks are split until every point lies within the tolerance of its
+// counterpart: the original point at the same place in the image. The stated deviation bounds those
+// distances. With a tolerance of 0 it is the original surface. O(texels x levels), less where the
+// surface is rough. The threads of OpenMP share the patches, with the same result from any number
+// of them.
 DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positions,
                             const DetailTolerance& tolerance);
 

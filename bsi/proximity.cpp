@@ -141,9 +141,9 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
     return at_edge_pair(best);
   }
 
-  // Otherwise one of the closest points is an end beyond which the closest pair of the lines lies.
-  // In the metric of the squared distance, the solution is the point of the square of parameters
-  // nearest to that pair. It therefore lies on a side that faces the pair.
+  // Otherwise one of the closest points is an end of its edge. The squared distance is a convex
+  // quadratic function of both parameters, least where the lines are closest. Over the square of
+  // parameters it is least on a side that faces that place.
   const auto offer_end = [&](const Vec3& from_start, const Vec3& edge, bool end_of_first,
                              double end_parameter) {
     const OnEdge found = closest_on_edge(from_start, edge);

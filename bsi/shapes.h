@@ -15,8 +15,10 @@ struct Surface {
 };
 
 // All functions throw std::invalid_argument on a size that is not positive or too few vertices.
-// Particles are numbered in the order of their first texels. All patches of a shape have one size.
-// Areas and volumes converge to those of the smooth shape with the square of the spacing.
+// Particles are numbered in the order of their first texels. All patches of a shape have the same
+// size. Areas and volumes converge to those of the smooth shape with the square of the spacing.
+// With `angle_deg` below 360, a shape is the sector that begins at the x axis and runs
+// counter-clockwise; its u axis is then open.
 
 // A rectangle in the x-y plane, centred on the origin: u along x, v along y; normal +z.
 Surface make_rectangle(double size_x, double size_y, int rows, int cols);
@@ -25,27 +27,26 @@ Surface make_rectangle(double size_x, double size_y, int rows, int cols);
 // their u runs around and their first row lies on the rim. Angles of triangles are at least 30
 // degrees (26 for n = 2).
 Surface make_disc(double radius, int n);
-// An annulus in the x-y plane, or its sector from the x axis, counter-clockwise: u around (wrapped
-// at 360 degrees), v from the outer to the inner radius; normal +z.
+// An annulus in the x-y plane: u around (wrapped), v from the outer to the inner radius; normal +z.
 Surface make_annulus(double inner_radius, double outer_radius, int rows, int cols,
                      double angle_deg = 360);
 
 // A box centred on the origin, with sharp edges. `vertices` counts them along x, y and z. Each face
-// is split into square patches, whose quads along an edge are the greatest common divisor of these
-// counts less 1. Normal outwards.
+// is split into square patches. The quads along a patch's edge are the greatest common divisor of
+// the three counts, each less 1. Normal outwards.
 Surface make_box(const Vec3& size, const std::array<int, 3>& vertices);
-// A cylinder around the z axis, centred on the origin, open at both ends, or its sector from the x
-// axis, counter-clockwise: u around (wrapped at 360 degrees), v along z; normal outwards.
+// A cylinder around the z axis, centred on the origin, open at both ends: u around (wrapped), v
+// along z; normal outwards.
 Surface make_cylinder(double radius, double length, int rows, int cols, double angle_deg = 360);
-// A cylinder around the z axis of `length` with a hemisphere on each end, centred on the origin.
-// An eighth of the way around has n vertices, the straight part has `rows` rows. The image is that
-// of a box with 2 n - 1 vertices along x and y and rows + 2 n - 2 along z, so the patches are those
-// of this box. Normal outwards.
+// A cylinder of `length` around the z axis with a hemisphere on each end, centred on the origin. An
+// eighth of the way around has n vertices, the straight part has `rows` rows. The image is that of
+// a box with 2 n - 1 vertices along x and y and rows + 2 n - 2 along z, so it has the patches of
+// this box. Normal outwards.
 Surface make_capsule(double radius, double length, int rows, int n);
-// The side of a cone around the z axis with its apex at z = length / 2 and its open base at
-// z = -length / 2. Its image is that of the disc, with a vertex at the apex; the angles of slender
-// cones are smaller. Normal outwards. The area's error has a factor log(n) beside the square of the
-// spacing: the curvature is not bounded at the apex.
+// The side of a cone around the z axis with its apex at z = length / 2 and its open base at z =
+// -length / 2. Its image is that of the disc, with a vertex at the apex. Slender cones have smaller
+// angles than the disc. Normal outwards. The area's error has a factor log(n) beside the square of
+// the spacing: the curvature is not bounded at the apex.
 Surface make_cone(double radius, double length, int n);
 // The side of a frustum of a cone: `radius` at z = -length / 2, `top_radius` at z = length / 2.
 // Open at both ends, u around (wrapped), v along z; normal outwards.
@@ -55,11 +56,11 @@ Surface make_frustum(double radius, double top_radius, double length, int rows, 
 // itself.
 Surface make_torus(double major_radius, double minor_radius, int rows, int cols);
 
-// A sphere of six sewn patches of n x n vertices: the faces of a cube with equal angles between the
-// vertices. Normal outwards.
+// A sphere of six sewn patches of n x n vertices, the faces of a cube. The rows and columns of a
+// patch lie in planes through the centre, at equal angles. Normal outwards.
 Surface make_sphere(double radius, int n);
-// The part of a sphere between two latitudes, -90 < south < north < 90 degrees, or its sector from
-// the x axis, counter-clockwise: u around (wrapped at 360 degrees), v northwards; normal outwards.
+// The part of a sphere between two latitudes, -90 < south < north < 90 degrees: u around (wrapped),
+// v northwards; normal outwards.
 Surface make_sphere_sector(double radius, double south_deg, double north_deg, int rows, int cols,
                            double angle_deg = 360);
 // A sphere with dents and bulges of up to 30 % of its radius, as 48 sewn patches of 2 n - 1 rows

@@ -72,7 +72,7 @@ void refuse_other_keys(const toml::table& tree) {
 }
 
 // Makes the path of an obstacle's shape file, if there is one, relative to the case file. `folder`
-// leads from there to the file of the obstacle.
+// leads from the case's folder to that of the file with the obstacle.
 void move_shape_path(toml::table& obstacle, const fs::path& folder) {
   if (auto* path = obstacle["shape"]["path"].as_string()) *path = (folder / path->get()).string();
 }
@@ -162,8 +162,9 @@ class Merger {
     }
   }
 
-  // Returns the list of the case, empty at first if it has none. Returns null if the case has
-  // something else there, which its reader refuses. `tree` has the same key.
+  // Returns the case's table or array `name`, which is made if the case has none. Returns null if
+  // the case has something else there, which its reader refuses. Precondition: `tree` has the key,
+  // whose place in the text a new list takes over.
   template <class List>
   List* list_in_root(const toml::table& tree, const char* name) {
     if (root_.get(name) == nullptr) root_.insert(tree.find(name)->first, List{});

@@ -1,4 +1,4 @@
-// [[include]]: materials and obstacles of a case from files of their own.
+// Merges the files of [[include]]: materials and obstacles that stand outside the case file.
 #pragma once
 
 #include <toml++/toml.h>
@@ -17,7 +17,7 @@ namespace weft::sim {
 // relative to the case file.
 //
 // Throws CaseError for a file that cannot be read, other tables, a material that two files have,
-// and files that include each other in a circle.
+// files that include each other in a circle, and chains of more than 32 files.
 void merge_includes(toml::table& root, const std::string& path);
 
 }  // namespace weft::sim

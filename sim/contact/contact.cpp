@@ -33,7 +33,7 @@ void Contact::with_map(const Use& use) const {
   }
 }
 
-// Obstacles that have poses are put in place point by point.
+// Obstacles with poses are put in place later, point by point.
 PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) const {
   const bool has_poses = !now.poses.empty();
   if (scene_.surface_map.is_identity())
@@ -43,8 +43,8 @@ PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) con
   return {points.position, points.velocity, now.poses};
 }
 
-// Finds the points of dynamic bodies, of obstacles that move if asked for, and for the first time
-// of those at rest.
+// Finds the points of dynamic bodies and, if asked for, of moving obstacles. The first call also
+// finds those of obstacles at rest, which then stay.
 void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
                          std::vector<Vec3>& to) const {
   const SurfaceMap& map = scene_.surface_map;
@@ -61,7 +61,7 @@ void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
   }
 }
 
-// A point strays no further than its particles do, times their weights.
+// A point strays by no more than its particles do, each times the size of its weight.
 PointStray Contact::on_surface(const PathStray& stray) {
   if (scene_.surface_map.is_identity() || stray.body.empty()) return {stray.body, stray.particle};
   body_stray_.assign(scene_.bodies.size(), 0.0);
@@ -80,7 +80,7 @@ PointStray Contact::on_surface(const PathStray& stray) {
   return {body_stray_, point_stray_};
 }
 
-// Names, in place of a point that is not finite or too far away, the particle it is due to.
+// Replaces a point that is not finite or too far away by the particle that causes it.
 std::optional<ContactFault> Contact::on_particles(std::optional<ContactFault> fault,
                                                   std::span<const Vec3> position) const {
   if (!fault || fault->kind != ContactFault::Kind::not_finite || scene_.surface_map.is_identity())

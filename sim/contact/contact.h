@@ -1,4 +1,4 @@
-// Contact forces on particles: those of the surface points, and their matrices.
+// Contact forces on particles, made from those on surface points, and their matrices.
 #pragma once
 
 #include <optional>
@@ -10,9 +10,9 @@
 
 namespace weft::sim {
 
-// Positions of all particles at one time, m. With `poses` (of RigidObstacles::all()), those of
-// obstacles that move need not be given; they, and the velocities if there are any, may be
-// overwritten.
+// Positions of all particles at one time, m. With `poses`, one for each of RigidObstacles::all(),
+// the positions of these obstacles need not be given. They may then be overwritten, and so may the
+// obstacles' velocities, if there are any.
 struct PlacedParticles {
   // Everything is given.
   PlacedParticles(std::span<const Vec3> given) : position(given) {}  // NOLINT: implicit
@@ -24,8 +24,8 @@ struct PlacedParticles {
   std::span<const RigidPose> poses;
 };
 
-// How far (m) particles may be from their straight paths, at the most: by body, the largest of its
-// particles, and by dynamic particle. Both empty where all paths are straight.
+// Upper bounds (m) of the distances of particles from their straight paths: by body, of all its
+// particles, and by dynamic particle. Both are empty if all paths are straight.
 struct PathStray {
   std::span<const double> body, particle;
 };
@@ -40,16 +40,15 @@ struct Wrench {
 };
 
 // Turns particles into surface points, x = S x and v = S v (sim/scene/surface_map.h), finds the
-// contact of these (SurfaceContact), and returns its forces by the transpose: f = S^T f. Where all
-// points are particles nothing is copied.
+// contact of these (SurfaceContact), and returns its forces by the transpose: f = S^T f. If all
+// points are particles, nothing is copied.
 //
-// The Newton matrix S^T A S keeps, per pair, the slopes of push and friction along the closest
-// points. How the mollifier, the normal and the friction's limit change with x is left to the
-// iteration.
+// The Newton matrix S^T A S has, per pair, the slopes of push and friction at the closest points.
+// It leaves out how the mollifier, the normal and the limit of friction change with x.
 class Contact {
  public:
   Contact(const Scene& scene, Statistics& statistics, ChosenSearch search);
-  // On the CPU.
+  // Searches on the CPU.
   Contact(const Scene& scene, Statistics& statistics)
       : Contact(scene, statistics, {make_cpu_search(scene), {}}) {}
 
@@ -60,8 +59,8 @@ class Contact {
                                                      std::span<const Vec3> velocity, int threads) {
     return evaluate(PlacedParticles(position), velocity, threads);
   }
-  // The rest is about the last evaluate(); arrays are of the dynamic particles. The forces may be
-  // wanted of all, obstacles too.
+  // The functions down to smallest_gap() are about the last evaluate(). Their arrays have one entry
+  // per dynamic particle. `force` may have one per particle: obstacles then get their forces, too.
   void add_forces(std::span<Vec3> force) const;
   // Adds these forces in two parts: along normals, contact damping included, and friction. Both
   // lists have as many entries.
@@ -72,10 +71,11 @@ class Contact {
   // Replaces `particles` by those of obstacles on which add_forces() would act, in order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
   double energy() const;
-  // Adds (gamma^2 K + gamma D) * in, and its diagonal blocks.
+  // Adds (gamma^2 K + gamma D) * in to `out`.
   void add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const;
-  // Subtracts factor * K * in.
+  // Subtracts factor * K * in from `out`.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
+  // Adds the diagonal blocks of gamma^2 K + gamma D.
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
   // Calls visit(row, column, block) for every block of gamma^2 K + gamma D, pair by pair.
   template <class Visit>
@@ -85,9 +85,9 @@ class Contact {
   // From now on, leaves out of the matrix what is negative along a normal, of pairs that part fast
   // and of terms that are subtracted: for long fixed steps.
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }
-  // The part of one pair in reach: weight_i weight_j block between its particles i and j, where
-  // these are dynamic. Made positive semi-definite, for preconditioners; there friction has no
-  // levers.
+  // The part of the matrix that one pair in reach adds: weight_i weight_j block between its
+  // particles i and j, if both are dynamic. The block is made positive semi-definite, for
+  // preconditioners. Friction acts in it by the weights, without levers.
   struct Coupling {
     std::span<const int> particles;  // each once
     std::span<const double> weights;
@@ -97,7 +97,7 @@ class Contact {
   template <class Visit>
   void visit_definite_couplings(double gamma, const Visit& visit) const;
   const RigidObstacles& obstacles() const { return surface_.obstacles(); }
-  // The search runs on this.
+  // The device that the search runs on.
   const ComputeChoice& compute() const { return surface_.compute(); }
   std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
   // The pairs in reach; their nodes are surface points.
@@ -105,11 +105,12 @@ class Contact {
   // Returns the marks of SurfaceContact::touched(), by body.
   std::span<const char> touched() const { return surface_.touched(); }
   void forget_touched() { surface_.forget_touched(); }
-  // Smallest gap of the pairs in reach; nothing where there are none.
+  // Smallest gap (m) of the pairs in reach; nothing if there are none.
   std::optional<double> smallest_gap() const;
 
-  // Is every pair of features certain to keep apart along the straight paths start -> end, and on
-  // all paths no further from these than `stray`, and to end with a positive gap?
+  // Returns a fault unless every pair of features is certain to keep apart and to end with a
+  // positive gap: on the straight paths start -> end, and on all paths no farther from these than
+  // `stray`.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedParticles& start,
                                                        const PlacedParticles& end,
                                                        const PathStray& stray = {});
@@ -118,24 +119,24 @@ class Contact {
                                                        const PathStray& stray = {}) {
     return check_path(PlacedParticles(start), PlacedParticles(end), stray);
   }
-  // Checks the path to a place on a path that has been found free: no gap is demanded, at its end
-  // or on the way, only that surfaces do not meet.
+  // Checks the way to a point on the straight path of a step that has been found free. No gap is
+  // demanded at its end or on the way: surfaces must only not meet.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedParticles& start,
                                                            const PlacedParticles& end);
-  // Smallest gap within the range at `position` (infinite where none is); a fault where one is not
-  // positive.
+  // Finds the smallest gap (m) within the range at `position`; infinite if there is none. Returns a
+  // fault if a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
-  // A pair of features of one body closer than thickness + range at `position`, if any.
+  // Returns a pair of features of one body closer than thickness + range at `position`, if any.
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  // All surface points at one time, where they are not the particles.
+  // All surface points at one time, if they are not the particles.
   struct Points {
     std::vector<Vec3> position, velocity;
   };
-  // A pair as particles feel it: those of its four points, each once, with their weights in the
-  // separation of the closest points and their levers of sliding, if it has friction.
+  // A pair as particles feel it: the particles of its four points, each once, with their weights in
+  // the separation of the closest points. With friction, also their levers of sliding.
   struct Stencil {
     std::span<const int> particles;
     std::span<const double> weights;

@@ -211,7 +211,7 @@ std::optional<int> ContactSearch::track(const PlacedPoints& now, bool from_start
   return std::nullopt;
 }
 
-// Returns whether all positions are finite, as the function below.
+// Returns true if all positions are finite, as track_points() does.
 bool ContactSearch::track_pose(const RigidObstacle& obstacle, const PlacedPoints& now,
                                bool from_start) {
   Tracked& tracked = tracked_[obstacle.body];
@@ -239,7 +239,7 @@ bool ContactSearch::track_points(int body, std::span<const Vec3> now, bool from_
   return sum.allFinite();
 }
 
-// Turns the pose at which lists were built into positions: from now on these are given.
+// Replaces the pose at which lists were built by positions: from now on positions are given.
 void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   Tracked& tracked = tracked_[obstacle.body];
   for (const Vec3& start : obstacle.start()) {
@@ -251,7 +251,8 @@ void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   tracked.path_start_pose.reset();
 }
 
-// By how much the distance of two points of its bodies may differ from that on the straight paths.
+// Returns a bound (m) on how much distances of points of both bodies may differ from those on the
+// straight paths.
 double ContactSearch::stray(const CandidateList& list) const {
   return tracked_[list.body_a].stray + tracked_[list.body_b].stray;
 }
@@ -333,8 +334,8 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
     tracked_[b].box.setEmpty();
   }
   // From one straight path to another, distances change by no more than between their starts or
-  // their ends. So lists of one path serve those beside it: Newton's iterations leave from one
-  // place, far from where they lead.
+  // between their ends. Hence the lists of one path also serve those beside it, such as the paths
+  // of Newton's iterations: these start at one place and end near each other, far away.
   if (const auto bad = track(start, true)) return bad;
   for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
   if (const auto bad = track(end)) return bad;
@@ -343,7 +344,8 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
   return std::nullopt;
 }
 
-// The box of a body must hold this for its pairs with all but its neighbours to be out of reach.
+// Returns what the body's box must contain, so that pairs with all bodies but its neighbours are
+// certain to be out of reach.
 ContactSearch::Box ContactSearch::needed_box(int body) const {
   const Tracked& tracked = tracked_[body];
   return widened(tracked.box, tracked.stray + half_reach(scene_, scene_.bodies[body]));
@@ -540,7 +542,7 @@ void ContactSearch::find_quad_pairs(const PlacedPoints& start, const PlacedPoint
   statistics_.counters.bound_tests += tests.bound_tests;
 }
 
-// Puts the corners of the quads that were found in place, of obstacles that have poses.
+// Puts the corners of the quads that were found in place, for obstacles with poses.
 void ContactSearch::place_found(const PlacedPoints& start, const PlacedPoints& end) {
   marks_.begin(scene_.point_count);
   for (std::size_t i = 0; i < building_.size(); ++i) {

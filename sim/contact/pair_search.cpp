@@ -51,7 +51,7 @@ class CpuSearch : public PairSearch {
   struct Searched {
     std::optional<bsi::Pyramid> pyramid;
     std::optional<bsi::RigidPyramid> rigid;
-    std::vector<bsi::RigidFrame> frames;  // of the rigid one, where that is to be asked
+    std::vector<bsi::RigidFrame> frames;  // of `rigid`, at the ends of its path
   };
 
   void rebuild(const BodyPath& path) {

@@ -14,7 +14,7 @@ namespace weft::sim {
 
 namespace {
 
-// The share of the range over which pairs that are no samples have their barrier.
+// Part of the range over which pairs without a sample have their barrier.
 constexpr double short_range = 0.25;
 
 bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
@@ -22,13 +22,14 @@ bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<c
                : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
 }
 
-// The first place from `i` on where a chunk may begin: the pairs of one sample stay together.
+// Returns the first place from `i` on where a chunk may begin: the pairs of one sample stay
+// together.
 std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
   while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
   return i;
 }
 
-// The points of a pair from a candidate list: a vertex and a triangle, or two edges.
+// Returns the points of a pair from a candidate list: a vertex and a triangle, or two edges.
 bsi::FourParticles points_of(bool edges, const SurfaceFeatures& first,
                              const SurfaceFeatures& second, const FeaturePair& pair) {
   if (edges) {
@@ -42,8 +43,8 @@ bsi::FourParticles points_of(bool edges, const SurfaceFeatures& first,
 
 }  // namespace
 
-// A point of a feature is a convex combination of its corners, and strays no further than the one
-// of them that strays most.
+// A point of a feature is a convex combination of its corners. It strays no more than the corner
+// that strays most.
 double SurfaceContact::stray_of(const Pair& pair, const PointStray& stray) const {
   double side[2] = {0, 0};
   const int split = pair.edges ? 2 : 1;
@@ -100,8 +101,8 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
   }
 }
 
-// Mean area around the vertices of the side that is simulated; of both sides where both are.
-// Obstacles' resolution then has no say in how stiff the contact is.
+// Returns the mean area around the vertices of the dynamic side, or of both sides if both are
+// dynamic. The resolution of obstacles thus does not change how stiff the contact is.
 double SurfaceContact::pair_area(const std::array<int, 4>& nodes, int split) const {
   double sum[2] = {0, 0};
   for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
@@ -116,7 +117,8 @@ double SurfaceContact::range_of(const PairGroup& group) const {
   return group.samples ? range_ : short_range * range_;
 }
 
-// The candidates that may be closer than thickness + reach: that of samples, or of other pairs.
+// Returns the candidates that may be closer than thickness + reach: `sample_reach` for samples and
+// for all pairs with a sleeping body, `reach` for other pairs.
 std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double sample_reach,
                                                                      double reach) const {
   std::vector<PairGroup> groups;
@@ -148,7 +150,7 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
   return groups;
 }
 
-// Calls visit(pair) for each of them.
+// Calls visit(pair) for each candidate that may be closer than thickness + reach.
 template <class Visit>
 void SurfaceContact::visit_candidates(double reach, const Visit& visit) const {
   for (const PairGroup& group : groups_within(reach, reach))
@@ -196,7 +198,8 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
     note_touch(group, position);
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
-    // Each chunk collects its own; they are joined in order, which keeps the sums in order too.
+    // Each chunk collects its own results. They are joined in order, so that sums do not depend on
+    // the threads.
     std::vector<Found> found((count + chunk_size - 1) / chunk_size);
     parallel_chunks(count, threads, [&](int first, int last) {
       measure_part(group, group_start(group.nodes, group.samples, first),
@@ -215,7 +218,7 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
   return std::nullopt;
 }
 
-// A body that sleeps is the second one of a group: it has a higher number than dynamic bodies.
+// Only the second body of a group can sleep: sleeping bodies have higher numbers than dynamic ones.
 void SurfaceContact::note_touch(const PairGroup& group, std::span<const Vec3> position) {
   if (!scene_.bodies[group.body_b].sleeps || touched_[group.body_b] != 0) return;
   const double reach = group.thickness + range_;
@@ -366,7 +369,8 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
   found.pairs.push_back(pair);
 }
 
-// The mollifier's value; its slope pushes the edges apart from parallel.
+// Returns the mollifier's value. Adds the forces of its slope, which turn the edges towards
+// parallel, where the barrier fades.
 double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
                                std::span<const Vec3> position, const ContactLaw& law,
                                Found& found) const {
@@ -422,7 +426,7 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
   return std::nullopt;
 }
 
-// The first fault of a part of the pairs: most are proved free of one at a look.
+// Returns the first fault of a part of the pairs. One cheap test proves most of them free.
 std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, std::size_t first,
                                                        std::size_t last,
                                                        std::span<const Vec3> start,
@@ -432,7 +436,7 @@ std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, s
   // something.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
   const PointStray& stray = demand.stray;
-  // The largest stray of the whole group; pair by pair it may be less.
+  // With the largest stray of the whole group; that of a single pair may be less.
   double largest = half;
   if (!stray.body.empty())
     largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];

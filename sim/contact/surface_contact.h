@@ -1,5 +1,5 @@
-// Contact between surface points: the pairs in reach with their barriers, contact damping and
-// friction per area, smooth functions of the state; and the check of paths.
+// Contact between surface points: the pairs in reach, with barriers, damping and friction per area
+// that are smooth functions of the state, and the check of paths.
 #pragma once
 
 #include <array>
@@ -32,8 +32,8 @@ struct ContactFault {
   int particle(const Scene& scene) const;
 };
 
-// How far (m) surface points may be from their straight paths, at the most: by body, the largest of
-// its points, and by dynamic point. Both empty where all paths are straight.
+// Upper bounds (m) of the distances of surface points from their straight paths: by body, of all
+// its points, and by dynamic point. Both are empty if all paths are straight.
 struct PointStray {
   std::span<const double> body, point;
 };
@@ -44,12 +44,14 @@ struct MollifierForce {
   std::array<Vec3, 4> force;
 };
 
-// Each vertex of a dynamic surface is a sample with the area around it. It meets another surface,
-// or its own beyond the triangles around it, by the signed sum over that surface's features in
-// range (bsi/surface_terms.h), which counts the surface once: the force is one per area, whatever
-// the meshes. Where both surfaces are dynamic the samples of both count half. What samples do not
-// see, two edges, or an obstacle's vertex inside a triangle, has a barrier of its own over the last
-// quarter of the range: as much energy on a shorter way.
+// Each vertex of a dynamic surface is a sample of the area around it. It meets another surface, or
+// its own beyond the triangles around it, by the signed sum over that surface's features in range
+// (bsi/surface_terms.h). The sum counts the surface once, so the force per area does not depend on
+// the meshes. If both surfaces are dynamic, the samples of each count half.
+//
+// Samples do not see two edges that cross, nor an obstacle's vertex that points into a triangle.
+// Such a pair has a barrier of its own over the last quarter of the range, with as much energy on
+// the shorter way.
 //
 // A pair (or term) at distance d, with gap g = d - thickness below its range, pushes along its
 // normal with barrier and damping together (materials/contact.h) and rubs across it (Sliding,
@@ -66,8 +68,8 @@ class SurfaceContact {
   const Sliding& sliding(int number) const { return sliding_[number]; }
   bool has_sliding() const { return !sliding_.empty(); }
   std::span<const MollifierForce> mollified() const { return mollified_; }
-  // Marks, by body: the sleeping bodies that a feature of a dynamic body was in range of in an
-  // evaluation since the last forget_touched().
+  // Marks, by body, the sleeping bodies that came within range of a dynamic body in any evaluation
+  // since the last forget_touched().
   std::span<const char> touched() const { return touched_; }
   void forget_touched() { touched_.assign(touched_.size(), 0); }
   // Sets the Coulomb coefficient from now on.
@@ -76,23 +78,24 @@ class SurfaceContact {
   // part fast and of terms that are subtracted: for long fixed steps.
   void keep_matrix_definite() { definite_ = true; }
   const RigidObstacles& obstacles() const { return search_.obstacles(); }
-  // The search runs on this.
+  // The device that the search runs on.
   const ComputeChoice& compute() const { return search_.compute(); }
 
-  // Is every pair of features certain to keep apart along the straight paths start -> end, and on
-  // all paths no further from these than `stray`, and to end with a positive gap?
+  // Returns a fault unless every pair of features is certain to keep apart and to end with a
+  // positive gap: on the straight paths start -> end, and on all paths no farther from these than
+  // `stray`.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedPoints& start,
                                                        const PlacedPoints& end,
                                                        const PointStray& stray);
-  // Checks the path to a place on a path that has been found free: no gap is demanded, at its end
-  // or on the way, only that surfaces do not meet.
+  // Checks the way to a point on the straight path of a step that has been found free. No gap is
+  // demanded at its end or on the way: surfaces must only not meet.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedPoints& start,
                                                            const PlacedPoints& end);
-  // Smallest gap within the range at `position` (infinite where none is); a fault where one is not
-  // positive.
+  // Finds the smallest gap (m) within the range at `position`; infinite if there is none. Returns a
+  // fault if a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
-  // A pair of features of one body closer than thickness + range at `position`, if any.
+  // Returns a pair of features of one body closer than thickness + range at `position`, if any.
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
@@ -107,16 +110,16 @@ class SurfaceContact {
     bool samples = false;  // vertices that meet a surface; the others have the short barrier
     double thickness = 0;
     int body_a = 0, body_b = 0;
-    int surface = 0;  // the body of the triangles, of samples
+    int surface = 0;  // of samples: the body of the triangles
     bool is_self() const { return body_a == body_b; }
     std::vector<bsi::FourParticles> nodes;
-    std::vector<int> triangles;  // local to the body, of samples
+    std::vector<int> triangles;  // of samples: local to that body
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
-  // The share of the forces of one part of the candidates.
+  // The forces that one chunk of the candidates gives.
   struct Found {
     std::vector<ContactPair> pairs;
     std::vector<Sliding> sliding;
@@ -138,7 +141,7 @@ class SurfaceContact {
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
-  // Lists of one sample, kept from one to the next for their memory.
+  // Lists of the sample in hand. The next sample reuses their memory.
   struct SampleScratch {
     std::vector<int> triangles;
     std::vector<bsi::SurfaceTerm> terms;
@@ -176,7 +179,7 @@ class SurfaceContact {
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
   std::vector<int> moving_obstacles_;        // bodies
   PlacedMarks marks_;
-  std::vector<Vec3> spins_;  // rad/s, by body; zero but of moving obstacles
+  std::vector<Vec3> spins_;  // rad/s, by body; zero except for moving obstacles
   std::vector<char> touched_;
   std::vector<ContactPair> pairs_;
   std::vector<Sliding> sliding_;

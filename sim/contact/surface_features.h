@@ -1,4 +1,4 @@
-// Vertices, edges and triangles of a body's surface, by its surface points.
+// Vertices, edges and triangles of a body's surface as indices of surface points.
 #pragma once
 
 #include <array>

@@ -28,9 +28,10 @@ constexpr double linear_error = 3e-2;
 // up, and their sum must decrease with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
-// Residual velocity of a particle, as a fraction of the fastest velocity, that a given number of
-// corrections may leave beyond the tolerance. It is tested if there is contact and prescribed
-// motion. Fractions from 0.05 to 0.2 end the same runs of the suite `moving`.
+// Largest residual velocity of a particle that a given number of corrections may leave, less the
+// tolerance, as a fraction of the fastest velocity. If more is left, corrections go on. It is
+// tested if there is contact and prescribed motion. Fractions from 0.05 to 0.2 end the same runs of
+// the suite `moving`.
 constexpr double largest_driven_residual = 0.1;
 
 // Largest weighted component of the correction that ends the iteration.

@@ -11,8 +11,9 @@ namespace weft::sim {
 
 namespace {
 
-// The threads that all kernels use: SUNDIALS passes them nothing but vectors. One value suffices,
-// because a process runs one simulation at a time.
+// Number of threads of all kernels called from this thread, set with the last vector made: SUNDIALS
+// passes kernels nothing but vectors. Simulations side by side may find another's number, which
+// changes the cost but no bit.
 thread_local int vector_threads = 1;
 
 double* data(N_Vector v) { return NV_DATA_S(v); }

@@ -245,7 +245,7 @@ std::optional<ContactFault> Dynamics::check_straight_path(double start_time,
   return gap ? contact_->check_path(from, to) : contact_->check_crossing(from, to);
 }
 
-// Contact needs room to put the particles of obstacles in that move.
+// Contact puts the particles of moving obstacles in place, so it needs a copy to write to.
 PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
                                  Placing& placing) const {
   const RigidObstacles& obstacles = contact_->obstacles();
@@ -396,7 +396,8 @@ Energies Dynamics::energies(double time, std::span<const double> y) {
   if (contact_) {
     set_time(time);
     expand(time, y, position_, velocity_);
-    // A fault leaves no pairs in reach; the states recorded here have been accepted and have none.
+    // A fault would leave no pairs in reach. None is expected: the states recorded here have been
+    // accepted.
     static_cast<void>(evaluate_contact(time));
   }
   return energies_at_last_rate(time, y);
@@ -429,7 +430,7 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::v
     if (!each->is_external()) each->add_forces(state, std::span(force).first(count), threads_);
   }
   if (!contact_) return;
-  // A fault leaves no pairs in reach; accepted states have none.
+  // A fault would leave no pairs in reach. None is expected: the state has been accepted.
   static_cast<void>(evaluate_contact(time));
   contact_->add_forces(force);
   contact_->find_loaded_obstacles(loaded);

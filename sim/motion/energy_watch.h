@@ -32,8 +32,8 @@ class EnergyWatch {
   // contact.
   EnergyWatch(Dynamics& dynamics, std::span<const double> start, double start_time = 0);
 
-  // Judges the state at the end of a step, with the energies `now`; returns the failure, if any.
-  // Every step must be passed, in order. With wind or prescribed motion it evaluates forces.
+  // Judges the state at the end of a step, with the energies `now`; returns the failure, if any. If
+  // external().is_possible(), every step must be passed, in order, and the check evaluates forces.
   [[nodiscard]] std::optional<Failure> check(double time, std::span<const double> y,
                                              const Energies& now);
   // False for scenes that are never judged; check() then costs nothing and needs no energies.

@@ -187,9 +187,9 @@ void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
   }
 }
 
-// The squared distance of a box to the nearest block of the obstacle in hand. A lower bound that is
-// no less than `enough` is returned as it is. Only the points of blocks that might be nearest
-// are put in place.
+// Returns the squared distance of a box to the nearest block of this obstacle. If a lower bound
+// already is no less than `enough`, returns that bound. Only the points of blocks that might be
+// nearest are put in place.
 double MotionLimits::squared_distance(const Block& block, const RigidObstacle& obstacle,
                                       double enough) {
   std::vector<Block>& others = blocks_[obstacle.body];

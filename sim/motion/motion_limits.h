@@ -19,11 +19,10 @@ namespace weft::sim {
 // - when a pin has rotated by `largest_turn` or, with contact, strays from its chord by a tenth of
 //   contact.range;
 // - when an obstacle and a part of a body have used up four fifths of the distance between them
-// that
-//   exceeds contact's reach. If that is less than an eighth of contact.range, the step may instead
-//   last until they have moved by an eighth of contact.range against each other, or until the
-//   obstacle has rotated or strayed as far as a pin may. (The shortest barriers act over a quarter
-//   of the range);
+//   that exceeds contact's reach. If that is less than an eighth of contact.range, the step may
+//   instead last until they have moved by an eighth of contact.range against each other, or until
+//   the obstacle has rotated or strayed as far as a pin may. (The shortest barriers act over a
+//   quarter of the range);
 // - before pins might pass through an obstacle or through other pins (prescribed_paths.h).
 // An obstacle counts by its distance and by the speeds at the start of the step: one that cannot
 // come into reach shortens no step. Without contact, obstacles do not count, but for the keyframes,

@@ -159,7 +159,8 @@ Eigen::AlignedBox3d PrescribedPaths::box_of_paths(int body) {
   return {box.min() - stray, box.max() + stray};
 }
 
-// The pairs of a body that moves and of those whose boxes its own meets, in order.
+// Returns, in order, the pairs of a moving body with itself and with the bodies whose boxes its own
+// meets.
 std::vector<BodyPair> PrescribedPaths::pairs_that_move(double from, double to) {
   from_ = from;
   to_ = to;

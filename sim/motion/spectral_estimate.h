@@ -43,7 +43,7 @@ class FrequencyTracker {
   Dynamics& dynamics_;
   double amplitude_ = 0;         // m, of the differences
   std::vector<Vec3> vibration_;  // the largest entry is 1
-  std::vector<double> moved_;    // a state
+  std::vector<double> moved_;    // scratch: a state
   std::vector<Vec3> change_;     // m/s^2
   double frequency_ = 0;
 };

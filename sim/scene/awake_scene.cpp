@@ -10,7 +10,8 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the whole scene as it is now: at rest, for methods that look at a scene's start.
+// Returns the whole scene with the present as its start, since methods begin at the start. Bodies
+// are at rest there: awake ones get their velocities when the method is restarted.
 Scene at_present(const Scene& whole, std::span<const Vec3> position) {
   Scene scene = whole;
   std::copy(position.begin(), position.end(), scene.initial_position.begin());

@@ -9,8 +9,8 @@
 
 namespace weft::sim {
 
-// A scene in which sleeping bodies of another scene, the whole, are obstacles that stay where they
-// rest. It has all bodies and particles of the whole in another order: awake bodies come first,
+// A scene in which the sleeping bodies of another scene, the whole, are obstacles that stay where
+// they rest. It has all bodies and particles of the whole in another order: first the awake bodies,
 // then the sleeping ones, then those that are not dynamic in the whole either.
 class AwakeScene {
  public:

@@ -52,10 +52,10 @@ struct RigidPose {
 
 // x(t) = R(t) (x0 - centre) + centre + d(t). With keyframes each stretch between two frames is
 // eased by 6 s^5 - 15 s^4 + 10 s^3, so that velocity and acceleration are continuous and zero at
-// the frames. The rotation between two frames is a turn about one axis: where their rotation
-// vectors are parallel (or one is zero), by the difference of their angles, however large;
-// otherwise the shortest turn from one orientation to the other. A first frame after t = 0 is led
-// up to from where the case puts the points.
+// the frames. The rotation between two frames is a turn about one axis. If their rotation vectors
+// are parallel (or one is zero), it turns by the difference of their angles, however large.
+// Otherwise it is the shortest turn from one orientation to the other. If the first frame is after
+// t = 0, the motion leads up to it from the place in the case.
 class RigidMotion {
  public:
   RigidMotion() = default;

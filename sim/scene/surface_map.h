@@ -7,10 +7,10 @@
 
 namespace weft::sim {
 
-// Points as weighted sums of particles. Velocities follow as positions do. The transpose returns
-// forces on points to particles: it does the same work on any motion. The weights of a point sum to
-// 1, so that a rigid motion of the particles is one of the points, and forces keep their resultant
-// and their moment; single weights may be negative.
+// Points as weighted sums of particles. Velocities follow as positions do. The transpose turns
+// forces on points into forces on particles that do the same work on any motion. The weights of a
+// point sum to 1: a rigid motion of the particles moves the points rigidly, and forces keep their
+// resultant and their moment. Single weights may be negative.
 class SurfaceMap {
  public:
   using Vec3 = Eigen::Vector3d;
@@ -29,7 +29,7 @@ class SurfaceMap {
   // Returns the first `count` points: particles themselves for the identity, else `room`, filled.
   std::span<const Vec3> points_of(std::span<const Vec3> particles, int count,
                                   std::vector<Vec3>& room) const;
-  // Precondition of all that follow: not the identity.
+  // Precondition of all functions below: not the identity.
   int point_count() const { return static_cast<int>(first_share_.size()) - 1; }
   std::span<const Share> shares(int point) const {
     return {shares_.data() + first_share_[point], shares_.data() + first_share_[point + 1]};
@@ -37,7 +37,7 @@ class SurfaceMap {
   Vec3 apply(int point, std::span<const Vec3> particles) const;
   // points[i] = apply(i, particles) for first <= i < last.
   void apply(std::span<const Vec3> particles, std::span<Vec3> points, int first, int last) const;
-  // Adds to the particles what factor * value on a point gives to them.
+  // Adds to the particles their shares of factor * value, a force on the point.
   void add_transpose(int point, double factor, const Vec3& value, std::span<Vec3> particles) const;
 
  private:

@@ -5,12 +5,12 @@
 
 namespace weft::sim {
 
-// Returns, by vertex, a third of the area (m^2) of every triangle around it.
+// Returns, by vertex, a third of the total area (m^2) of the triangles around it.
 std::vector<double> areas_around(const bsi::Mesh& mesh, std::span<const Vec3> vertices);
 
-// Numbers the surface points of all bodies through, joins their maps to that of the scene and finds
-// the areas around the points. To be called when particles have their final numbers, and again
-// where bodies have got other surfaces. O(mesh).
+// Numbers the surface points of all bodies, joins the bodies' maps into that of the scene, and
+// finds the areas around the points. Must be called once particles have their final numbers, and
+// again if bodies get other surfaces. O(mesh).
 void number_surface_points(Scene& scene);
 
 }  // namespace weft::sim

@@ -57,7 +57,8 @@ TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::ve
   hold.particles = std::move(particles);
   hold.centre = before != nullptr ? before->centre : mean_of(position, hold.particles);
   RigidPose pose;
-  // At t = 0, a motion may begin elsewhere than where the case puts the points.
+  // At t = 0 particles keep the place of the case as their start; the motion may then begin
+  // elsewhere.
   if (source.motion && now > 0) pose = RigidMotion(*source.motion, hold.centre).pose(now);
   for (const int particle : hold.particles) {
     if (before != nullptr) {

@@ -11,14 +11,15 @@ namespace weft::sim {
 // True if a pin of the body takes hold or lets go during a run. All its pins are then timed.
 bool has_timed_pins(const BodyCase& body);
 
-// Lists the timed pins of a scene that has all its bodies, with what they hold at t = 0. Moving
-// ones put their particles where their motion starts. Throws CaseError as select_pinned() (pins.h).
+// Lists the timed pins of a scene that has all its bodies, and what they hold at t = 0. Puts the
+// particles of moving pins where the motion starts. Throws CaseError as select_pinned() (pins.h).
 void add_timed_pins(Scene& scene);
 
 // Returns what timed pins hold from a change of pins at `event` (s) on. Pins hold from their
-// hold_time to their release_time; where several name a particle, the first of the case has it.
-// Particles that a pin takes over are held where they are: at `position` (m, dynamic particles) at
-// the time `now` (s), within a shortest step of `event`. `before` has the holds up to then.
+// hold_time to their release_time. Of several pins that name a particle, the first of the case
+// holds it. A pin holds the particles that it takes over where they are: at `position` (m, dynamic
+// particles) at the time `now` (s), within a shortest step of `event`. `before` has the holds until
+// then.
 std::vector<TimedHold> find_holds(const Scene& whole, double event, double now,
                                   std::span<const Vec3> position,
                                   std::span<const TimedHold> before);

@@ -1,4 +1,4 @@
-// Boxes around the obstacles that move, as far as sleeping bodies need to know of them.
+// Boxes around moving obstacles, which tell when one comes near a sleeping body.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,16 +8,16 @@
 
 namespace weft::sim {
 
-// Contact does not search between obstacles, and a body that sleeps is one of them: these boxes
-// tell when an obstacle that moves comes near it. Bodies that are held as a whole and move count as
+// Contact does not search between obstacles, and a sleeping body is one of them. These boxes tell
+// when a moving obstacle comes near it. Bodies that are held as a whole and move count as
 // obstacles.
 class MovingBoxes {
  public:
   // The scene must outlive the boxes.
   explicit MovingBoxes(const Scene& scene);
 
-  // True if an obstacle that moves between the times `from` and `to` (s) may come within the range
-  // of contact of a body in `box` (m) with the given thickness (m). Boxes decide: obstacles may
+  // True if an obstacle that moves between the times `from` and `to` (s) may come within contact's
+  // range of a body in `box` (m) with this thickness (m). Only boxes are compared: the obstacle may
   // still be farther away. O(obstacles that move).
   bool may_reach(const Eigen::AlignedBox3d& box, double thickness, double from, double to) const;
 

@@ -9,13 +9,13 @@
 
 namespace weft::sim {
 
-// A body is at rest if, throughout a window of half a second, no vertex has left its place at the
-// window's start by more than
+// A body is at rest if, throughout a window of at least half a second, all its vertices have been
+// slower than the velocity tolerance, and none has been farther from its place at the window's
+// start than
 //
-//   position_tolerance * window / (time left until time.duration),
+//   position_tolerance * window / (time left until time.duration, at least the window).
 //
-// and its speed is within the velocity tolerance. A body that went on at that pace until the end
-// would move by less than position_tolerance.
+// A body that went on at that pace until the end would move by less than position_tolerance.
 //
 // States are looked at sixteen times per window at most. Cost of a look: O(vertices of the bodies
 // looked at).

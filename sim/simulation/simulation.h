@@ -36,9 +36,11 @@ class StepObserver {
 
 // A simulation of a scene from t = 0. Methods choose their own steps. step() goes to the end of the
 // next step, advance() to a time within the last one, where the state is interpolated. Neither
-// changes what the other computes: the same case gives the same bits however it is driven. Steps
-// are checked for energy that nothing put in (sim/motion/energy_watch.h): explicit ones at every
-// eighth step, before every frame and from time.duration on, all others at every step.
+// changes what the other computes: the same case gives the same bits however it is driven.
+//
+// Steps are checked for energy that nothing put in (sim/motion/energy_watch.h). Explicit steps
+// without wind and prescribed motion are checked only at every eighth step, before every frame and
+// from time.duration on.
 //
 // Throws CaseError if the scene cannot be simulated. One thread at a time; any number of
 // simulations side by side.
@@ -84,7 +86,7 @@ class Simulation {
   // Energies after the last step, J.
   const Energies& energies() const;
   // Pairs of features in reach, and their smallest gap (m), in the last force evaluation of the
-  // last step.
+  // last step. Pairs without an awake body do not count.
   std::size_t contact_pairs() const;
   std::optional<double> smallest_gap() const;
   // Describes the choices that the method has made by itself so far; empty if it makes none.

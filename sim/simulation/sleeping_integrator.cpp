@@ -11,8 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// The method begins anew when bodies fall asleep, which costs some short steps. Fewer vertices than
-// this share of the awake ones are not worth it.
+// Smallest share of the awake vertices that fall asleep. For fewer, the restart of the method,
+// which costs some short steps, is not worth it.
 constexpr double least_share = 0.1;
 
 std::vector<char> find_moving_pins(const Scene& scene) {
@@ -36,8 +36,8 @@ std::vector<char> find_moving_pins(const Scene& scene) {
   return has_moving_pin;
 }
 
-// Returns the root of a body in a forest of sets, where each body names one of its set with a
-// number that is not higher.
+// Returns the first body of a body's set. `set` is a forest by body: each names a body of its own
+// set with a number that is no higher, the first one itself.
 int root_of(std::vector<int>& set, int body) {
   while (set[body] != body) body = set[body] = set[set[body]];
   return body;
@@ -87,7 +87,7 @@ std::optional<Failure> SleepingIntegrator::step() {
   const double start = time();
   whole_.begin_step(start);
   for (;;) {
-    // Frames evaluate contact, too, and must not change the steps.
+    // Frames evaluate contact, too. Their marks are dropped: frames must not change the steps.
     if (Contact* contact = dynamics().contact()) contact->forget_touched();
     auto failure = integrator_->step();
     const bool is_stopped = failure && (failure->kind == Failure::Kind::interrupted ||
@@ -265,7 +265,8 @@ void SleepingIntegrator::wake(double now, const std::vector<int>& islands) {
   change(now, waking, "wake");
 }
 
-// Simulates the bodies that are awake from `now` on: the time of the last accepted state.
+// Restarts at `now`, the time of the last accepted state, after these bodies have fallen asleep or
+// woken.
 void SleepingIntegrator::change(double now, const std::vector<int>& bodies, const char* event) {
   if (!awake_) state_.assign(integrator_->state().begin(), integrator_->state().end());
   auto* const velocity = reinterpret_cast<Vec3*>(state_.data()) + scene_.dynamic_particles;
@@ -286,7 +287,7 @@ void SleepingIntegrator::change(double now, const std::vector<int>& bodies, cons
   after_change_(described(bodies, event) + " at t = " + rounded_text(now) + " s");
 }
 
-// Makes what simulates the awake bodies.
+// Makes the dynamics and the integrator of the awake bodies.
 void SleepingIntegrator::build() {
   integrator_.reset();
   awake_.reset();

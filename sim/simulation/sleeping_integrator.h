@@ -15,11 +15,12 @@
 
 namespace weft::sim {
 
-// True if the case lets bodies sleep: beside others that move in time.
+// True if bodies of the scene may sleep: time.sleep is on, the method follows motion in time, and
+// there are at least two dynamic bodies.
 bool may_sleep(const Scene& scene);
 
-// Integrates a scene without the bodies that sleep. States are those of the whole scene; while
-// bodies sleep, a dynamics and an integrator of the awake ones alone compute them.
+// Integrates a scene without the bodies that sleep. States are those of the whole scene. While
+// bodies sleep, a dynamics and an integrator of the awake ones alone compute the states.
 //
 // A body may sleep if it is at rest (rest_watch.h), none of its pins moves or is still to take hold
 // or let go, it is not tied to what moves by prescription, no obstacle moves near it and no curve
@@ -37,8 +38,9 @@ class SleepingIntegrator final : public Integrator {
   // `whole` is the dynamics of `scene`; both must outlive the integrator.
   SleepingIntegrator(const Scene& scene, Dynamics& whole);
   // Sets a function that is called with a description after bodies have fallen asleep or woken and
-  // the method has begun anew, and with an empty text after a saved state of other sleeping bodies
-  // has been read, before the method reads its own. Must be set before the first step.
+  // the method has restarted. When a saved state is read, it is called with an empty text once it
+  // is known which bodies sleep, before the method reads its own state. Must be set before the
+  // first step or transfer().
   void set_after_change(std::function<void(const std::string&)> after_change) {
     after_change_ = std::move(after_change);
   }
@@ -67,11 +69,11 @@ class SleepingIntegrator final : public Integrator {
   std::vector<double> awake_part(std::span<const double> y) const;
   // Adds the energies of sleeping bodies to those of the awake ones.
   Energies with_asleep(const Energies& awake) const;
-  // The smaller one of an awake gap and the smallest gap (m) of sleeping bodies; nothing if there
-  // is neither.
+  // Returns the smaller of the awake bodies' smallest gap (m), which is passed, and that of the
+  // sleeping ones; nothing if there is neither.
   std::optional<double> with_asleep(std::optional<double> smallest_gap) const;
   int sleeping_bodies() const;
-  // Renumbers the particle of a failure of the awake bodies.
+  // Returns a failure of the awake bodies with its particle's number in the whole scene.
   Failure in_whole(Failure failure) const;
 
  private:
