@@ -376,7 +376,7 @@ motion.keyframes = [{ translation = [0, 0, 1] }]
 )",
        R"(case.toml:6:21: [[body.pin.motion.keyframes]] has no "time"
   expected "time", a number >= 0 (s))"},
-      // Keys that do not belong to the others are refused at the key.
+      // A key that does not go with the others is refused at its place.
       {"radius_of_rectangle",
        R"([[body]]
 name = "sheet"

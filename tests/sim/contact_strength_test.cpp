@@ -18,7 +18,8 @@ double push_per_area(const Scene& scene, double gap) {
 
 std::string number(double value) { return std::to_string(value); }
 
-// A sheet of 0.3 m and a body of 0.6 m under it, both in the plane z = 0.
+// A sheet of 0.3 m and another one of 0.6 m, a body or an obstacle, both in the plane z = 0. Tests
+// raise the first.
 std::string above_a(const std::string& kind, int sheet, int other) {
   return R"(
 [time]

@@ -271,8 +271,8 @@ TEST(Contact, TheBarrierOfEdgesFadesWhereTheyBecomeParallel) {
   EXPECT_NEAR(energy_at_angle(0.5), share * (2 - share) * crossing, 1e-6 * crossing);
 }
 
-// A fading barrier exerts a torque that turns edges away from parallel; its forces are the slope of
-// its energy.
+// The forces of a fading barrier are the slope of its energy. They also turn the edges towards
+// parallel, which lowers it.
 TEST(Contact, ForcesOfFadingEdgesAreTheSlopeOfTheirEnergy) {
   const auto scene = edges_at_angle(0.5);
   Statistics statistics;

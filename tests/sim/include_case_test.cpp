@@ -64,7 +64,7 @@ class CaseFiles {
   TemporaryFolder folder_;
 };
 
-// A case whose parts lie in three files of two folders.
+// A case in three files, each in a folder of its own.
 CaseFiles nested() {
   return CaseFiles({{"case.toml", include("library/room.toml") + sheet},
                     {"library/room.toml", include("materials/cotton.toml") + ball},

@@ -21,7 +21,7 @@ std::ostream& operator<<(std::ostream& stream, const RestingShape& shape) {
   return stream << shape.name;
 }
 
-// Round shapes lie on their sides; open ones stand on their rims.
+// Round shapes lie on their sides. Open ones stand on their rims or lie on an edge.
 std::vector<RestingShape> resting_shapes() {
   return {
       {"box", R"("box", size = [0.2, 0.1, 0.1], resolution = [9, 5, 5])", "0, 0, 0", 0.05, -0.05},

@@ -106,7 +106,7 @@ class Twins {
     of_points.add_forces(force);
     return force;
   }
-  // S^T A S in, of the dynamic particles; `multiply` takes a contact, a vector and its product.
+  // Returns S^T A S in, by dynamic particle. multiply(contact, x, product) adds A x.
   template <class Multiply>
   std::vector<Vec3> expected_product(const std::vector<Vec3>& in, const Multiply& multiply) const {
     std::vector<Vec3> all = in;
@@ -161,7 +161,7 @@ TEST(SampledContact, ForcesAreThoseOfThePointsByTheTranspose) {
   expect_near(twins.forces(), sampled.on_particles(twins.forces_on_points()), 1e-13);
   EXPECT_DOUBLE_EQ(twins.contact.energy(), twins.of_points.energy());
   EXPECT_EQ(twins.contact.smallest_gap(), twins.of_points.smallest_gap());
-  // Forces may be wanted of the dynamic particles alone.
+  // Forces on the dynamic particles alone are the same.
   std::vector<Vec3> dynamic(sampled.scene().dynamic_particles, Vec3::Zero());
   twins.contact.add_forces(dynamic);
   std::vector<Vec3> all = twins.forces();
@@ -176,7 +176,7 @@ TEST(SampledContact, ForcesKeepTheirResultantAndTheirMoment) {
                           points = sampled.on_points(twins.state.position);
   Vec3 sum = Vec3::Zero(), moment = sum, point_sum = sum, point_moment = sum;
   double size = 0;
-  // On the sheets alone: with those on the ball, all would sum to zero.
+  // Forces on the sheets alone: with those on the ball, all would sum to zero.
   for (int i = 0; i < sampled.scene().dynamic_particles; ++i) {
     sum += force[i];
     moment += twins.state.position[i].cross(force[i]);
@@ -267,7 +267,7 @@ TEST(SampledContact, BlocksAndTheDiagonalAreThoseOfProductsWithUnitVectors) {
   expect_same_blocks(diagonal, expected_diagonal);
 }
 
-// Without friction and without what is negative, couplings are the matrix itself.
+// Without friction and negative parts, the couplings add up to the matrix itself.
 TEST(SampledContact, CouplingsAreTheDefiniteMatrix) {
   const SampledScene sampled(two_sheets, without_friction, refined_surface);
   Twins twins(sampled);
@@ -300,7 +300,7 @@ TEST(SampledContact, DampingIsTheSlopeOfTheForcesInTheVelocities) {
   const std::vector<Vec3> direction = random_vectors(count, 4);
   Twins twins(sampled, 2);
   const State state = twins.state;
-  const double step = 1e-6, gamma = 1e-9;  // which leaves gamma D of the product
+  const double step = 1e-6, gamma = 1e-9;  // so small that the product is gamma D
   std::vector<Vec3> product(count, Vec3::Zero());
   twins.contact.add_product(gamma, direction, product);
   for (Vec3& p : product) p /= gamma;
@@ -318,8 +318,8 @@ TEST(SampledContact, DampingIsTheSlopeOfTheForcesInTheVelocities) {
   expect_near(slope, product, 1e-4);
 }
 
-// A sheet over a plate, so high that only its samples see the plate: its normal is always the same,
-// and the matrix leaves out nothing.
+// A sheet so high over a plate that only its samples see the plate. The normal is always the same,
+// so the matrix leaves out nothing.
 constexpr const char* sheet_over_plate = R"(
 [time]
 duration = 1
@@ -411,8 +411,8 @@ TEST(SampledContact, AnExplicitMapOfSingleParticlesGivesTheSameBits) {
   EXPECT_EQ(results(explicit_map), results(identity));
 }
 
-// One quad whose diagonal stays high while two corners sink: the middle of its particles' triangles
-// does not move, but the average of its corners does.
+// One quad whose diagonal stays high while two corners sink. The middle of its triangles' common
+// edge does not move, but the average of the four corners does.
 constexpr const char* quad_over_speck = R"(
 [time]
 duration = 1
@@ -459,7 +459,7 @@ TEST(SampledContact, PointsStrayAsFarAsTheirParticles) {
   Statistics statistics;
   Contact contact(scene, statistics);
   const std::vector<Vec3>& place = scene.initial_position;
-  // Half of the thickness is kept. The last row of particles strays.
+  // The last row of particles strays. Half of the thickness must be kept.
   const auto is_free = [&](double stray) {
     std::vector<double> of_body{stray, 0}, of_particle(scene.dynamic_particles, 0.0);
     std::fill(of_particle.end() - 6, of_particle.end(), stray);
@@ -497,7 +497,7 @@ TEST(SampledContact, TheInitialStateIsCheckedByItsPoints) {
   }
 }
 
-// Obstacles that move may be given by their poses.
+// Poses of moving obstacles may replace the positions of their particles.
 TEST(SampledContact, PosesStandForTheParticlesOfObstacles) {
   const SampledScene sampled(
       std::string(two_sheets) +

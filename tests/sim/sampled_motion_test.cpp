@@ -36,7 +36,7 @@ class SampledRun {
   std::vector<double> numbers() const {
     return {integrator_->state().begin(), integrator_->state().end()};
   }
-  // Pairs of triangles of the surfaces that pass through each other.
+  // Returns the number of pairs of triangles of the surfaces that pass through each other.
   int surface_crossings() const {
     std::vector<Vec3> room;
     const std::vector<Vec3> particles = positions();
@@ -142,7 +142,7 @@ TEST(SampledMotion, RefinedSheetsThatCollideKeepTheirMomentum) {
        {method("cvode", {exact}), method("cvode", {exact, "time.preconditioner=\"multigrid\""}),
         method("euler", {"time.step=0.001"})}) {
     SCOPED_TRACE(by.front() + " " + by.back());
-    // The surface of one is finer; that of the other is its own.
+    // One sheet has a finer surface; the points of the other are its particles.
     const SampledScene sampled(colliding_sheets, by, refined_surface,
                                [](const SceneBody& body) { return body.name == "first"; });
     SampledRun run(sampled.scene());
@@ -153,7 +153,7 @@ TEST(SampledMotion, RefinedSheetsThatCollideKeepTheirMomentum) {
     EXPECT_EQ(run.surface_crossings(), 0);
     const double size = first.linear.norm();
     EXPECT_GT((of(1).linear - second.linear).norm(), 0.2 * size);
-    // As the tolerances leave it.
+    // The tolerances leave some error.
     EXPECT_LT((of(0).linear + of(1).linear - first.linear - second.linear).norm(), 5e-4 * size);
     // Backward Euler does not keep angular momentum by itself.
     if (by.front() == method("cvode").front()) {
@@ -207,8 +207,8 @@ TEST(SampledMotion, PinsThatWouldPassThroughAnObstacleAreFound) {
   EXPECT_NEAR(run.time(), 0.4, 1e-3);
 }
 
-// Two rows are pinned, one at rest and one that moves up: the points between them do so half as
-// fast, and pass through a plate after the row has.
+// Two rows are pinned: one rests and one moves up. The points between them move half as fast and
+// pass through a plate later.
 TEST(SampledMotion, PointsBetweenTwoMotionsAreFollowed) {
   const SampledScene sampled(R"(
 [time]
@@ -236,8 +236,8 @@ shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
   EXPECT_FALSE(paths.find_crossing(0.21, 0.3));
 }
 
-// A plate rises to a sloping sheet whose lowest edge is the first of its refined surface, or the
-// last.
+// A plate rises to a sloping sheet. The lowest row of its refined surface is the first one or the
+// last one.
 TEST(SampledMotion, StepsAreLimitedByTheDistanceOfPoints) {
   for (const char* slope : {"20", "-20"}) {
     const SampledScene sampled(R"(

@@ -14,9 +14,9 @@
 
 namespace weft::sim {
 
-// Returns the twofold refinement of a body's image: between neighbouring particles, and in the
-// middle of quads, lie the averages of 2 and of 4. Points along seams are sewn as the particles
-// are.
+// Returns the twofold refinement of a body's image. New points lie between neighbouring particles,
+// at the average of two, and in the middle of quads, at the average of four. Points along seams are
+// sewn as the particles are.
 inline SampledSurface refined_surface(const SceneBody& body) {
   std::vector<bsi::Patch> patches;
   std::vector<int> point_of_texel, first_share{0};
@@ -62,7 +62,7 @@ inline SampledSurface own_surface(const SceneBody& body) {
 // A scene with its case.
 class SampledScene {
  public:
-  // Gives each body for which `pick` holds the surface that `sample` makes of it.
+  // Bodies that `pick` accepts get the surface that `sample` makes of them; others keep their own.
   template <class Sample>
   SampledScene(
       const std::string& text, const Overrides& overrides, const Sample& sample,
@@ -102,7 +102,7 @@ class SampledScene {
     return points;
   }
 
-  // S x and S^T f, from the definition.
+  // Return S x and S^T f, from the definition.
   std::vector<Vec3> on_points(const std::vector<Vec3>& particles) const {
     std::vector<Vec3> points(scene_.point_count, Vec3::Zero());
     for (int i = 0; i < scene_.point_count; ++i) {

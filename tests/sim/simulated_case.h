@@ -110,7 +110,8 @@ shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
 edges = ["first_col"]
 )";
 
-// A ball passes through a sheet at rest between two pinned edges, and back, within 0.2 s.
+// The path of a ball leads through a sheet, which rests between two pinned edges, and back, from
+// 0.4 s to 0.6 s.
 constexpr const char* there_and_back = R"(
 [time]
 duration = 0.65
@@ -130,7 +131,8 @@ shape = { type = "sphere", radius = 0.1, resolution = [5] }
 keyframes = [{ time = 0.4 }, { time = 0.5, translation = [0, 0, -0.3] }, { time = 0.6 }]
 )";
 
-// Both edges of a sheet are pulled along it through a plate; no force can stop pins.
+// Both pinned edges of a sheet are pulled along it towards a plate, which they would pass through:
+// no force can stop pins.
 constexpr const char* pins_against_a_plate = R"(
 [time]
 duration = 1

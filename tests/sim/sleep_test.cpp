@@ -126,7 +126,8 @@ Vec3 momentum(const Simulation& simulation) {
   return sum;
 }
 
-// Steps in free flight would be so long that the first one after the rest already meets the other.
+// Without these limits, steps in free flight are so long that the first one after the half second
+// of rest already meets the other sheet.
 const Overrides short_steps{"time.maximum_step=0.01", "time.position_tolerance=1e-6",
                             "time.relative_tolerance=1e-5"};
 const std::vector<Overrides> all_methods{
@@ -147,7 +148,7 @@ TEST(Sleep, WakesBeforeAnythingActs) {
     for (const double time : {0.88, 0.92, 0.96, 1.1}) {
       advance_to(sleepy, time);
       advance_to(awake, time);
-      // A resting sheet that were an obstacle for a step would take up momentum.
+      // If the resting sheet were an obstacle for a step, it would take up momentum.
       EXPECT_LT((momentum(sleepy) - before).norm(), 1e-3 * before.norm()) << time;
       const double tolerance = overrides.front() == method("euler").front() ? 3e-3 : 1e-3;
       for (const std::string body : {"resting", "flying"}) {
@@ -166,8 +167,9 @@ TEST(Sleep, WakesBeforeAnythingActs) {
   }
 }
 
-// The small sheet lies under the middle of a triangle of the flying one: as an obstacle it would
-// be pushed by no vertex, and by edges and vertices of its own only over a quarter of the range.
+// The small sheet meets the middle of a triangle of the flying one, far from its vertices. If it
+// were still an obstacle, no sample would feel it; its own edges and vertices would push only over
+// a quarter of the range.
 TEST(Sleep, EndsWithinTheWholeRange) {
   Simulation simulation = simulation_of(
       thrown_sheet,
@@ -176,14 +178,14 @@ TEST(Sleep, EndsWithinTheWholeRange) {
                        "body.flying.position=[0.35, 0.35, -0.275]"}));
   Listener listener;
   simulation.add_observer(listener);
-  // The gap is the range after (0.275 - 0.001 - 0.004) m / (0.3 m/s) = 0.9 s.
+  // The gap reaches the range after (0.275 - 0.001 - 0.004) m / (0.3 m/s) = 0.9 s.
   advance_to(simulation, 0.904);
   ASSERT_EQ(listener.decisions.size(), 2U);
   EXPECT_EQ(listener.decisions[1].rfind("body \"resting\" wakes at t = 0.9 s", 0), 0U)
       << listener.decisions[1];
 }
 
-// Until the touch, the other body's motion is that of a scene without the sleeping one.
+// Until the bodies come near each other, the sleeping one adds no candidates of contact.
 TEST(Sleep, CostsNothing) {
   const Overrides steps = method("euler", {"time.step=0.01"});
   Simulation sleepy = simulation_of(thrown_sheet, steps);
@@ -195,7 +197,7 @@ TEST(Sleep, CostsNothing) {
   EXPECT_EQ(sleepy.statistics().counters.narrow_phase_calls, candidates);
 }
 
-// Both sheets of the stack sleep, together; the swinging one does not, and is not disturbed.
+// Both sheets of the stack fall asleep together. The swinging one stays awake and is not disturbed.
 TEST(Sleep, HoldsForBodiesInContactTogether) {
   for (const Overrides& overrides : {method("cvode"), method("euler", {"time.step=0.004"})}) {
     SCOPED_TRACE(overrides.front());
@@ -212,7 +214,7 @@ TEST(Sleep, HoldsForBodiesInContactTogether) {
     for (const std::string body : {"upper", "lower"}) {
       EXPECT_LT(largest_distance(sleepy.position(body), awake.position(body)), 1e-5) << body;
     }
-    // The error control sees other bodies; the grid of fixed steps stays the same.
+    // Under error control the steps depend on the bodies that are awake; fixed steps do not.
     if (overrides.size() > 1) {
       EXPECT_LT(largest_distance(sleepy.position("swinging"), awake.position("swinging")), 1e-4);
     }
@@ -233,7 +235,8 @@ TEST(Sleep, HoldsForBodiesInContactTogether) {
   }
 }
 
-// An obstacle that begins to move is no pair of the search with a body that sleeps.
+// Contact does not search between an obstacle that begins to move and a sleeping body, which is an
+// obstacle, too.
 TEST(Sleep, EndsWhenAnObstacleComes) {
   const std::string pushed = std::string(thrown_sheet) + R"(
 [[obstacle]]
@@ -318,7 +321,7 @@ TEST(Sleep, IsPartOfASavedState) {
   }
 }
 
-// Frames of a run: those of the sleeping body repeat, and its series counts it.
+// The frames of a sleeping body repeat its positions, and the series sleeping_bodies counts it.
 TEST(Sleep, IsRecorded) {
   const TemporaryFolder folder;
   RunOptions options;
@@ -395,7 +398,8 @@ TEST(RestWatch, AsksForAWholeWindow) {
   std::vector<double> y(6 * scene->dynamic_particles, 0.0);
   const std::vector<char> asleep(2, 0);
   RestWatch watch(*scene, 0, y);
-  // Until the end, 10 s after the look at 0.5 s, a twentieth of the tolerance is allowed a window.
+  // At 0.5 s, 10 s are left. A window of 0.5 s, a twentieth of that, may use a twentieth of the
+  // tolerance.
   const double allowed = 1e-5 * 0.5 / 10;
   const auto look = [&](double time, double place) {
     y[0] = place;
@@ -413,7 +417,7 @@ TEST(RestWatch, AsksForAWholeWindow) {
   EXPECT_FALSE(watch.is_at_rest(0));
   look(1.01, 1.2 * allowed);
   EXPECT_TRUE(watch.is_at_rest(0));
-  // At its place, but fast: half way through a swing.
+  // A vertex at its place, but fast: half way through a swing.
   y[y.size() / 2 + 1] = 1.1e-3;
   watch.look(1.02, y, asleep);
   EXPECT_FALSE(watch.is_at_rest(0));

@@ -113,13 +113,14 @@ TEST_P(TimedPins, AStepEndsAtTheRelease) {
   EXPECT_EQ(std::ranges::count(times, release), 1);
 }
 
-// A sheet that hangs by two corners falls with g, however it is strained.
+// The centre of a sheet falls with g once its pins let go, however it is strained.
 TEST_P(TimedPins, TheCentreOfAHangingSheetFalls) {
   Overrides overrides = with_pin(GetParam().overrides, {"release_time=0.037"});
   overrides.emplace_back("time.position_tolerance=1e-7");
   Simulation simulation = simulation_of(hanging_sheet, overrides);
   advance_to(simulation, release);
-  // The masses of corners and edges are a sixth or a third, and a half of those inside.
+  // The centre is that of mass: a corner has a sixth or a third of the mass of an inner vertex, a
+  // vertex on an edge has half.
   const auto centre = [&](const std::vector<Vec3>& all) {
     const std::vector<double>& mass = simulation.scene().mass;
     Vec3 sum = Vec3::Zero();
@@ -148,7 +149,7 @@ TEST_P(TimedPins, APinTakesHoldOfVerticesWhereTheyAre) {
   for (const Vec3& velocity : simulation.velocity("sheet")) EXPECT_EQ(velocity, Vec3(0, 0, 0));
 }
 
-// A motion that has begun before goes on from where the vertices are.
+// A pin whose motion has begun before it takes hold carries the vertices on from where they are.
 TEST_P(TimedPins, APinCarriesVerticesFromWhereTheyAre) {
   Simulation simulation = simulation_of(
       carried_sheet, with_pin(GetParam().overrides, {"motion.angular_velocity_deg=[0, 0, 360]",
@@ -207,7 +208,8 @@ TEST(TimedPins, ContinueFromSavedStates) {
   }
 }
 
-// The first pin that holds at the time has a vertex; the next one takes it over where it is.
+// The first pin that holds at a time has a vertex. Once it lets go, the next one takes the vertex
+// over where it is.
 TEST(TimedPins, HandVerticesOver) {
   const std::string text = std::string(carried_sheet) + "[[body.pin]]\nrows = [0, 0]\n";
   Simulation simulation = simulation_of(text);
