@@ -80,8 +80,9 @@ class Access {
   Handle open_group(hid_t parent, const std::string& name) const;
   std::vector<hsize_t> dimensions(hid_t dataset) const;
   // Rejects a dataset that stores less than its first `entries` numbers take, or more than the file
-  // holds. A shape is a claim of a few bytes, on which no memory must be taken. Compressed data may
-  // stand for two thousand times their size. Virtual data lie elsewhere and are not checked.
+  // holds. A file of a few bytes can claim any shape, so no memory may be reserved for a shape
+  // alone. Compressed data may stand for two thousand times their size. Virtual data lie elsewhere
+  // and are not checked.
   void require_stored(hid_t dataset, const std::string& name, double entries) const;
   // Names of the members of a group, in the order they were created; by name where the group does
   // not know it.

@@ -178,7 +178,7 @@ std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int 
   return scene_.bodies[body].first_point + static_cast<int>(lost - points.begin());
 }
 
-// A point p of the obstacle has gone by d + (R1 - R0) (p - middle), where d is the way of its
+// A point p of the obstacle has moved by d + (R1 - R0) (p - middle), where d is the way of its
 // middle. The norm of R1 - R0 is its Frobenius norm over the square root of two: both singular
 // values that are not zero are the same.
 ContactSearch::Displacement ContactSearch::displacement(const RigidObstacle& obstacle,
@@ -497,7 +497,7 @@ bool ContactSearch::rule_out(std::size_t l) {
   const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
   state.near = clearance <= slack_ + state.stray;
   if (state.near) return false;
-  // The spheres bound the bodies at their snapshots: what has been gone since then counts already.
+  // The spheres bound the bodies at their snapshots: the way since then already counts.
   state.clearance = clearance;
   state.path_length = a.path_length + b.path_length;
   return true;

@@ -80,8 +80,7 @@ std::string describe(const Surface& surface) {
   return text;
 }
 
-// --- The oracle: straight from the definition
-// --------------------------------------------------------
+// --- The oracle: straight from the definition ----------------------------------------------------
 
 Box nothing() {
   Box box;
@@ -231,8 +230,7 @@ TEST(Pyramid, GroupsPatchesByPlace) {
   }
 }
 
-// --- The blocks
-// --------------------------------------------------------------------------------------
+// --- The blocks ----------------------------------------------------------------------------------
 
 TEST(Pyramid, LevelsSplitTheQuadsDownToLeafBlocks) {
   for (const Surface& surface : surfaces()) {
@@ -358,8 +356,7 @@ TEST(Pyramid, IsSmall) {
   EXPECT_GE(pyramid.bytes(), plain + 256 * 256 * 12);
 }
 
-// --- Positions that are not finite
-// ---------------------------------------------------------------
+// --- Positions that are not finite ---------------------------------------------------------------
 
 void expect_place(const std::optional<TexelAddress>& found, const TexelAddress& expected) {
   ASSERT_TRUE(found);
@@ -443,8 +440,7 @@ TEST(Pyramid, TakesCoordinatesUpToTheLimit) {
   expect_bounds(pyramid, {&surface.positions});
 }
 
-// --- The same bits
-// -----------------------------------------------------------------------------------
+// --- The same bits -------------------------------------------------------------------------------
 
 // Everything that a pyramid holds.
 std::vector<float> contents(const Pyramid& pyramid) {

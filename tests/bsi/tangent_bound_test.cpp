@@ -108,8 +108,7 @@ TEST(TangentBound, IsTheSmallestHeightOfAPlaneGrid) {
   EXPECT_GT(reached, 50);  // where the foot of the height lies within the opposite side
 }
 
-// --- Attack
-// ------------------------------------------------------------------------------------------
+// --- Attack --------------------------------------------------------------------------------------
 
 // Changes a random patch, plain or swept, step by step, to bring the certified margin as close as
 // possible to the true least distance, or beyond it if the certificate were wrong.

@@ -26,8 +26,7 @@ double uniform(Random& random, double low, double high) {
 
 int chance(Random& random, int count) { return static_cast<int>(random() % count); }
 
-// --- Images
-// ------------------------------------------------------------------------------------------
+// --- Images --------------------------------------------------------------------------------------
 
 // An image with the positions of its particles, at rest where end == start.
 struct Image {
@@ -194,8 +193,7 @@ Image random_image(unsigned seed, bool swept) {
   return image;
 }
 
-// --- What is found
-// -----------------------------------------------------------------------------------
+// --- What is found -------------------------------------------------------------------------------
 
 // The pairs of leaves found, by number.
 struct Found {

@@ -91,8 +91,7 @@ const std::vector<Body>& bodies() {
   return all;
 }
 
-// --- The oracle: every pair of leaves, straight from the rule of traversal.h
-// -------------------------
+// --- The oracle: every pair of leaves, straight from the rule of traversal.h ---------------------
 
 std::array<int, 3> corners_of_triangle(const Atlas& atlas, int triangle) {
   return quad_triangles(atlas.quad_particles(triangle / 2))[triangle % 2];
@@ -197,8 +196,7 @@ std::string describe(const TraversalOptions& options) {
          std::to_string(options.margin) + ", by " + names[static_cast<int>(options.bound)];
 }
 
-// --- Sets
-// --------------------------------------------------------------------------------------------
+// --- Sets ----------------------------------------------------------------------------------------
 
 TEST(Traversal, DualFindsEveryPairOfLeaves) {
   constexpr std::array margins{0.0, 1e-3, 0.02, 0.02, 0.0, 0.2, 1e300};
@@ -347,8 +345,7 @@ TEST(Traversal, HalfMarginIsTheMarginAndTheRoundingOfVertices) {
   }
 }
 
-// --- Order
-// -------------------------------------------------------------------------------------------
+// --- Order ---------------------------------------------------------------------------------------
 
 // The leaves that a body finds with itself, with another and with points, in order.
 struct Findings {
@@ -434,8 +431,7 @@ TEST(Traversal, PairsOfLeafBlocksAreTheSamePairsInTheSameOrder) {
   }
 }
 
-// --- Blocks of a level
-// -------------------------------------------------------------------------------
+// --- Blocks of a level ---------------------------------------------------------------------------
 
 std::vector<PatchBlock> blocks_of_level(const Pyramid& pyramid, int level) {
   std::vector<PatchBlock> blocks;

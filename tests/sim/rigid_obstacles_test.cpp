@@ -142,7 +142,8 @@ TEST(RigidObstacles, AreBuiltOnce) {
   Dynamics dynamics(*scene, statistics);
   const auto integrator = make_integrator(*scene, dynamics);
   while (integrator->time() < 0.12) ASSERT_FALSE(integrator->step());
-  // A list of the sheet and each of the two: both are built together where both are near.
+  // The sheet has a list with each of the two obstacles; both lists are built together while both
+  // obstacles are near.
   const Counters& counters = statistics.counters;
   EXPECT_GT(counters.pair_traversals, 8);
   EXPECT_LE(counters.rebuilds, counters.pair_traversals + 2);
@@ -275,7 +276,8 @@ TEST(RigidObstacles, ListsAreCompleteWhereverTheyMove) {
       for (int k = 0; k < 40; ++k) {
         SCOPED_TRACE(std::string(bound) + ", " + std::to_string(k));
         Moment now = walk.now();
-        // Once in a while everything is given, and lists built from poses must do or be renewed.
+        // Once in a while all positions are given instead of poses. Lists built from poses must
+        // then serve or be renewed.
         ASSERT_FALSE(k % 7 == 6 ? search.update(now.all) : search.update(now.placed()));
         ASSERT_EQ(oracle.missing(search.lists(), now.all), "");
         in_reach += oracle.in_reach(now.all).size();
