@@ -59,8 +59,8 @@ class Contact {
                                                      std::span<const Vec3> velocity, int threads) {
     return evaluate(PlacedParticles(position), velocity, threads);
   }
-  // The functions down to smallest_gap() are about the last evaluate(). Their arrays have one entry
-  // per dynamic particle. `force` may have one per particle: obstacles then get their forces, too.
+  // Results below are those of the last evaluate(), except for touched(). Arrays have one entry per
+  // dynamic particle. `force` may have one per particle: obstacles then get their forces, too.
   void add_forces(std::span<Vec3> force) const;
   // Adds these forces in two parts: along normals, contact damping included, and friction. Both
   // lists have as many entries.

@@ -203,7 +203,7 @@ TEST(StabilityVerdict, TooManyFailuresOrLimitsAreNotPassed) {
       shares.add(strayed ? controlled : cell, result);
     }
     result.outcome = Outcome::inexact;
-    shares.add(cell, result);  // a fixed step is as exact as it is
+    shares.add(cell, result);  // no failure: a fixed step promises no accuracy
     result.outcome = Outcome::failed;
     for (int i = 0; i < 1000; ++i) shares.add(moving, result);
     EXPECT_EQ(shares.cells, 2182);
