@@ -115,7 +115,7 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
         hint = "expected another time.method, or no " + in_quotes(channel.name);
         return name + " would be zero: in an equilibrium nothing slides";
       }
-      if (source.contact.friction > 0) return "";
+      if (!source.contact.friction.is_zero()) return "";
       hint = "expected contact.friction > 0, or no " + in_quotes(channel.name);
       return name + " would be zero: there is no friction";
     case ChannelId::reactions:

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/scene/time_curve.h"
+
 namespace weft::sim {
 
 namespace {
@@ -41,12 +43,20 @@ void RecordedChannels::list_supports() {
   for (std::size_t i = 0; i < scene_.case_order.size(); ++i) {
     const int b = scene_.case_order[i];
     if (!scene_.bodies[b].dynamic) {
-      supports_.push_back({b, -1, {}});
+      supports_.push_back({.body = b, .wrench = {}});
       continue;
     }
     for (std::size_t pin = 0; pin < scene_.source.body[i].pin.size(); ++pin)
-      supports_.push_back({b, static_cast<int>(pin), {}});
+      supports_.push_back({.body = b, .pin = static_cast<int>(pin), .wrench = {}});
   }
+  for (const Tie& tie : scene_.ties) supports_.push_back({.tie = tie.number, .wrench = {}});
+}
+
+// Returns the path of a support's records below that of the channel. No pin is named like a tie.
+std::string RecordedChannels::home_of(const Support& support) const {
+  if (support.tie >= 0) return "tie/" + std::to_string(support.tie + 1);
+  const std::string& body = scene_.bodies[support.body].name;
+  return support.pin < 0 ? body : body + "/pin_" + std::to_string(support.pin + 1);
 }
 
 void RecordedChannels::list_records() {
@@ -56,11 +66,8 @@ void RecordedChannels::list_records() {
       case Channel::Home::texels:
         break;
       case Channel::Home::supports:
-        for (const Support& support : supports_) {
-          const std::string place = home + "/" + scene_.bodies[support.body].name;
-          const bool is_pin = support.pin >= 0;
-          add_record(*channel, is_pin ? place + "/pin_" + std::to_string(support.pin + 1) : place);
-        }
+        for (const Support& support : supports_)
+          add_record(*channel, home + "/" + home_of(support));
         break;
       case Channel::Home::bodies:
         for (const int b : scene_.case_order) {
@@ -96,7 +103,7 @@ void RecordedChannels::compute(double time, std::span<const double> y,
       has(ChannelId::reactions)) {
     simulation_.dynamics_with_pins().find_force_parts(time, y, forces_);
   }
-  find_surfaces(position, velocity);
+  find_surfaces(time, position, velocity);
   for (std::size_t i = 0; i < scene_.case_order.size(); ++i) {
     const int b = scene_.case_order[i];
     field_values_[i].clear();
@@ -109,16 +116,19 @@ void RecordedChannels::compute(double time, std::span<const double> y,
     append(support.wrench.force, record_values_);
     append(support.wrench.moment, record_values_);
   }
-  if (has(ChannelId::body_energy)) add_energies(position, velocity);
+  if (has(ChannelId::body_energy)) add_energies(time, position, velocity);
   if (has(ChannelId::largest_stretch_place)) add_largest_stretch(position);
 }
 
-void RecordedChannels::find_surfaces(std::span<const Vec3> position,
+void RecordedChannels::find_surfaces(double time, std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
+  const Instant now{time, time};
   for (std::size_t b = 0; b < surfaces_.size(); ++b) {
     Surface& surface = *surfaces_[b];
     const SceneBody& body = scene_.bodies[b];
-    surface.tensors.place(part_of(position, body), part_of(velocity, body));
+    const DampingTimes damping{TimeCurve(body.material->stiffness_damping).at(now),
+                               TimeCurve(body.material->bending_damping).at(now)};
+    surface.tensors.place(part_of(position, body), part_of(velocity, body), damping);
     if (has(ChannelId::membrane_strain)) surface.tensors.find_strain(surface.strain);
     if (has(ChannelId::membrane_stress)) surface.tensors.find_stress(surface.stress);
     if (has(ChannelId::bending_curvature)) surface.tensors.find_curvature(surface.curvature);
@@ -157,7 +167,8 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
 // Sums the forces that pins exert on their particles; those of obstacles are known.
 void RecordedChannels::find_supports(std::span<const Vec3> position) {
   for (Support& support : supports_)
-    support.wrench = support.pin < 0 ? forces_.obstacles[support.body] : Wrench{};
+    support.wrench =
+        support.pin < 0 && support.tie < 0 ? forces_.obstacles[support.body] : Wrench{};
   for (const PrescribedMotion& held : simulation_.dynamics_with_pins().scene().prescribed) {
     if (held.particles.empty() || held.particles[0] >= scene_.dynamic_particles) continue;
     const int body = scene_.body_index_of_particle(held.particles[0]);
@@ -167,10 +178,17 @@ void RecordedChannels::find_supports(std::span<const Vec3> position) {
     for (const int particle : held.particles)
       found->wrench.add(position[particle], forces_.support[particle]);
   }
+  for (const OuterForce& outer : forces_.outer) {
+    for (Support& support : supports_) {
+      if (support.body == outer.body && support.pin == outer.pin && support.tie == outer.tie)
+        support.wrench.add(outer.place, outer.force);
+    }
+  }
 }
 
-void RecordedChannels::add_energies(std::span<const Vec3> position,
+void RecordedChannels::add_energies(double time, std::span<const Vec3> position,
                                     std::span<const Vec3> velocity) {
+  const Vec3 gravity = simulation_.dynamics_with_pins().gravity(time);
   std::vector<double> elastic(scene_.dynamic_bodies, 0.0);
   for (std::size_t b = 0; b < surfaces_.size(); ++b)
     elastic[b] = surfaces_[b]->tensors.elastic_energy();
@@ -185,7 +203,7 @@ void RecordedChannels::add_energies(std::span<const Vec3> position,
     double kinetic = 0, gravitational = 0;
     for (int i = body.first_particle; i < body.first_particle + body.particle_count(); ++i) {
       kinetic += 0.5 * scene_.mass[i] * velocity[i].squaredNorm();
-      gravitational -= scene_.mass[i] * scene_.source.world.gravity.dot(position[i]);
+      gravitational -= scene_.mass[i] * gravity.dot(position[i]);
     }
     record_values_.insert(record_values_.end(), {kinetic, gravitational, elastic[b]});
   }

@@ -53,11 +53,11 @@ class RecordedChannels {
   std::span<const double> record_values() const { return record_values_; }
 
  private:
-  // Something that holds bodies: a pin, or a body or obstacle that is prescribed as a whole. Ties
-  // will be another kind.
+  // Something that holds bodies: a pin, a body or obstacle that is prescribed as a whole, or a tie.
   struct Support {
-    int body = 0;  // index into Scene::bodies
-    int pin = -1;  // -1: the whole body
+    int body = -1;  // index into Scene::bodies; -1: a tie
+    int pin = -1;   // -1: the whole body
+    int tie = -1;   // number; -1: none
     Wrench wrench;
   };
   // The tensors of a simulated body.
@@ -71,11 +71,12 @@ class RecordedChannels {
   void list_supports();
   void list_records();
   void add_record(const Channel& channel, const std::string& path);
-  void find_surfaces(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  std::string home_of(const Support& support) const;
+  void find_surfaces(double time, std::span<const Vec3> position, std::span<const Vec3> velocity);
   void find_supports(std::span<const Vec3> position);
   std::span<const double> values_of(int body, const ChannelPlace& place,
                                     std::span<const Vec3> velocity) const;
-  void add_energies(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  void add_energies(double time, std::span<const Vec3> position, std::span<const Vec3> velocity);
   void add_largest_stretch(std::span<const Vec3> position);
 
   const Simulation& simulation_;

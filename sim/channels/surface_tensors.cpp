@@ -164,7 +164,9 @@ Nodes4 SurfaceTensors::hinge_nodes(std::size_t triangle, int i, std::span<const 
   return result;
 }
 
-void SurfaceTensors::place(std::span<const Vec3> position, std::span<const Vec3> velocity) {
+void SurfaceTensors::place(std::span<const Vec3> position, std::span<const Vec3> velocity,
+                           const DampingTimes& damping) {
+  damping_ = damping;
   position_.assign(position.begin(), position.end());
   velocity_.assign(velocity.begin(), velocity.end());
   parallel_chunks(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
@@ -242,7 +244,7 @@ void SurfaceTensors::find_stress(PrincipalValues& values) const {
       [&](int t) {
         const Eigen::Matrix2d& f = placed_[t].gradient;
         const Eigen::Matrix2d second_piola =
-            matrix_of(moduli.response(strain_of(t, body_.material->stiffness_damping)));
+            matrix_of(moduli.response(strain_of(t, damping_.membrane)));
         return plane_tensor(f * second_piola * f.transpose() / f.determinant());
       },
       values);
@@ -255,11 +257,8 @@ void SurfaceTensors::find_curvature(PrincipalValues& values) const {
 void SurfaceTensors::find_moment(PrincipalValues& values) const {
   const MaterialCase& material = *body_.material;
   const PlateModuli moduli{material.bending_stiffness, material.poisson_ratio};
-  average(
-      [&](int t) {
-        return in_space(t, moduli.response(curvature_of(t, material.bending_damping)));
-      },
-      values);
+  average([&](int t) { return in_space(t, moduli.response(curvature_of(t, damping_.bending))); },
+          values);
 }
 
 double SurfaceTensors::elastic_energy() const {

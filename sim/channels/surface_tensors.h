@@ -39,6 +39,11 @@ struct PlateModuli {
   PlaneTensor response(const PlaneTensor& strain) const;
 };
 
+// Stiffness-proportional damping of a material, s.
+struct DampingTimes {
+  double membrane = 0, bending = 0;
+};
+
 class SurfaceTensors {
  public:
   // The body must outlive the result, and have a material. With `bends`, curvature and moment can
@@ -47,7 +52,8 @@ class SurfaceTensors {
 
   // Finds the deformation at the positions (m) and velocities (m/s) of the body's particles. The
   // functions that follow tell about it; each costs O(particles).
-  void place(std::span<const Vec3> position, std::span<const Vec3> velocity);
+  void place(std::span<const Vec3> position, std::span<const Vec3> velocity,
+             const DampingTimes& damping);
   // Green strain, (F^T F - 1) / 2.
   void find_strain(PrincipalValues& values) const;
   // Cauchy tension, N/m: force per current length, damping included. Zero for a membrane of
@@ -100,6 +106,7 @@ class SurfaceTensors {
   std::vector<int> around_;        // triangles
   std::vector<Placed> placed_;     // by triangle
   std::vector<Vec3> position_, velocity_;
+  DampingTimes damping_;
   mutable std::vector<PlaneTensor> tensors_;  // by triangle, of the last average()
 };
 

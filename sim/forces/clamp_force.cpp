@@ -5,6 +5,7 @@
 #include "materials/hinge.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/moving_points.h"
+#include "sim/forces/varying_numbers.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -24,10 +25,12 @@ constexpr int most_nodes = 6;  // of the triangle, and across its edges
 struct ClampedTriangle {
   std::array<int, most_nodes> particles;  // global; no_particle: a ghost, or beyond a border
   std::array<int, 3> ghosts{no_particle, no_particle, no_particle};  // by edge
-  Vec3 factors{1, 1, 1};  // of the angles to the nodes across
+  std::array<int, 3> pins{};  // of the ghosts, in the list of the body
+  int body = 0;               // index into Scene::bodies
+  Vec3 factors{1, 1, 1};      // of the angles to the nodes across
   Vec3 rest_angles{0, 0, 0};
   Mat3 modulus = Mat3::Zero();  // N m, over the angles
-  double damping_time = 0;      // s
+  double damping_time = 0;      // s, at the time set
 };
 
 // The angles of a triangle and their derivatives.
@@ -40,9 +43,12 @@ struct Angles {
 
 class ClampForce final : public Force {
  public:
-  ClampForce(std::vector<ClampedTriangle> triangles, MovingPoints ghosts,
-             const std::vector<Vec3>& rest)
-      : triangles_(std::move(triangles)), ghosts_(std::move(ghosts)) {
+  ClampForce(std::vector<ClampedTriangle> triangles, VaryingNumbers damping_times, bool is_damped,
+             MovingPoints ghosts, const std::vector<Vec3>& rest)
+      : triangles_(std::move(triangles)),
+        damping_times_(std::move(damping_times)),
+        is_damped_(is_damped),
+        ghosts_(std::move(ghosts)) {
     for (ClampedTriangle& triangle : triangles_) {
       const Vec3 rest_angles = find_angles(triangle, rest).strains;
       for (int i = 0; i < 3; ++i) {
@@ -52,12 +58,15 @@ class ClampForce final : public Force {
   }
 
   std::string_view name() const override { return "clamp"; }
-  bool has_damping() const override {
-    return std::ranges::any_of(triangles_, [](const auto& t) { return t.damping_time > 0; });
-  }
-  bool varies() const override { return ghosts_.move(); }
+  bool has_damping() const override { return is_damped_; }
+  bool varies() const override { return ghosts_.move() || damping_times_.varies(); }
   bool has_moving_points() const override { return ghosts_.move(); }
-  void set_time(const Instant& now) override { ghosts_.set_time(now); }
+  void set_time(const Instant& now) override {
+    ghosts_.set_time(now);
+    damping_times_.visit_changed(now, [&](int first, int last, double time) {
+      for (int t = first; t < last; ++t) triangles_[t].damping_time = time;
+    });
+  }
   double evaluation_work() const override { return 1.2; }
 
   double energy(const Kinematics& state, int /*threads*/) override {
@@ -81,6 +90,21 @@ class ClampForce final : public Force {
       }
     }
     return power;
+  }
+
+  void list_outer_forces(const Kinematics& state, std::vector<OuterForce>& all) override {
+    for (const ClampedTriangle& triangle : triangles_) {
+      const Angles angles = find_angles(triangle, state.position);
+      const Vec3 moments = moments_of(triangle, angles, state);
+      for (int i = 0; i < 3; ++i) {
+        if (triangle.ghosts[i] == no_particle) continue;
+        OuterForce& outer = all.emplace_back();
+        outer.body = triangle.body;
+        outer.pin = triangle.pins[i];
+        outer.place = ghosts_.position(triangle.ghosts[i]);
+        outer.force = angles.slopes.middleCols<3>(3 * (i + 3)).transpose() * moments;
+      }
+    }
   }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int /*threads*/) override {
@@ -214,6 +238,8 @@ class ClampForce final : public Force {
   }
 
   std::vector<ClampedTriangle> triangles_;
+  VaryingNumbers damping_times_;  // s
+  bool is_damped_;                // at any time
   MovingPoints ghosts_;
 };
 
@@ -227,7 +253,7 @@ ClampedTriangle triangle_of(const SceneBody& body, const bsi::Mesh& mesh, int in
             ? no_particle
             : body.first_particle + edge.opposite[edge.triangle[0] == index ? 1 : 0];
   }
-  triangle.damping_time = body.material->bending_damping;
+  triangle.damping_time = body.material->bending_damping.constant_or_zero();
   return triangle;
 }
 
@@ -247,11 +273,14 @@ void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
 
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   std::vector<ClampedTriangle> triangles;
+  VaryingNumbers damping_times;
+  bool is_damped = false;
   MovingPoints ghosts;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
     const std::vector<ClampedBy> edges = clamped_edges_of(scene, b);
     if (edges.empty()) continue;
+    const std::size_t first = triangles.size();
     const bsi::Mesh mesh = bsi::build_mesh(body.atlas);
     for (std::size_t e = 0; e < edges.size(); ++e) {
       const ClampedEdge& edge = *edges[e].edge;
@@ -260,13 +289,18 @@ std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
       ClampedTriangle& triangle = triangles.back();
       triangle.particles[edge.edge + 3] = no_particle;
       triangle.ghosts[edge.edge] = ghosts.add(*edges[e].held, edge.ghost);
+      triangle.pins[edge.edge] = edges[e].held->pin;
+      triangle.body = b;
       triangle.factors[edge.edge] = 2;
       find_modulus(body, mesh, edge.triangle, triangle);
     }
+    damping_times.append(static_cast<int>(triangles.size() - first),
+                         body.material->bending_damping);
+    is_damped |= !body.material->bending_damping.is_zero();
   }
   if (triangles.empty()) return nullptr;
-  return std::make_unique<ClampForce>(std::move(triangles), std::move(ghosts),
-                                      rest_positions(scene));
+  return std::make_unique<ClampForce>(std::move(triangles), std::move(damping_times), is_damped,
+                                      std::move(ghosts), rest_positions(scene));
 }
 
 }  // namespace weft::sim

@@ -36,6 +36,16 @@ struct Derivatives {
   bool is_joined() const { return damping == nullptr; }
 };
 
+// A force (N) at a place (m) that something outside the state exerts on what is simulated.
+struct OuterForce {
+  enum class By { clamp, tied_body, tie };
+  By by = By::clamp;
+  int body = -1;  // index into Scene::bodies: of the clamp's surface, or of the body that pulls
+  int pin = -1;   // of a clamp, in the list of its body
+  int tie = -1;   // number of a tie whose force on its body this is, whatever its other end
+  Vec3 place{0, 0, 0}, force{0, 0, 0};
+};
+
 class Force {
  public:
   virtual ~Force() = default;
@@ -59,7 +69,9 @@ class Force {
   // True if the force has moving points outside the state, such as those to which vertices are
   // tied.
   virtual bool has_moving_points() const { return false; }
-  // Power (W) that these points put into its energy.
+  // Appends the forces of points outside the state and of ties.
+  virtual void list_outer_forces(const Kinematics& /*state*/, std::vector<OuterForce>& /*all*/) {}
+  // Power (W) that moving points put into the force's energy.
   virtual double power_of_moving_points(const Kinematics& /*state*/) { return 0; }
   // Adds forces (N) to `force`, which has one entry per particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;

@@ -37,6 +37,27 @@ class TieForce final : public Force {
     return power;
   }
 
+  void list_outer_forces(const Kinematics& state, std::vector<OuterForce>& all) override {
+    for (const SpringEnds& spring : springs_.springs()) {
+      const Vec3 pull = slope(spring, state.position);
+      OuterForce& tie = all.emplace_back();
+      tie.by = OuterForce::By::tie;
+      tie.tie = spring.tie;
+      tie.force = -pull;
+      if (spring.anchor < 0 || spring.anchor_coefficient < 0) {
+        tie.place = state.position[spring.particle[0]];
+      } else {
+        tie.place = springs_.anchors().position(spring.anchor);
+      }
+      if (spring.anchor < 0) continue;
+      OuterForce& body = all.emplace_back();
+      body.by = OuterForce::By::tied_body;
+      body.body = spring.anchor_body;
+      body.place = springs_.anchors().position(spring.anchor);
+      body.force = spring.anchor_coefficient * pull;
+    }
+  }
+
   void add_forces(const Kinematics& state, std::span<Vec3> force, int /*threads*/) override {
     for (const SpringEnds& spring : springs_.springs()) {
       const Vec3 pull = slope(spring, state.position);

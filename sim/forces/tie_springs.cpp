@@ -24,6 +24,7 @@ TieSprings::TieSprings(const Scene& scene, std::span<const Tie> ties) {
       SpringEnds spring;
       spring.stiffness = from.share * tie.source->stiffness;
       spring.length = from.length;
+      spring.tie = tie.number;
       const SceneBody& body = scene.bodies[scene.case_order[tie.body]];
       const Vec3 place = scene.initial_position[body.first_particle + from.vertex];
       add_point(scene, tie.body, 1, {&from.vertex, 1}, Vec3::UnitX(), place, spring);
@@ -50,6 +51,7 @@ void TieSprings::add_point(const Scene& scene, int case_body, double sign,
     }
     spring.anchor = anchors_.add(held, held != nullptr ? held->motion.pose(0).start_of(now) : now);
     spring.anchor_coefficient = sign;
+    spring.anchor_body = scene.case_order[case_body];
     return;
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {

@@ -19,6 +19,8 @@ struct SpringEnds {
   std::array<double, 4> coefficient{};
   int anchor = -1;  // number in MovingPoints; -1: none
   double anchor_coefficient = 0;
+  int anchor_body = -1;  // index into Scene::bodies
+  int tie = 0;           // number
   double stiffness = 0;  // k, N/m
   double length = 0;     // L, m
 };

@@ -437,13 +437,16 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::v
 }
 
 void Dynamics::find_force_parts(double time, std::span<const double> y, ForceParts& parts) {
+  set_time(time);
   expand(time, y, position_, velocity_);
   if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
   const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
   const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
   parts.own.resize(count);
   add_forces(state, parts.own);
-  const Vec3 gravity = load_.value_or(1) * scene_.source.world.gravity;
+  parts.outer.clear();
+  for (const auto& each : forces_) each->list_outer_forces(state, parts.outer);
+  const Vec3 gravity = load_.value_or(1) * gravity_;
   for (std::size_t i = 0; i < count; ++i) {
     const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
     parts.own[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);

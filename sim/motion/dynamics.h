@@ -51,7 +51,8 @@ struct ForceParts {
   // Contact: along the normals, contact damping included, and friction. Zero without contact.
   std::vector<Vec3> contact, friction;
   std::vector<Vec3> support;      // that which pins exert, the inertia of what they hold included
-  std::vector<Wrench> obstacles;  // by body of the scene: that which it exerts if not dynamic
+  std::vector<Wrench> obstacles;  // by body of the scene: contact with it if it is not dynamic
+  std::vector<OuterForce> outer;  // of clamps and ties
 };
 
 // The arguments of an assembly of K and D, from which they can be assembled again with the same

@@ -354,7 +354,7 @@ const Scene& Simulation::scene() const { return implementation_->scene; }
 Dynamics& Simulation::dynamics() const { return implementation_->dynamics; }
 Dynamics& Simulation::dynamics_with_pins() const {
   const Implementation& self = *implementation_;
-  return self.timed_pins != nullptr ? self.timed_pins->dynamics() : implementation_->dynamics;
+  return self.changing != nullptr ? self.changing->dynamics() : implementation_->dynamics;
 }
 const Integrator& Simulation::integrator() const { return *implementation_->integrator; }
 

@@ -78,7 +78,7 @@ TEST(SurfaceTensors, UniformStretchIsExactInAnyDirectionAndRotation) {
                          (1.1 * axis.dot(flat[i]) * axis + 0.95 * across.dot(flat[i]) * across));
     }
     SurfaceTensors tensors(body, true, 1);
-    tensors.place(position, std::vector<Vec3>(flat.size(), Vec3::Zero()));
+    tensors.place(position, std::vector<Vec3>(flat.size(), Vec3::Zero()), {});
     PrincipalValues strain, stress, curvature;
     tensors.find_strain(strain);
     tensors.find_stress(stress);
@@ -140,7 +140,7 @@ TEST(SurfaceTensors, SheetBentToACylinderHasItsCurvatureAndMoment) {
           tangent.push_back(now * (std::cos(turn) * along + side * std::sin(turn) * Vec3::UnitZ()));
         }
         SurfaceTensors tensors(body, true, 1);
-        tensors.place(position, std::vector<Vec3>(position.size(), Vec3::Zero()));
+        tensors.place(position, std::vector<Vec3>(position.size(), Vec3::Zero()), {});
         PrincipalValues curvature, moment;
         tensors.find_curvature(curvature);
         tensors.find_moment(moment);
@@ -174,13 +174,13 @@ TEST(SurfaceTensors, CurvatureIsTheChangeSinceRest) {
   const std::vector<Vec3> still(body.rest.size(), Vec3::Zero());
   SurfaceTensors tensors(body, true, 1);
   PrincipalValues curvature;
-  tensors.place(body.rest, still);
+  tensors.place(body.rest, still, {});
   tensors.find_curvature(curvature);
   for (const double value : curvature.major) EXPECT_NEAR(value, 0, 1e-12);
   std::vector<Vec3> position;
   for (const Vec3& x : body.rest)
     position.emplace_back(0.2 * std::acos(std::clamp(x.x() / 0.2, -1.0, 1.0)), 0.0, x.z());
-  tensors.place(position, still);
+  tensors.place(position, still, {});
   tensors.find_curvature(curvature);
   for (int row = 2; row < 15; ++row) {
     for (int col = 2; col < 46; ++col) {
