@@ -122,7 +122,7 @@ void RecordedChannels::compute(double time, std::span<const double> y,
 
 void RecordedChannels::find_surfaces(double time, std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
-  const Instant now{time, time};
+  const Instant now = simulation_.dynamics_with_pins().instant(time);
   for (std::size_t b = 0; b < surfaces_.size(); ++b) {
     Surface& surface = *surfaces_[b];
     const SceneBody& body = scene_.bodies[b];

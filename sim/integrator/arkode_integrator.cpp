@@ -199,8 +199,7 @@ bool ArkodeIntegrator::set_stop_time(double end) {
   const double wanted = std::max(end, time() + length);
   const auto latest = latest_end(wanted);
   if (!latest) return false;
-  ARKStepSetStopTime(arkode_,
-                     std::min(MotionLimits::stop_time(*latest, wanted), end_beside_curves()));
+  ARKStepSetStopTime(arkode_, *latest);
   return true;
 }
 

@@ -71,7 +71,6 @@ class OneStepIntegrator : public Integrator {
   // nothing if no step is short enough; step() then fails with the reason.
   std::optional<double> latest_end(double wanted);
   bool motions_limit_steps() const { return motion_limits_.apply(); }
-  double end_beside_curves() const { return motion_limits_.end_beside_curves(time()); }
   // Returns the next corner (s) of a motion or a curve after time(); infinite without one.
   double next_event() const { return motion_limits_.next_event(time()); }
 

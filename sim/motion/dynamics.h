@@ -135,6 +135,12 @@ class Dynamics {
   // times have the value after it.
   void begin_step(double time) { step_start_ = time; }
   double step_start() const { return step_start_; }
+  // The instant at which forces at a time are evaluated. A jump within the shortest step counts as
+  // passed, as for MotionLimits.
+  Instant instant(double time) const {
+    const double within = is_before_jump(time) ? step_start_ : time;
+    return {time, within + scene_.source.time.minimum_step};
+  }
   // Sets positions and velocities of moving pins in y, after any jump.
   void place_pins(double time, std::span<double> y) const;
   // Adds factor * rate(time) to y, for moving pins alone.
@@ -205,11 +211,6 @@ class Dynamics {
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
   void add_mass_damping();
-  // A jump within the shortest step counts as passed, as for MotionLimits.
-  Instant instant(double time) const {
-    const double within = is_before_jump(time) ? step_start_ : time;
-    return {time, within + scene_.source.time.minimum_step};
-  }
   // Gives everything that varies its value at this time; costs nothing if nothing does.
   void set_time(double time);
   // Turns forces (N) into accelerations (m/s^2), which are zero for held particles. Returns true if

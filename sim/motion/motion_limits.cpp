@@ -18,7 +18,7 @@ constexpr std::size_t most_blocks = 256;
 constexpr double shortening = 0.8;
 
 // Part of a size that rounding cannot take.
-constexpr double beyond_rounding = 1e-9;
+constexpr double rounding_part = 1e-9;
 
 bool is_tied_to(const Scene& scene, int body) {
   return std::ranges::any_of(scene.ties, [&](const Tie& tie) {
@@ -61,11 +61,6 @@ double MotionLimits::next_event(double time) const {
   const auto next = std::upper_bound(events_.begin(), events_.end(), after,
                                      [](double t, const MotionEvent& e) { return t < e.time; });
   return next == events_.end() ? std::numeric_limits<double>::infinity() : next->time;
-}
-
-double MotionLimits::end_beside_curves(double time) const {
-  if (!dynamics_.varies()) return std::numeric_limits<double>::max();
-  return std::min({next_event(time), time + longest_step_, std::numeric_limits<double>::max()});
 }
 
 // Returns the events within the shortest step of `time`.
@@ -229,7 +224,7 @@ void MotionLimits::add_approaches(const Moving& obstacle, int body, double time,
   for (const Block& block : blocks_[body]) {
     const double way = block.speed * length + travel;
     if (way <= approach_part * (block.box.exteriorDistance(all) - reach)) continue;
-    const double enough = (way / approach_part + reach) * (1 + beyond_rounding);
+    const double enough = (way / approach_part + reach) * (1 + rounding_part);
     Approach approach{
         .obstacle = &obstacle,
         .clearance = std::sqrt(squared_distance(block, rigid, enough * enough)) - reach,

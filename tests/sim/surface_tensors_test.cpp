@@ -109,7 +109,7 @@ TEST(SurfaceTensors, DampingAddsToTheTension) {
   std::vector<Vec3> velocity;
   for (const Vec3& x : body.rest) velocity.push_back(Vec3(0.5 * x.x(), 0, 0) + spin.cross(x));
   SurfaceTensors tensors(body, false, 1);
-  tensors.place(body.rest, velocity);
+  tensors.place(body.rest, velocity, {0.02, 0});
   PrincipalValues stress;
   tensors.find_stress(stress);
   const double plate = 500 / (1 - 0.25 * 0.25), strain = 0.02 * 0.5;
