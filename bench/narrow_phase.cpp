@@ -13,7 +13,7 @@
 #include "bench/weft_method.h"
 #include "bsi/continuous_collision.h"
 #include "bsi/detail/feature_batches.h"
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/proximity.h"
 
 namespace weft::bench {

@@ -11,7 +11,7 @@
 
 #include "bench/experiments.h"
 #include "bench/medians.h"
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/pyramid.h"
 #include "bsi/shapes.h"
 #include "bsi/traversal.h"

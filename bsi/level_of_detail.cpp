@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bsi/detail_border.h"
-#include "bsi/detail_patch.h"
+#include "bsi/detail/detail_border.h"
+#include "bsi/detail/detail_patch.h"
 
 namespace weft::bsi {
 

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "bsi/detail/patch_order.h"
+#include "bsi/kernels/box_build_kernels.h"
 #include "bsi/kernels/vertex_kernels.h"
 
 namespace weft::bsi {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "bsi/detail/block_levels.h"
+#include "bsi/detail/bound_rows.h"
 #include "bsi/detail/box_layout.h"
 #include "bsi/geometry_image.h"
-#include "bsi/kernels/box_build_kernels.h"
 #include "bsi/sphere.h"
 
 namespace weft::bsi {

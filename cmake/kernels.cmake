@@ -1,4 +1,4 @@
-# weft_kernels(TARGET FILE...) compiles each FILE once for every instruction set of bsi/instruction_set.h,
+# weft_kernels(TARGET FILE...) compiles each FILE once for every instruction set of bsi/detail/instruction_set.h,
 # with WEFT_KERNELS naming the namespace it goes into.
 set(weft_instruction_sets portable)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")

@@ -1,5 +1,6 @@
 // The memory layout of a box pyramid: plain structures for the kernels that build and descend it.
-// An internal header of bsi/; it must stay free of inline functions (see instruction_set.h).
+// An internal header of bsi/; it must stay free of inline functions (see
+// bsi/detail/instruction_set.h).
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // Triangle pairs of leaf blocks, one per lane. Their vertices are read block by block and
-// distributed to the lanes. Compiled once per instruction set: see instruction_set.h.
+// distributed to the lanes. Compiled once per instruction set: see bsi/detail/instruction_set.h.
 #include "bsi/kernels/block_judge_kernels.h"
 
 #include "bsi/kernels/leaf_quads.h"

@@ -1,23 +1,12 @@
 // The loops that build a box pyramid, one table per instruction set. An internal header of bsi/.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
+#include "bsi/detail/bound_rows.h"
 #include "bsi/detail/box_layout.h"
 
 namespace weft::bsi {
-
-// A row of blocks while the pyramid is built: 18 planes of one float per block, `stride` apart.
-// Planes 0-5 bound the vertices, planes 6-17 the steps between them (TangentBounds::bound). Lower
-// bounds have their sign changed, so that every union is a maximum. A plane may be read and written
-// up to a multiple of plane_padding blocks, and read one float further.
-inline constexpr int plane_count = 18;
-inline constexpr int plane_padding = 16;
-struct BoundRow {
-  float* plane;
-  std::size_t stride;
-};
 
 // The planes that a kernel processes.
 struct PlaneRange {
@@ -25,12 +14,6 @@ struct PlaneRange {
 };
 inline constexpr PlaneRange box_planes{0, 6};
 inline constexpr PlaneRange step_planes{6, 18};
-
-// Consecutive rows of vertices.
-struct VertexRows {
-  const float* row[5][3];  // by row, by component
-  std::int32_t count;      // at least 2
-};
 
 struct BoxBuildKernels {
   // Bounds each column of vertices over two or three rows, for the planes of boxes. With `join` the

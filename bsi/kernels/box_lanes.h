@@ -1,6 +1,6 @@
 // Eight floats at once and boxes in them, for kernel files only. Every function is forced inline
 // into the namespace of the kernels that include it: no two instruction sets share one (see
-// instruction_set.h).
+// bsi/detail/instruction_set.h).
 #pragma once
 
 #if defined(__AVX__)

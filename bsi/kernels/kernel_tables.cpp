@@ -1,5 +1,5 @@
 // The tables of kernels for the instruction set in use.
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/kernels/block_judge_kernels.h"
 #include "bsi/kernels/box_build_kernels.h"
 #include "bsi/kernels/box_descent_kernels.h"

@@ -1,5 +1,5 @@
 // Vectors of floats or doubles as wide as the instruction set, for kernel files only (see
-// bsi/instruction_set.h). All of it is compiled once per set, in a namespace of its own.
+// bsi/detail/instruction_set.h). All of it is compiled once per set, in a namespace of its own.
 //
 // Lanes<F> is a vector of GCC's extension: + - * / act on every lane, and `a < b ? c : d` chooses
 // lane by lane.

@@ -1,4 +1,4 @@
-// Compiled once per instruction set: see instruction_set.h for the restrictions.
+// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/vertex_kernels.h"
 
 #include "bsi/kernels/wide_lanes.h"

@@ -1,5 +1,6 @@
 // Kernels that read the vertices which the pyramids bound, one table per instruction set. An
-// internal header of bsi/; it must stay free of inline functions (see instruction_set.h).
+// internal header of bsi/; it must stay free of inline functions (see
+// bsi/detail/instruction_set.h).
 #pragma once
 
 #include <cstdint>

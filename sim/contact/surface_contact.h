@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "bsi/detail/feature_batches.h"
+#include "bsi/detail/surface_terms.h"
 #include "bsi/proximity.h"
-#include "bsi/surface_terms.h"
 #include "sim/base/statistics.h"
 #include "sim/contact/contact_pair.h"
 #include "sim/contact/contact_search.h"
@@ -46,8 +46,8 @@ struct MollifierForce {
 
 // Each vertex of a dynamic surface is a sample of the area around it. It meets another surface, or
 // its own beyond the triangles around it, by the signed sum over that surface's features in range
-// (bsi/surface_terms.h). The sum counts the surface once, so the force per area does not depend on
-// the meshes. If both surfaces are dynamic, the samples of each count half.
+// (bsi/detail/surface_terms.h). The sum counts the surface once, so the force per area does not
+// depend on the meshes. If both surfaces are dynamic, the samples of each count half.
 //
 // Samples do not see two edges that cross, nor an obstacle's vertex that points into a triangle.
 // Such a pair has a barrier of its own over the last quarter of the range, with as much energy on

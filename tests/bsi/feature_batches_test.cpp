@@ -7,7 +7,7 @@
 #include <random>
 
 #include "bsi/continuous_collision.h"
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/proximity.h"
 
 namespace weft::bsi {

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/shapes.h"
 #include "bsi/traversal.h"
 #include "tests/bsi/restored_settings.h"

@@ -16,7 +16,7 @@
 #include <tuple>
 #include <utility>
 
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/shapes.h"
 #include "tests/bsi/crumpled.h"
 #include "tests/bsi/restored_settings.h"

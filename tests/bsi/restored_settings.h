@@ -3,7 +3,7 @@
 
 #include <omp.h>
 
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 
 namespace weft::bsi {
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/kernels/box_descent_kernels.h"
 #include "bsi/shapes.h"
 #include "bsi/traversal.h"

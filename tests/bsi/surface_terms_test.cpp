@@ -1,6 +1,6 @@
 // The signed sum over a surface, against the same sum written out feature by feature, and against
 // known values on planes, ridges, valleys and spheres.
-#include "bsi/surface_terms.h"
+#include "bsi/detail/surface_terms.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 #include "bsi/proximity.h"
 #include "bsi/shapes.h"
 #include "tests/bsi/crumpled.h"

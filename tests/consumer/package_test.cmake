@@ -13,6 +13,14 @@ set(configure ${CMAKE_COMMAND} -G Ninja -S ${source} -D CMAKE_BUILD_TYPE=Debug
 file(REMOVE_RECURSE ${work})
 run(${CMAKE_COMMAND} --install ${build} --prefix ${work}/prefix)
 
+# Of bsi/, the headers in its root are installed, and no kernel (docs/decisions/0037-public-headers.md).
+file(GLOB public RELATIVE ${source}/../../bsi ${source}/../../bsi/*.h)
+file(GLOB installed RELATIVE ${work}/prefix/include/weft/bsi ${work}/prefix/include/weft/bsi/*.h)
+file(GLOB_RECURSE private ${work}/prefix/include/weft/*/kernels/*.h)
+if(NOT public STREQUAL installed OR NOT public MATCHES "pyramid.h" OR private)
+  message(FATAL_ERROR "bsi/ has the headers ${public} in its root; installed: ${installed}; kernels: ${private}")
+endif()
+
 # bsi/ alone is found, linked and run on a machine without the packages of the other rooms.
 set(without "")
 foreach(package SUNDIALS HDF5 OpenGL PNG PkgConfig tomlplusplus nlohmann_json CLI11 GTest)

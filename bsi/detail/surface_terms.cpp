@@ -1,4 +1,4 @@
-#include "bsi/surface_terms.h"
+#include "bsi/detail/surface_terms.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,11 +1,11 @@
 // The vector instructions of the inner loops, chosen at run time. Results are the same to the last
 // bit for every set.
 //
-// A kernel file (bsi/*_kernels.cpp, listed by weft_kernels() in bsi/CMakeLists.txt) is compiled
-// once per set, each time into a namespace of its own (WEFT_KERNELS). It ends in a table of its
-// functions, a constant of that namespace, which callers select by instruction_set(). It must not
-// include headers with inline functions that other files use (no <vector>, no <algorithm>, no
-// Eigen). The linker would keep one copy of these, possibly one that the processor cannot run.
+// A kernel file (bsi/kernels/*_kernels.cpp, listed by weft_kernels() in bsi/CMakeLists.txt) is
+// compiled once per set, each time into a namespace of its own (WEFT_KERNELS). It ends in a table
+// of its functions, a constant of that namespace, which callers select by instruction_set(). It
+// must not include headers with inline functions that other files use (no <vector>, no <algorithm>,
+// no Eigen). The linker would keep one copy of these, possibly one that the processor cannot run.
 #pragma once
 
 #include <span>

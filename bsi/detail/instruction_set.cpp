@@ -1,4 +1,4 @@
-#include "bsi/instruction_set.h"
+#include "bsi/detail/instruction_set.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "bsi/detail_patch.h"
+#include "bsi/detail/detail_patch.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "bsi/detail_border.h"
+#include "bsi/detail/detail_border.h"
 
 #include <algorithm>
 #include <array>

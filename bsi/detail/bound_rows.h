@@ -1,0 +1,28 @@
+// Rows of vertices and of bounds while a pyramid is built: plain structures for Pyramid and its
+// kernels. An internal header of bsi/; it must stay free of inline functions (see
+// bsi/detail/instruction_set.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace weft::bsi {
+
+// A row of blocks while the pyramid is built: 18 planes of one float per block, `stride` apart.
+// Planes 0-5 bound the vertices, planes 6-17 the steps between them (TangentBounds::bound). Lower
+// bounds have their sign changed, so that every union is a maximum. A plane may be read and written
+// up to a multiple of plane_padding blocks, and read one float further.
+inline constexpr int plane_count = 18;
+inline constexpr int plane_padding = 16;
+struct BoundRow {
+  float* plane;
+  std::size_t stride;
+};
+
+// Consecutive rows of vertices.
+struct VertexRows {
+  const float* row[5][3];  // by row, by component
+  std::int32_t count;      // at least 2
+};
+
+}  // namespace weft::bsi
