@@ -23,13 +23,15 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-// Returns the margin plus a bound of rounding, m. Rounding changes a distance by less than 4 units
-// of 2^-24 of the largest coordinates for vertices, 11 for components along a direction, and 7 for
-// two paths.
+// Returns the margin plus a bound of rounding, m (docs/theory.md, "The distance filter"). Rounding
+// changes a distance by less than 2 units of 2^-24 of the largest coordinates for vertices, 11 for
+// components along a direction, and 7 for two paths. Negative, for no filter, if squares in the
+// shader might overflow.
 float filter_reach(double margin, const ComputePyramid::Device::Body& a,
                    const ComputePyramid::Device::Body& b) {
   const double largest = static_cast<double>(a.magnitude) + static_cast<double>(b.magnitude);
-  return rounded_up(margin + 0x1p-19 * largest + 0x1p-100);
+  if (largest > 0x1p20) return -1;
+  return rounded_up(margin + 0x1p-19 * largest + 0x1p-60);
 }
 
 int deepest_patch(const ComputePyramid::Device::Body& body) {

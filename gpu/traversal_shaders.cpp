@@ -250,8 +250,9 @@ mat4x3 corners_at_end(uvec4 corner, bool swept) {
 float least(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
 float greatest(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 // True if a plane proves that the quads end farther apart than the reach of the filter and twice
-// the longest path of their corners. The plane's normal is that of either quad, or the line between
-// their centres.
+// the longest path of their corners (docs/theory.md, "The distance filter"). The plane's normal is
+// that of either quad, or the line between their centres. Normals so short that squares of their
+// components may be flushed to zero prove nothing.
 bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   if (query.filter_reach < 0.0) return false;
   bool swept_a = (query.flags & 4u) != 0u, swept_b = (query.flags & 8u) != 0u;
@@ -263,7 +264,8 @@ bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   for (int i = 0; i < 3; ++i) {
     vec4 along_a = directions[i] * a, along_b = directions[i] * b;
     float gap = max(least(along_b) - greatest(along_a), least(along_a) - greatest(along_b));
-    if (gap > length(directions[i]) * needed) return true;
+    float size = length(directions[i]);
+    if (size > shortest_normal && gap > size * needed) return true;
   }
   return false;
 }
@@ -363,7 +365,8 @@ std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
 std::string find_leaves() {
   // Lengths are exact to 2^-19 of themselves.
   return std::string("#version 450 core\n") + levels + vertices + boxes + queries +
-         "const float filter_factor = " + exactly(1 + 0x1p-16F) + ";\n" + leaves_main;
+         "const float filter_factor = " + exactly(1 + 0x1p-16F) +
+         ";\nconst float shortest_normal = " + exactly(0x1p-50F) + ";\n" + leaves_main;
 }
 
 }  // namespace weft::gpu::shaders

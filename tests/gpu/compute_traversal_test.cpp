@@ -198,6 +198,32 @@ TEST(ComputeTraversal, TheFilterLeavesOutWhatCannotBeInReachAndNothingElse) {
   }
 }
 
+// A quad that is a segment but for 1e-25 m has a normal whose square is 0 in float32. Another one
+// lies in reach of it, 1 mm away. At 1e15 m squares overflow: quads that meet are left in.
+TEST(ComputeTraversal, TheFilterKeepsWhatItsArithmeticCannotJudge) {
+  WEFT_NEEDS_CONTEXT();
+  const Surface square = bsi::make_rectangle(1, 1, 2, 2);
+  Scene scene;
+  for (const double size : {1.0, 1e15}) {
+    Surface line{square.atlas, {{0, 0, 0}, {0, 0, 0}, {1, 1e-25, 0}, {1, 0, 0}}};
+    Surface above{square.atlas, {{0, -1, 1e-3}, {1, -1, 1e-3}, {0, 1, 1e-3}, {1, 1, 1e-3}}};
+    if (size > 1) {
+      line.positions = above.positions = square.positions;
+      for (Vec3& p : above.positions) p.z() += 1e-9;
+    }
+    for (Surface* surface : {&line, &above}) {
+      for (Vec3& p : surface->positions) p *= size;
+      scene.bodies.push_back(*surface);
+    }
+  }
+  for (int b = 0; b < scene.size(); ++b) scene.images.push_back({b, scene.bodies[b].positions});
+  Search search(context, scene, bsi::Bound::box);
+  for (const auto& [body, margin] : {std::pair(0, 1e-2), std::pair(2, 1e7)}) {
+    PairQuery query{body, body + 1, margin, false, true};
+    EXPECT_EQ(search.traversal.find_pairs({&query, 1}, Leaf::quad).size(), 1) << body;
+  }
+}
+
 // The bodies have random sizes, wraps and folds, and few quads, so that all shapes of blocks occur.
 TEST(ComputeTraversal, FindsWhatBruteForceFindsOnRandomBodies) {
   WEFT_NEEDS_CONTEXT();
