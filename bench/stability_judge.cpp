@@ -118,7 +118,8 @@ std::optional<std::string> Judge::check_surfaces(double time, std::span<const do
   }
   const std::string when = " at t = " + three_digits(time) + " s";
   if (const auto crossings = find_crossings(surfaces); !crossings.empty())
-    return std::to_string(crossings.size()) + " pairs of triangles cross" + when;
+    return counted(std::ssize(crossings), "pair of triangles crosses", "pairs of triangles cross") +
+           when;
   // In scenes in which nothing prescribed moves, the first surface is above the second.
   if (surfaces.size() < 2 || something_is_moved(scene_)) return std::nullopt;
   Vec3 centre = Vec3::Zero();

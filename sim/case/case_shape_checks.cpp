@@ -158,13 +158,12 @@ class ShapeChecker {
 
   void closed_axes() const {
     if (shape_.type == ShapeType::torus && shape_.resolution[0] < 3) {
-      fail(join_path("resolution", 0),
-           "a torus of " + std::to_string(shape_.resolution[0]) + " rows",
+      fail(join_path("resolution", 0), "a torus of " + counted(shape_.resolution[0], "row", "rows"),
            "expected at least 3: rows go around the axis");
     }
     if (closes_around(shape_) && shape_.resolution[1] < 3) {
       fail(join_path("resolution", 1),
-           type_with_article() + " of " + std::to_string(shape_.resolution[1]) + " columns",
+           type_with_article() + " of " + counted(shape_.resolution[1], "column", "columns"),
            "expected at least 3: columns go around");
     }
   }

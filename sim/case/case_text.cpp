@@ -138,6 +138,10 @@ std::string rounded_text(double value) {
   return buffer.data();
 }
 
+std::string counted(std::int64_t count, const std::string& one, const std::string& many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
 bool is_identifier(const std::string& name) {
   const auto allowed = [](unsigned char c) {
     return c < 128 && (std::isalnum(c) != 0 || c == '_' || c == '-');

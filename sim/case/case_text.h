@@ -1,6 +1,7 @@
 // Texts for messages, and numbers as text.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ std::string quoted_list(const std::vector<std::string>& names);
 std::string number_text(double value);
 // Six significant digits, for measured values.
 std::string rounded_text(double value);
+
+// "1 body", "2 bodies".
+std::string counted(std::int64_t count, const std::string& one, const std::string& many);
 
 // True if the name is one or more of A-Z a-z 0-9 _ -. Such a name is fit for files, HDF5 groups and
 // overrides.

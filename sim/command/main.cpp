@@ -91,7 +91,8 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
     };
     const RenderReport report = render_trajectory(path, directory, options);
     bar.reset();
-    std::cout << report.pictures << " pictures in " << printable(directory) << '\n';
+    std::cout << counted(report.pictures, "picture", "pictures") << " in " << printable(directory)
+              << '\n';
     if (options.colour_field) show_colours(options, report);
     if (options.detail_pixels) {
       std::cout << report.triangles << " of " << report.all_triangles << " triangles drawn, within "

@@ -32,19 +32,17 @@ std::string size_of(const bsi::Atlas& atlas) {
 // Up to this number, each body has a line of its own; more bodies share one line.
 constexpr std::size_t most_lines = 8;
 
-std::string counted(std::size_t count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
-
-// Prints one line per body, or one line for all of them if they are many: " BEFORE NAME AFTER".
+// Prints one line per body, " BEFORE NAME: REASON", or one line for all of them if they are many.
+// `one` is the reason in the singular, `many` in the plural.
 void describe_each(const std::vector<const SceneBody*>& bodies, const std::string& before,
-                   const std::string& after, std::ostream& out) {
+                   const std::string& one, const std::string& many, std::ostream& out) {
   if (bodies.size() > most_lines) {
     out << "  " << before << ' ' << bodies.size() << " surfaces, " << bodies.front()->name << " to "
-        << bodies.back()->name << after << '\n';
+        << bodies.back()->name << ": " << many << '\n';
     return;
   }
-  for (const SceneBody* body : bodies) out << "  " << before << ' ' << body->name << after << '\n';
+  for (const SceneBody* body : bodies)
+    out << "  " << before << ' ' << body->name << ": " << one << '\n';
 }
 
 // Returns the bodies for which `condition` is true, in the order of the case.
@@ -60,13 +58,14 @@ std::vector<const SceneBody*> bodies_that(const Scene& scene, const Condition& c
 // Prints `every` if all dynamic bodies lack a property, otherwise the names of those that lack it.
 template <class Condition>
 void describe_lack(const Scene& scene, const Condition& lacks, const std::string& what,
-                   const std::string& every, const std::string& its, std::ostream& out) {
+                   const std::string& every, const std::string& its, const std::string& their,
+                   std::ostream& out) {
   const auto bodies = bodies_that(
       scene, [&](const SceneBody& body) { return body.dynamic && lacks(*body.material); });
   if (static_cast<int>(bodies.size()) == scene.dynamic_bodies) {
     out << "  skipped " << what << ": " << every << '\n';
   } else {
-    describe_each(bodies, "skipped " + what + " of", ": " + its, out);
+    describe_each(bodies, "skipped " + what + " of", its, their, out);
   }
 }
 
@@ -100,7 +99,7 @@ void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out)
   out << ", mass " << mass << " kg";
   if (std::ranges::none_of(scene.timed_pins,
                            [&](const TimedPin& pin) { return is_of(pin, body, scene); }))
-    out << ", " << pinned << " pinned vertices";
+    out << ", " << counted(pinned, "pinned vertex", "pinned vertices");
   out << '\n';
   std::size_t clamped = 0;
   for (const PrescribedMotion& held : scene.prescribed) {
@@ -153,8 +152,9 @@ void describe_bodies(const Scene& scene, std::ostream& out) {
     for (std::size_t i = shown; i < bodies.size(); ++i)
       triangles += bodies[i]->mesh.triangles.size();
     out << (obstacles ? "obstacles " : "bodies    ") << bodies.size() - shown << " more, "
-        << bodies[shown]->name << " to " << bodies.back()->name << ": " << triangles
-        << " triangles\n";
+        << bodies[shown]->name;
+    if (bodies.size() > shown + 1) out << " to " << bodies.back()->name;
+    out << ": " << triangles << " triangles\n";
   }
 }
 
@@ -164,21 +164,23 @@ void describe_forces(const Scene& scene, std::ostream& out) {
   out << '\n';
   describe_each(
       bodies_that(scene, [](const SceneBody& body) { return !body.dynamic && !body.is_obstacle; }),
-      "skipped forces, matrix and state of", ": all of it is pinned", out);
+      "skipped forces, matrix and state of", "all of it is pinned", "all of them is pinned", out);
   describe_lack(
       scene, [](const MaterialCase& m) { return !(m.bending_stiffness > 0); }, "bending",
-      "every bending_stiffness is 0", "its bending_stiffness is 0", out);
+      "every bending_stiffness is 0", "its bending_stiffness is 0", "their bending_stiffness is 0",
+      out);
   describe_lack(
       scene,
       [](const MaterialCase& m) { return m.normal_drag.is_zero() && m.tangential_drag.is_zero(); },
-      "drag and wind", "every drag coefficient is 0", "its drag coefficients are 0", out);
+      "drag and wind", "every drag coefficient is 0", "its drag coefficients are 0",
+      "their drag coefficients are 0", out);
   describe_lack(
       scene,
       [](const MaterialCase& m) {
         return m.mass_damping.is_zero() && m.stiffness_damping.is_zero() &&
                m.bending_damping.is_zero();
       },
-      "material damping", "every damping is 0", "its damping is 0", out);
+      "material damping", "every damping is 0", "its damping is 0", "their damping is 0", out);
 }
 
 // Describes the work of the search at the start: the pyramids of bodies that have something near
@@ -193,12 +195,13 @@ void describe_search(const Scene& scene, const std::vector<CandidateList>& neigh
   };
   describe_each(
       bodies_that(scene, [](const SceneBody& body) { return body.dynamic && !body.self_contact; }),
-      "skipped self-traversal of", ": self_contact is false", out);
+      "skipped self-traversal of", "self_contact is false", "self_contact is false", out);
   describe_each(
       bodies_that(scene, [&](const SceneBody& body) { return !body.moves && is_near(body); }),
-      "pyramid built once of", ": it does not move", out);
+      "pyramid built once of", "it does not move", "they do not move", out);
   describe_each(bodies_that(scene, [&](const SceneBody& body) { return !is_near(body); }),
-                "skipped pyramid of", ": at the start, nothing that it may touch is near", out);
+                "skipped pyramid of", "at the start, nothing that it may touch is near",
+                "at the start, nothing that they may touch is near", out);
 }
 
 void describe_contact(const Scene& scene, std::ostream& out) {
@@ -342,7 +345,8 @@ std::string describe_scene(const Scene& scene) {
   describe_memory(scene, out);
   describe_output(scene, out);
   describe_each(bodies_that(scene, [](const SceneBody& body) { return !body.moves; }),
-                "skipped frames of", ": it does not move and is written once", out);
+                "skipped frames of", "it does not move and is written once",
+                "they do not move and are written once", out);
   return out.str();
 }
 

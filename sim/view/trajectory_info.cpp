@@ -387,11 +387,12 @@ std::string to_text(const std::vector<FrameCrossings>& frames) {
   for (const FrameCrossings& frame : frames) {
     total += frame.count;
     if (frame.count == 0) continue;
-    text << "frame " << frame.frame << " (" << frame.time << " s): " << frame.count
-         << " crossings, the first between " << to_text(frame.a) << " and " << to_text(frame.b)
-         << '\n';
+    text << "frame " << frame.frame << " (" << frame.time
+         << " s): " << counted(frame.count, "crossing", "crossings") << ", the first between "
+         << to_text(frame.a) << " and " << to_text(frame.b) << '\n';
   }
-  text << total << " crossings in " << frames.size() << " frames\n";
+  text << counted(total, "crossing", "crossings") << " in "
+       << counted(std::ssize(frames), "frame", "frames") << '\n';
   return text.str();
 }
 

@@ -162,9 +162,22 @@ TEST(Scene, SummarisesThousandsOfObstaclesInALine) {
   std::string far;
   for (int i = 0; i < 1000; ++i) far += obstacle("far" + std::to_string(i), -9);
   const std::string text = describe_scene(*scene_of(small_sheet, far));
-  expect_said(text, {"obstacles 992 more, far8 to far999", "skipped 1000 pairs of 1000",
-                     "skipped pyramid of 1000 surfaces, far0 to far999: at the start"});
+  expect_said(text,
+              {"obstacles 992 more, far8 to far999", "skipped 1000 pairs of 1000",
+               "skipped pyramid of 1000 surfaces, far0 to far999: at the start, nothing that they "
+               "may touch is near\n",
+               "skipped frames of 1000 surfaces, far0 to far999: they do not move and are "
+               "written once\n"});
   EXPECT_LT(std::ranges::count(text, '\n'), 30) << text;
+}
+
+TEST(Scene, CountsOneInTheSingular) {
+  std::string far;
+  for (int i = 0; i < 9; ++i) far += obstacle("far" + std::to_string(i), -9);
+  const std::string one_pin =
+      std::string(small_sheet) + "[[body.pin]]\ncorners = [\"first_first\"]\n";
+  const std::string text = describe_scene(*scene_of(one_pin, far));
+  expect_said(text, {" kg, 1 pinned vertex\n", "obstacles 1 more, far8: "});
 }
 
 std::unique_ptr<const Scene> sheet_on_threads(int size, const std::string& threads) {

@@ -218,6 +218,12 @@ TEST_F(TrajectoryInfo, CountsCrossingsFrameByFrame) {
   const std::string text = to_text(frames);
   EXPECT_NE(text.find("frame 2 (1 s): "), std::string::npos) << text;
   EXPECT_NE(text.find("between sheet patch 0 row 0 col 0 and floor"), std::string::npos) << text;
+  EXPECT_NE(text.find(" crossings in 4 frames\n"), std::string::npos) << text;
+  FrameCrossings one = frames[2];
+  one.count = 1;
+  const std::string singular = to_text({one});
+  EXPECT_NE(singular.find("): 1 crossing, the first"), std::string::npos) << singular;
+  EXPECT_NE(singular.find("\n1 crossing in 1 frame\n"), std::string::npos) << singular;
   const auto object = nlohmann::json::parse(to_json(frames));
   EXPECT_EQ(object["crossings"], frames[2].count + frames[3].count);
   EXPECT_FALSE(object["frames"][0].contains("first"));
