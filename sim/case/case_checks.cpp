@@ -78,7 +78,7 @@ class Checker {
     if (time.minimum_step >= frame) {
       fail(first_given("time.minimum_step", "time.frames_per_second"),
            "the minimum_step is " + number_text(time.minimum_step) + " s",
-           "expected less than the time between frames, " + number_text(frame) + " s");
+           "expected less than the time between frames, " + rounded_text(frame) + " s");
     }
     if (traits_of(time.method).steps == TimeMethodTraits::Steps::fixed && !time.step) {
       fail("time.method", "this method needs a step", "expected time.step");
@@ -133,7 +133,7 @@ class Checker {
            "a position_tolerance of " + number_text(case_.time.position_tolerance) +
                " m gives nonsense strain with a contact.range of " + number_text(range) + " m",
            "expected a position_tolerance <= 0.005 of contact.range, " +
-               number_text(position_limit) + " m");
+               rounded_text(position_limit) + " m");
     }
     const double velocity_limit = velocity_tolerance_per_range * range;
     if (case_.time.velocity_tolerance &&
@@ -142,7 +142,7 @@ class Checker {
            "a velocity_tolerance of " + number_text(*case_.time.velocity_tolerance) +
                " m/s gives nonsense strain with a contact.range of " + number_text(range) + " m",
            "expected a velocity_tolerance <= 0.5 /s of contact.range, " +
-               number_text(velocity_limit) + " m/s");
+               rounded_text(velocity_limit) + " m/s");
     }
   }
 
@@ -325,7 +325,7 @@ std::string long_step_notice(const TimeCase& time) {
   const double frame = 1 / time.frames_per_second;
   if (!time.step || *time.step <= frame * rounding) return {};
   return "time.step, " + number_text(*time.step) + " s, is longer than the time between frames, " +
-         number_text(frame) + " s: frames within a step are interpolated";
+         rounded_text(frame) + " s: frames within a step are interpolated";
 }
 
 std::string late_pins_notice(const Case& target) {

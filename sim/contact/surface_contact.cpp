@@ -64,10 +64,10 @@ std::string ContactFault::describe(const Scene& scene) const {
       return "the position of " + scene.describe_particle(nodes[0]) + " is not finite";
     case Kind::touching:
       return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " (gap " + number_text(gap) + " m)";
+             " (gap " + rounded_text(gap) + " m)";
     case Kind::in_reach:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " are within reach of each other (gap " + number_text(gap) + " m)";
+             " are within reach of each other (gap " + rounded_text(gap) + " m)";
     case Kind::crossing:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " would pass through each other";

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/case/case_error.h"
+#include "sim/case/case_text.h"
 #include "sim/contact/contact.h"
 #include "sim/view/crossings.h"
 
@@ -42,8 +43,9 @@ void refuse_crossings(const Scene& scene) {
     if (std::ranges::find(places, place) == places.end()) places.push_back(std::move(place));
     if (places.size() > listed_places) break;
   }
-  std::string message = "the initial state has " + std::to_string(crossings.size()) +
-                        " intersecting pairs of triangles, at";
+  std::string message = "the initial state has " + counted(std::ssize(crossings),
+                                                           "intersecting pair of triangles, at",
+                                                           "intersecting pairs of triangles, at");
   for (std::size_t i = 0; i < std::min(places.size(), listed_places); ++i)
     message += "\n  " + places[i];
   if (places.size() > listed_places) message += "\n  and elsewhere";
@@ -55,6 +57,12 @@ void refuse_crossings(const Scene& scene) {
                                   : "move the bodies apart");
 }
 
+// True if no other body is part of the fault.
+bool is_of_one_body(const ContactFault& fault, const Scene& scene) {
+  return fault.kind != ContactFault::Kind::not_finite &&
+         scene.body_index_of_point(fault.nodes[0]) == scene.body_index_of_point(fault.nodes[3]);
+}
+
 void refuse_missing_gaps(const Scene& scene) {
   Statistics unused;
   Contact contact(scene, unused);
@@ -63,7 +71,7 @@ void refuse_missing_gaps(const Scene& scene) {
   if (fault) {
     throw CaseError({scene.source.path, 0, 0},
                     "the initial state cannot be simulated: " + fault->describe(scene),
-                    scene.bodies.size() == 1
+                    is_of_one_body(*fault, scene)
                         ? "make thickness smaller, or the edges of the mesh longer"
                         : "move the bodies apart, or make thickness smaller");
   }

@@ -335,6 +335,15 @@ range = 1e-3
 )" + sheet,
        R"(case.toml:2:9: a position_tolerance of 1e-05 m gives nonsense strain with a contact.range of 0.001 m
   expected a position_tolerance <= 0.005 of contact.range, 5e-06 m)"},
+      // In doubles, 0.005 of 1e-4 is 5.000000000000001e-07.
+      {"contact_range_tiny",
+       R"([contact]
+range = 1e-4
+[time]
+position_tolerance = 1e-6
+)" + sheet,
+       R"(case.toml:4:22: a position_tolerance of 1e-06 m gives nonsense strain with a contact.range of 1e-04 m
+  expected a position_tolerance <= 0.005 of contact.range, 5e-07 m)"},
       {"velocity_tolerance_loose",
        R"([time]
 velocity_tolerance = 0.01
@@ -346,7 +355,7 @@ velocity_tolerance = 0.01
 minimum_step = 0.02
 )" + sheet,
        R"(case.toml:2:16: the minimum_step is 0.02 s
-  expected less than the time between frames, 0.016666666666666666 s)"},
+  expected less than the time between frames, 0.0166667 s)"},
       {"frames_too_many",
        R"([time]
 frames_per_second = 1e8

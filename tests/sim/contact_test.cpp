@@ -535,6 +535,45 @@ TEST(Contact, AnInitialIntersectionIsRefusedWithThePairs) {
   }
 }
 
+std::string refusal_of(const std::vector<std::string>& overrides) {
+  const auto scene = build_scene(parse_case(two_sheets(0, 0), "test.toml", overrides));
+  try {
+    check_initial_state(*scene);
+  } catch (const CaseError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// The edges of the sheets are 0.125 m long.
+TEST(Contact, AThicknessTooLargeForAMeshIsRefusedWithItsCause) {
+  const std::string within =
+      refusal_of({"body.lower.thickness=0.3", "body.upper.position=[0, 0, 9]",
+                  "obstacle.ball.position=[0, 0, -9]"});
+  EXPECT_NE(within.find("body \"lower\""), std::string::npos) << within;
+  EXPECT_EQ(within.find("upper"), std::string::npos) << within;
+  EXPECT_NE(within.find("make thickness smaller, or the edges of the mesh longer"),
+            std::string::npos)
+      << within;
+  const std::string between =
+      refusal_of({"body.lower.thickness=0.07", "body.upper.thickness=0.07"});
+  EXPECT_NE(between.find("upper"), std::string::npos) << between;
+  EXPECT_NE(between.find("move the bodies apart"), std::string::npos) << between;
+  for (const std::string& text : {within, between}) {
+    const std::size_t gap = text.find("(gap -");
+    ASSERT_NE(gap, std::string::npos) << text;
+    EXPECT_LE(text.find(" m)", gap) - gap, std::string("(gap -0.00123456").size() + 2) << text;
+  }
+}
+
+TEST(Contact, OneIntersectionIsCountedInTheSingular) {
+  const std::string text =
+      refusal_of({"body.upper.shape.resolution=[2, 2]", "body.upper.shape.size=[0.01, 0.01]",
+                  "body.lower.shape.resolution=[2, 2]", "body.upper.rotation_deg=[90, 0, 45]",
+                  "body.upper.position=[0.1, 0.2, 0.006]"});
+  EXPECT_NE(text.find("has 1 intersecting pair of triangles, at\n"), std::string::npos) << text;
+}
+
 TEST(Contact, AMeshFinerThanTheRangeIsRefused) {
   const auto scene = build_scene(parse_case(
       two_sheets(0, 0), "test.toml", {"contact.range=0.2", "body.upper.position=[0, 0, 3]"}));
