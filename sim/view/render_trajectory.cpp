@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -34,16 +35,17 @@ class Extent {
     }
   }
 
-  void add(const Vec3& point) {
-    const Eigen::Matrix<double, count, 1> distances = directions_ * point;
+  // Adds a ball; with a radius of 0 m, a point.
+  void add(const Vec3& centre, double radius = 0) {
+    const Eigen::Matrix<double, count, 1> distances = directions_ * centre;
     for (int i = 0; i < count; ++i) {
-      if (distances[i] > distances_[i]) {
-        distances_[i] = distances[i];
-        points_[i] = point;
+      if (distances[i] + radius > distances_[i]) {
+        distances_[i] = distances[i] + radius;
+        points_[i] = centre + radius * directions_.row(i).transpose();
       }
     }
-    lowest_ = lowest_.cwiseMin(point);
-    highest_ = highest_.cwiseMax(point);
+    lowest_ = lowest_.cwiseMin(Vec3(centre.array() - radius));
+    highest_ = highest_.cwiseMax(Vec3(centre.array() + radius));
   }
 
   bool empty() const { return lowest_.x() > highest_.x(); }
@@ -74,17 +76,29 @@ double size_of(const std::vector<Vec3>& points) {
   return (highest - lowest).norm();
 }
 
-// Returns the extent that the camera must see over all frames: all simulated bodies, obstacles
-// whole, and of obstacles that are too large the part nearby. A file with only obstacles shows
-// these.
+// Adds the body as it is drawn in the frame whose positions were read last: its surface or, if
+// asked for, the spheres of a level.
+void add_drawn(const TrajectoryReader& reader, int frame, std::optional<int> spheres_of_level,
+               RenderedBody& body, Extent& extent) {
+  if (!spheres_of_level) {
+    for (const Vec3& position : body.positions) extent.add(position);
+    return;
+  }
+  for (const bsi::Sphere& sphere : drawn_spheres(reader, frame, *spheres_of_level, body))
+    extent.add(Vec3(sphere.x, sphere.y, sphere.z), sphere.radius);
+}
+
+// Returns the extent that the camera must see over all frames: all simulated bodies as they are
+// drawn, obstacles whole, and of obstacles that are too large the part nearby. A file with only
+// obstacles shows these.
 Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
-                     std::vector<RenderedBody>& bodies) {
+                     std::optional<int> spheres_of_level, std::vector<RenderedBody>& bodies) {
   Extent simulated;
   for (const int frame : frames) {
     for (RenderedBody& body : bodies) {
       if (body.is_obstacle || (!body.moves && frame != frames.front())) continue;
       read_positions(reader, frame, body);
-      for (const Vec3& position : body.positions) simulated.add(position);
+      add_drawn(reader, frame, spheres_of_level, body, simulated);
     }
   }
   const double size = simulated.empty() ? std::numeric_limits<double>::infinity()
@@ -96,9 +110,12 @@ Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& fra
     for (RenderedBody& body : bodies) {
       if (!body.is_obstacle || (!body.moves && frame != frames.front())) continue;
       read_positions(reader, frame, body);
-      const bool is_whole = size_of(body.positions) <= whole_obstacle * size;
+      if (size_of(body.positions) <= whole_obstacle * size) {
+        add_drawn(reader, frame, spheres_of_level, body, extent);
+        continue;
+      }
       for (const Vec3& position : body.positions)
-        extent.add(is_whole ? position : Vec3(position.cwiseMax(lowest).cwiseMin(highest)));
+        extent.add(position.cwiseMax(lowest).cwiseMin(highest));
     }
   }
   return extent;
@@ -207,7 +224,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   // The renderer is made before the scan for the camera, so an impossible request fails at once.
   gpu::Renderer renderer(scene_width, options.height);
   std::filesystem::create_directories(directory);
-  const Extent extent = extent_to_see(reader, frames, bodies);
+  const Extent extent = extent_to_see(reader, frames, options.spheres_of_level, bodies);
   const gpu::Camera camera =
       gpu::camera_for_points(extent.points(), static_cast<double>(scene_width) / options.height);
   const bsi::DetailTolerance tolerance =

@@ -110,6 +110,12 @@ void make_spheres(const TrajectoryReader& reader, int frame, int level,
   surround_bodies(level, bodies);
 }
 
+std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame, int level,
+                                       RenderedBody& body) {
+  rebuild_pyramid(reader, frame, body);
+  return spheres_of_level(*body.pyramid, level);
+}
+
 void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
                   std::vector<gpu::DrawnSurface>& surfaces) {
   const auto add_spheres = [&](const SphereSurface& spheres, const gpu::Colour& colour) {

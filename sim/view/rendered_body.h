@@ -9,6 +9,7 @@
 
 #include "bsi/level_of_detail.h"
 #include "bsi/pyramid.h"
+#include "bsi/sphere.h"
 #include "gpu/renderer.h"
 #include "sim/trajectory/trajectory.h"
 
@@ -63,6 +64,10 @@ void reduce_to_level(const TrajectoryReader& reader, int frame, int level, Rende
 // Makes the spheres of one level of each body's pyramid, or of its last level if it has fewer.
 void make_spheres(const TrajectoryReader& reader, int frame, int level,
                   std::vector<RenderedBody>& bodies);
+
+// Returns the spheres that make_spheres() draws of a body.
+std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame, int level,
+                                       RenderedBody& body);
 
 // Appends the surfaces of a body that are drawn. They refer to the body's data.
 void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,

@@ -121,4 +121,12 @@ void surround_bodies(int level, std::vector<RenderedBody>& bodies) {
   }
 }
 
+std::vector<bsi::Sphere> spheres_of_level(const bsi::Pyramid& pyramid, int level) {
+  std::vector<bsi::Sphere> spheres;
+  for_each_block(pyramid, level, [&](const bsi::PatchBlock& block, std::size_t) {
+    spheres.push_back(pyramid.sphere(block));
+  });
+  return spheres;
+}
+
 }  // namespace weft::sim

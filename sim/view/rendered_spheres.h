@@ -12,4 +12,7 @@ namespace weft::sim {
 // of one body always meet their neighbours. Precondition: the pyramids are built and hold spheres.
 void surround_bodies(int level, std::vector<RenderedBody>& bodies);
 
+// Returns the spheres of that level of a body's pyramid. Preconditions as above.
+std::vector<bsi::Sphere> spheres_of_level(const bsi::Pyramid& pyramid, int level);
+
 }  // namespace weft::sim

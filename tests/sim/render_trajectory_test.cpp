@@ -237,6 +237,34 @@ TEST_F(RenderTrajectory, DrawsTheSpheresOfALevelAndThoseThatTouchInRed) {
   EXPECT_EQ(touching_pixels(read_png(files::path(pictures()) / "frame_00001.png")), 0);
 }
 
+std::vector<std::uint8_t> border(const Pixels& pixels) {
+  std::vector<std::uint8_t> border;
+  for (int row = 0; row < pixels.height; ++row) {
+    for (int col = 0; col < pixels.width; ++col) {
+      if (row % (pixels.height - 1) != 0 && col % (pixels.width - 1) != 0) continue;
+      const auto* pixel = &pixels.rgb[3 * (std::size_t{1} * row * pixels.width + col)];
+      border.insert(border.end(), pixel, pixel + 3);
+    }
+  }
+  return border;
+}
+
+// The background depends on the size of the picture alone. Bodies are surrounded by it.
+TEST_F(RenderTrajectory, SeesTheSpheresOfALevelWhole) {
+  const std::string path = write_trajectory(2, 1.0, 1.0);
+  render_trajectory(path, pictures(), small_pictures());
+  const files::path last = files::path(pictures()) / "frame_00001.png";
+  const std::vector<std::uint8_t> background = border(read_png(last));
+  for (const int level : {0, 1, 2}) {
+    RenderOptions options = small_pictures();
+    options.spheres_of_level = level;
+    render_trajectory(path, pictures(), options);
+    const Pixels pixels = read_png(last);
+    EXPECT_EQ(border(pixels), background) << level;
+    EXPECT_GT(red_part(pixels).count, 96 * 72 / 40) << level;
+  }
+}
+
 TEST_F(RenderTrajectory, LeavesOutFramesAndRemovesLeftOvers) {
   const std::string path = write_trajectory(5);
   render_trajectory(path, pictures(), small_pictures());
