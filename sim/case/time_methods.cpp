@@ -21,13 +21,7 @@ constexpr std::array methods{
     TimeMethodTraits{TimeMethod::verlet, "verlet", "Verlet", 2, Steps::either, true, false},
 };
 
-constexpr bool is_in_order() {
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    if (methods[i].method != static_cast<TimeMethod>(i)) return false;
-  }
-  return methods.size() == static_cast<std::size_t>(TimeMethod::verlet) + 1;
-}
-static_assert(is_in_order());
+static_assert(is_in_order_of_methods(methods));
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 // The properties of the methods of time integration, one line per method.
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "sim/case/case.h"
@@ -21,6 +22,15 @@ struct TimeMethodTraits {
   bool is_calibrated;  // `time.accuracy` may choose its tolerance from the calibration table
   bool finds_equilibria() const { return steps == Steps::loads; }
 };
+
+// True if line i of a table, which has a member `method`, is that of the i-th TimeMethod, and no
+// method is missing.
+constexpr bool is_in_order_of_methods(const auto& table) {
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table[i].method != static_cast<TimeMethod>(i)) return false;
+  }
+  return table.size() == static_cast<std::size_t>(TimeMethod::verlet) + 1;
+}
 
 // In the order of TimeMethod. sim/integrator/integrator.cpp makes the integrators.
 std::span<const TimeMethodTraits> time_methods();

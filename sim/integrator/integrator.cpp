@@ -1,6 +1,6 @@
 #include "sim/integrator/integrator.h"
 
-#include <cassert>
+#include <array>
 
 #include "sim/case/case_text.h"
 #include "sim/case/time_methods.h"
@@ -8,15 +8,29 @@
 
 namespace weft::sim {
 
+namespace {
+
+struct MethodMaker {
+  TimeMethod method;
+  std::unique_ptr<Integrator> (*make)(const Scene&, Dynamics&);
+};
+
+// To add a method, add its name to TimeMethod, its line to sim/case/time_methods.cpp and to this
+// table, and a file of its own.
+constexpr std::array makers{
+    MethodMaker{TimeMethod::cvode, make_cvode_integrator},
+    MethodMaker{TimeMethod::arkode, make_arkode_integrator},
+    MethodMaker{TimeMethod::euler, make_euler_integrator},
+    MethodMaker{TimeMethod::static_loads, make_static_integrator},
+    MethodMaker{TimeMethod::implicit_midpoint, make_midpoint_integrator},
+    MethodMaker{TimeMethod::verlet, make_verlet_integrator},
+};
+static_assert(is_in_order_of_methods(makers));
+
+}  // namespace
+
 std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynamics) {
-  // To add a method, add its name to TimeMethod, its line to sim/case/time_methods.cpp and to this
-  // table in the same order, and a file of its own.
-  using Maker = std::unique_ptr<Integrator> (*)(const Scene&, Dynamics&);
-  constexpr Maker makers[] = {make_cvode_integrator,    make_arkode_integrator,
-                              make_euler_integrator,    make_static_integrator,
-                              make_midpoint_integrator, make_verlet_integrator};
-  assert(std::size(makers) == time_methods().size());
-  return makers[static_cast<std::size_t>(scene.source.time.method)](scene, dynamics);
+  return makers[static_cast<std::size_t>(scene.source.time.method)].make(scene, dynamics);
 }
 
 Failure frame_failure(const Scene& scene, const ContactFault& fault, double time) {
