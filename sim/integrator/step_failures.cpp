@@ -1,55 +1,76 @@
 #include "sim/integrator/step_failures.h"
 
 #include "sim/case/case_text.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
 namespace {
 
-struct Words {
+struct Reason {
   Failure::Kind kind;
-  const char *before, *after;  // the length of the shortest step
+  std::string what;
 };
 
-Words words_of(StepTrouble trouble) {
+// `shortest` is the length of the shortest step in words.
+Reason reason_of_steps(StepTrouble trouble, const std::string& shortest) {
   switch (trouble) {
     case StepTrouble::surfaces:
-      return {Failure::Kind::surfaces, "no step down to ", " keeps the surfaces apart"};
+      return {Failure::Kind::surfaces, "no step down to " + shortest + " keeps the surfaces apart"};
     case StepTrouble::error_too_large:
-      return {Failure::Kind::error_tolerance, "no step down to ", " meets the error tolerance"};
+      return {Failure::Kind::error_tolerance,
+              "no step down to " + shortest + " meets the error tolerance"};
     case StepTrouble::unstable:
-      return {Failure::Kind::unstable, "no step down to ", " is stable"};
+      return {Failure::Kind::unstable, "no step down to " + shortest + " is stable"};
     case StepTrouble::not_finite:
-      return {Failure::Kind::not_finite, "the forces cannot be evaluated with any step down to ",
-              ""};
+      return {Failure::Kind::not_finite,
+              "the forces cannot be evaluated with any step down to " + shortest};
     default:
       return {Failure::Kind::newton,
-              "the Newton iteration does not converge with any step down to ", ""};
+              "the Newton iteration does not converge with any step down to " + shortest};
   }
+}
+
+// `static` has loads instead of steps. The time follows, which is that of the last load.
+Reason reason_of_loads(StepTrouble trouble) {
+  switch (trouble) {
+    case StepTrouble::surfaces:
+      return {Failure::Kind::surfaces, "the surfaces cannot be kept apart beyond the load"};
+    case StepTrouble::not_finite:
+      return {Failure::Kind::not_finite, "the forces cannot be evaluated beyond the load"};
+    default:
+      return {Failure::Kind::newton, "no equilibrium is found beyond the load"};
+  }
+}
+
+std::string words_of_place(Failure::Kind kind, const Scene& scene) {
+  if (traits_of(scene.source.time.method).finds_equilibria())
+    return ": the forces are farthest from balance at ";
+  return kind == Failure::Kind::unstable ? ": the motion is fastest at "
+                                         : ": the error is largest at ";
 }
 
 }  // namespace
 
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene) {
-  const bool is_unstable = kind == Failure::Kind::unstable;
   std::string where;
   if (place.fault) {
     where = ": " + place.fault->describe(scene);
   } else if (place.particle >= 0) {
-    where = is_unstable ? ": the motion is fastest at " : ": the error is largest at ";
-    where += scene.describe_particle(place.particle);
+    where = words_of_place(kind, scene) + scene.describe_particle(place.particle);
   }
   return {kind, place.time, place.fault ? place.fault->particle(scene) : place.particle,
           what + " at t = " + rounded_text(place.time) + " s" + where};
 }
 
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene) {
-  const Words words = words_of(trouble);
-  return placed_failure(words.kind,
-                        words.before + number_text(scene.source.time.minimum_step) +
-                            " s (time.minimum_step)" + words.after,
-                        place, scene);
+  const TimeCase& time = scene.source.time;
+  const Reason reason =
+      traits_of(time.method).finds_equilibria()
+          ? reason_of_loads(trouble)
+          : reason_of_steps(trouble, number_text(time.minimum_step) + " s (time.minimum_step)");
+  return placed_failure(reason.kind, reason.what, place, scene);
 }
 
 }  // namespace weft::sim

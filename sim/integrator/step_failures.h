@@ -16,14 +16,17 @@ enum class StepTrouble { none, not_converged, surfaces, not_finite, error_too_la
 struct FailurePlace {
   double time = 0;  // s
   const std::optional<ContactFault>& fault;
-  int particle = -1;  // where the error is largest or, if unstable, the motion fastest; -1: unknown
+  // The particle where the error is largest or, if unstable, the motion fastest; for `static` where
+  // the forces are farthest from balance. -1: unknown.
+  int particle = -1;
 };
 
 // Returns the failure "WHAT at t = TIME s: PLACE".
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene);
 
-// Returns the failure of every step down to time.minimum_step because of this trouble.
+// Returns the failure of every step down to time.minimum_step because of this trouble. For `static`
+// it speaks of loads.
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene);
 
 }  // namespace weft::sim

@@ -1,5 +1,6 @@
 // Equilibria, against closed forms and the ends of damped motions.
 #include <cmath>
+#include <optional>
 
 #include "simulated_case.h"
 
@@ -112,6 +113,35 @@ TEST(Static, IsNotDoneBeforeForcesBalance) {
   std::vector<double> rate(y.size());
   ASSERT_FALSE(sim.dynamics().rate(0.2, y, rate));
   for (const Vec3& left : StateView::of(rate).velocity) EXPECT_LT(left.norm(), 0.1);
+}
+
+// A sheet on a ball, off its centre, slides: nothing holds it without friction. `static` takes no
+// steps of time.minimum_step, so its message does not speak of them.
+TEST(Static, SaysThatALoadHasNoEquilibrium) {
+  SimulatedCase sim(R"(
+[time]
+method = "static"
+frames_per_second = 4
+[material.cloth]
+density = 0.2
+membrane_stiffness = 500
+[[body]]
+name = "sheet"
+position = [0.2, 0.13, 0.01]
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [5, 5] }
+[[obstacle]]
+name = "ball"
+position = [0, 0, -0.3]
+shape = { type = "sphere", radius = 0.3, resolution = [5] }
+)");
+  std::optional<Failure> failure;
+  for (int load = 0; load < 4 && !failure; ++load) failure = sim.integrator().step();
+  ASSERT_TRUE(failure);
+  EXPECT_EQ(failure->kind, Failure::Kind::newton);
+  EXPECT_EQ(failure->text.find("no equilibrium is found beyond the load at t = 0 s: the forces are "
+                               "farthest from balance at body \"sheet\", row "),
+            0U)
+      << failure->text;
 }
 
 // A ball carries the middle of a sheet, whose corners hang.
