@@ -65,13 +65,13 @@ Json counters_json(const Counters& counters) {
 }
 
 Json phases_json(const PhaseTimes& phases) {
-  return {{"rebuild", phases.rebuild},
-          {"traverse", phases.traverse},
-          {"narrow_phase", phases.narrow_phase},
-          {"forces", phases.forces},
-          {"linear_solve", phases.linear_solve},
-          {"energies", phases.energies},
-          {"record", phases.record}};
+  return {{"wall_rebuild", phases.rebuild},
+          {"wall_traverse", phases.traverse},
+          {"wall_narrow_phase", phases.narrow_phase},
+          {"wall_forces", phases.forces},
+          {"wall_linear_solve", phases.linear_solve},
+          {"wall_energies", phases.energies},
+          {"wall_record", phases.record}};
 }
 
 void add_counts(Json& json, const IntegratorCounts& counts) {
@@ -114,9 +114,11 @@ std::string report_json(const RunCommand& command, const Case& source, const Run
   return json_text(json);
 }
 
-std::string refusal_json(const RunCommand& command, int code, const std::string& reason) {
+std::string refusal_json(const RunCommand& command, const std::optional<std::string>& title,
+                         int code, const std::string& reason) {
   Json json = ending_json(code, refusal_status(code), reason);
   add_command(json, command);
+  if (title) json["title"] = *title;
   return json_text(json);
 }
 

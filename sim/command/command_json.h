@@ -1,6 +1,7 @@
 // The objects that `--json` prints: exactly one, also if the command fails.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "sim/case/case.h"
@@ -12,8 +13,9 @@ namespace weft::sim {
 // The report of a run that ended with `code`. Numbers that are also series have the series' names.
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code);
-// The object of a `weft run` without a report.
-std::string refusal_json(const RunCommand& command, int code, const std::string& reason);
+// The object of a `weft run` without a report. It has the title if the case was read.
+std::string refusal_json(const RunCommand& command, const std::optional<std::string>& title,
+                         int code, const std::string& reason);
 // The object of any other command without a result.
 std::string refusal_json(int code, const std::string& reason);
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include "sim/accuracy/accuracy_choice.h"
 #include "sim/accuracy/accuracy_pilot.h"
@@ -27,16 +28,23 @@ namespace {
 
 std::atomic<int> caught_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
+constexpr int stop_signals[] = {SIGINT, SIGTERM};
 
 // Installs the handler of SIGINT and SIGTERM. The first signal requests a stop after the current
-// step; the second ends the process as usual.
+// step, and is the one that is reported. A second one, whichever of the two it is, ends the process
+// as usual. While the handler runs, its thread gets no other of these signals; another thread may.
 void catch_stop_signals() {
-  for (int signal : {SIGINT, SIGTERM}) {
-    std::signal(signal, [](int caught) {
-      caught_signal = caught;
-      std::signal(caught, SIG_DFL);
-    });
-  }
+  struct sigaction action {};
+  sigemptyset(&action.sa_mask);
+  for (const int signal : stop_signals) sigaddset(&action.sa_mask, signal);
+  action.sa_flags = SA_RESTART;
+  action.sa_handler = [](int caught) {
+    int none = 0;
+    const bool is_first = caught_signal.compare_exchange_strong(none, caught);
+    for (const int signal : stop_signals) std::signal(signal, SIG_DFL);
+    if (!is_first) std::raise(caught);  // takes effect when the handler returns
+  };
+  for (const int signal : stop_signals) sigaction(signal, &action, nullptr);
 }
 
 // Prints the bodies with the largest errors; the trajectory has them all.
@@ -71,8 +79,9 @@ void print_bill(const Bill& bill) {
 }
 
 void print_summary(const RunReport& report) {
-  std::printf("%s  %.4g s simulated in %.3g s, %d frames\n", status_name(report.status),
-              report.simulated_time, report.bill.total.wall, report.frames);
+  std::printf("%s  %.4g s simulated in %.3g s, %s\n", status_name(report.status),
+              report.simulated_time, report.bill.total.wall,
+              counted(report.frames, "frame", "frames").c_str());
   print_bill(report.bill);
   std::printf("  steps %lld (%lld vetoed), Newton iterations %lld, linear iterations %lld\n",
               static_cast<long long>(report.counts.steps),
@@ -89,13 +98,15 @@ void print_summary(const RunReport& report) {
 // Loads the case, prepares it, builds its scene and uses it. Returns the exit code of `use`, or
 // that of the fault.
 int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
+  std::optional<std::string> title;  // once the case is read
   const auto refuse = [&](int code, const std::string& reason) {
     complain(reason);
-    if (command.json) std::cout << refusal_json(command, code, reason) << '\n';
+    if (command.json) std::cout << refusal_json(command, title, code, reason) << '\n';
     return code;
   };
   try {
     Case source = read_case(command.case_path, command.overrides);
+    title = source.title;
     prepare(source);
     const std::unique_ptr<const Scene> scene = build_scene(source);
     return use(*scene);

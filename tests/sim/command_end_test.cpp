@@ -1,6 +1,7 @@
 // The exit code, --json and the file report how a command ends.
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "sim/command/run_command.h"
 #include "tests/sim/weft_process.h"
@@ -72,8 +73,10 @@ TEST_F(CommandEnd, ReportsByTheNamesOfSeries) {
   const Json file = info();
   int energies = 0;
   bool has_gap = false, has_stretch = false;
+  std::set<std::string> names;
   for (const Json& series : file.at("series")) {
     const std::string name = series.at("name");
+    names.insert(name);
     has_gap = has_gap || name == "smallest_gap";
     has_stretch = has_stretch || name == "largest_stretch";
     if (name == "largest_stretch") {
@@ -87,6 +90,9 @@ TEST_F(CommandEnd, ReportsByTheNamesOfSeries) {
   EXPECT_TRUE(report.contains("smallest_gap"));
   EXPECT_GE(energies, 5);
   EXPECT_EQ(report.at("energies").size(), energies);
+  EXPECT_EQ(report.at("phases_s").size(), 7);
+  for (const auto& phase : report.at("phases_s").items())
+    EXPECT_TRUE(names.contains(phase.key())) << phase.key();
 }
 
 TEST_F(CommandEnd, AFailureIsInTheFileWithItsReason) {
@@ -182,6 +188,35 @@ TEST_F(CommandEnd, JsonIsAnObjectWhateverIsWrong) {
     EXPECT_TRUE(object.at("reason_kind").is_null());
     EXPECT_TRUE(contains(result.err, mistake.reason)) << result.err;
   }
+}
+
+TEST_F(CommandEnd, ARefusedCaseThatWasReadHasItsTitle) {
+  const auto refused = [&](const WeftProcess::Arguments& more) {
+    WeftProcess::Arguments arguments{"run", "sheet.toml", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Result result = weft(arguments);
+    EXPECT_EQ(result.code, exit_code::bad_case);
+    return Json::parse(result.out);
+  };
+  EXPECT_EQ(refused({"--estimate-error", "--set", "time.method=\"static\""}).at("title"),
+            "A sheet hangs");
+  EXPECT_EQ(refused({"--set", "contact.enabled=true", "--set", "contact.range=0.1", "--set",
+                     "body.sheet.thickness=0.5"})
+                .at("title"),
+            "A sheet hangs");
+  EXPECT_FALSE(refused({"--set", "time.duration=-1"}).contains("title"));
+}
+
+// While the process is stopped, both signals wait: it gets them before it can end its step.
+TEST_F(CommandEnd, ASecondSignalEndsTheRunAtOnceWhicheverItIs) {
+  WeftProcess run = endless_run();
+  wait_for_file("out/sheet.h5");
+  run.send(SIGSTOP);
+  run.send(SIGINT);
+  run.send(SIGTERM);
+  run.send(SIGCONT);
+  EXPECT_EQ(run.wait(), -SIGTERM) << run.out();
+  EXPECT_EQ(run.out(), "");
 }
 
 // The help of --set shows one override, and --set takes exactly one.

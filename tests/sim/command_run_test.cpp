@@ -128,10 +128,10 @@ TEST_F(CommandRun, ReportsInJson) {
        {"rebuilds", "bound_tests", "candidate_pairs", "narrow_phase_calls", "ccd_calls"}) {
     EXPECT_EQ(report.at("counters").at(key), 0) << key;  // contact is off
   }
-  for (const char* key : {"rebuild", "traverse", "narrow_phase"}) {
+  for (const char* key : {"wall_rebuild", "wall_traverse", "wall_narrow_phase"}) {
     EXPECT_EQ(report.at("phases_s").at(key), 0) << key;
   }
-  for (const char* key : {"forces", "linear_solve", "energies", "record"}) {
+  for (const char* key : {"wall_forces", "wall_linear_solve", "wall_energies", "wall_record"}) {
     EXPECT_GT(report.at("phases_s").at(key), 0) << key;
     EXPECT_LT(report.at("phases_s").at(key), report.at("wall_s")) << key;
   }
