@@ -35,7 +35,6 @@ set(weft_sim_headers
   case/case.h
   case/case_error.h
   case/case_reader.h
-  case/varying.h
   run/make_simulation.h
   run/recorded_run.h
   simulation/simulation.h
@@ -47,4 +46,5 @@ set(weft_sim_headers
   base/failure.h
   base/file_error.h
   base/statistics.h
-  base/vectors.h)
+  base/vectors.h
+  case/varying.h)

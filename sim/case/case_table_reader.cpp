@@ -186,7 +186,8 @@ class ValueReader {
   void check_curve(const std::vector<double>& times, std::size_t values) const {
     if (values != times.size()) {
       fail_at("values",
-              in_quotes("values") + " has " + std::to_string(values) + " entries beside " +
+              in_quotes("values") + " has " +
+                  counted(static_cast<std::int64_t>(values), "entry", "entries") + " beside " +
                   std::to_string(times.size()) + " in " + in_quotes("times"),
               "expected a value for each time");
     }

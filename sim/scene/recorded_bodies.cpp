@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "sim/case/case_error.h"
+#include "sim/case/case_text.h"
 #include "sim/scene/index_range.h"
 
 namespace weft::sim {
@@ -16,8 +17,8 @@ struct PartAxis {
   bool wraps = false;
 };
 
-PartAxis make_axis(const std::vector<int>& range, int count, bool wraps, const char* axis,
-                   const OutputPartCase& part) {
+PartAxis make_axis(const std::vector<int>& range, int count, bool wraps, const char* one,
+                   const char* axis, const OutputPartCase& part) {
   const auto [first, last] = resolve_range(range, count, "output.part", axis, part.location);
   PartAxis result;
   result.wraps = wraps && first == 0 && last == count - 1;
@@ -25,7 +26,7 @@ PartAxis make_axis(const std::vector<int>& range, int count, bool wraps, const c
   if (!result.wraps && result.indices.back() != last) result.indices.push_back(last);
   const std::size_t least = result.wraps ? 3 : 2;
   if (result.indices.size() >= least) return result;
-  throw CaseError(part.location, "a part of " + std::to_string(result.indices.size()) + " " + axis,
+  throw CaseError(part.location, "a part of " + counted(std::ssize(result.indices), one, axis),
                   "expected at least " + std::to_string(least) +
                       (result.wraps ? " where the shape is closed" : ", as a surface needs"));
 }
@@ -35,9 +36,10 @@ PartAxis make_axis(const std::vector<int>& range, int count, bool wraps, const c
 ImagePart make_part(const bsi::Atlas& whole, const OutputPartCase& part) {
   const std::vector<bsi::Patch>& patches = whole.patches();
   PartAxis rows = make_axis(part.rows, patches.front().rows,
-                            std::ranges::all_of(patches, &bsi::Patch::wrap_v), "rows", part);
-  PartAxis cols = make_axis(part.cols, patches.front().cols,
-                            std::ranges::all_of(patches, &bsi::Patch::wrap_u), "cols", part);
+                            std::ranges::all_of(patches, &bsi::Patch::wrap_v), "row", "rows", part);
+  PartAxis cols =
+      make_axis(part.cols, patches.front().cols, std::ranges::all_of(patches, &bsi::Patch::wrap_u),
+                "column", "cols", part);
   ImagePart result;
   const bsi::Patch size{.rows = static_cast<int>(rows.indices.size()),
                         .cols = static_cast<int>(cols.indices.size()),

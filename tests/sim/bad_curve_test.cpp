@@ -30,6 +30,9 @@ std::vector<BadCase> bad_curves() {
       {"lengths_differ", contact("friction = { times = [0, 1, 2], values = [0, 1] }"),
        R"(case.toml:2:42: "values" has 2 entries beside 3 in "times"
   expected a value for each time)"},
+      {"one_value", contact("friction = { times = [0, 1], values = [0] }"),
+       R"(case.toml:2:39: "values" has 1 entry beside 2 in "times"
+  expected a value for each time)"},
       {"no_values", contact("friction = { times = [0, 1] }"),
        R"(case.toml:2:12: [contact.friction] has no "values"
   expected "values", an array of numbers >= 0)"},

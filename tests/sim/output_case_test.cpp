@@ -103,7 +103,7 @@ TEST(OutputPart, OfOneRowIsRefused) {
     ADD_FAILURE();
   } catch (const CaseError& error) {
     EXPECT_EQ(std::string(error.what()),
-              "case.toml:4:1: a part of 1 rows\n  expected at least 2, as a surface needs");
+              "case.toml:4:1: a part of 1 row\n  expected at least 2, as a surface needs");
   }
 }
 
