@@ -1,4 +1,5 @@
-// Forces, reactions, energies and places that a run records, against weights and momenta.
+// Forces, reactions, energies and places that a run records, against weights
+// and momenta.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -49,22 +50,28 @@ TEST(Reactions, HangingSheetRestsOnItsPins) {
   EXPECT_GT(other.x(), 0);
 }
 
-// Over a swing, the impulses of the pins and the weight are the change of momentum, and their
-// moments that of the angular momentum. Trapezoids over 0.5 ms leave less than a
-// thousandth where nothing meets.
+// Over a swing, the impulses of the pins, of the weight and of mass damping
+// (1/s) are the change of momentum, and their moments that of the angular
+// momentum. Trapezoids over 0.5 ms leave less than a thousandth where nothing
+// meets.
 void expect_balance(ChannelRun& run, double from, double to, double tolerance,
-                    double interval = 5e-4) {
+                    double interval = 5e-4, double mass_damping = 0) {
+  const auto force_now = [&]() -> Vec3 {
+    return run.sum_of_reactions("force") + run.weight() - mass_damping * run.momentum();
+  };
+  const auto moment_now = [&]() -> Vec3 {
+    return run.sum_of_reactions("moment") + run.weight_moment() -
+           mass_damping * run.angular_momentum();
+  };
   run.advance_to(from);
   const Vec3 momentum = run.momentum(), angular = run.angular_momentum();
   Vec3 impulse = Vec3::Zero(), twist = Vec3::Zero();
-  Vec3 force = run.sum_of_reactions("force") + run.weight();
-  Vec3 moment = run.sum_of_reactions("moment") + run.weight_moment();
+  Vec3 force = force_now(), moment = moment_now();
   const int count = static_cast<int>(std::round((to - from) / interval));
   double size = 0, twist_size = 0;
   for (int i = 1; i <= count; ++i) {
     run.advance_to(from + i * interval);
-    const Vec3 next = run.sum_of_reactions("force") + run.weight();
-    const Vec3 next_moment = run.sum_of_reactions("moment") + run.weight_moment();
+    const Vec3 next = force_now(), next_moment = moment_now();
     impulse += 0.5 * interval * (force + next);
     twist += 0.5 * interval * (moment + next_moment);
     size += interval * next.norm();
@@ -82,14 +89,16 @@ TEST(Reactions, SwingingSheetGainsTheirImpulse) {
   expect_balance(run, 0, 0.4, 1e-3);
 }
 
-// Pins that a motion shakes carry the inertia of their own vertices, too.
+// Pins that a motion shakes carry the inertia of their own vertices and what
+// slows these, too.
 TEST(Reactions, ShakenPinsCarryTheInertiaOfTheirVertices) {
   ChannelRun run(
       sheet_in_air,
       {R"(body.sheet.pin=[{ edges = ["last_row"], motion = { keyframes = [{ time = 0 }, )"
        R"({ time = 0.15, translation = [0.2, 0, 0.1], rotation_deg = [0, 0, 30] }, )"
-       R"({ time = 0.3 }] } }])"});
-  expect_balance(run, 0, 0.3, 1e-3);
+       R"({ time = 0.3 }] } }])",
+       "material.cloth.mass_damping=5"});
+  expect_balance(run, 0, 0.3, 1e-3, 5e-4, 5);
 }
 
 // A timed pin has a force while it holds, and none before and after.
@@ -147,8 +156,8 @@ TEST(Reactions, BallCarriesTheWeightOfADrapedSheet) {
   EXPECT_LT((action - run.vector("reactions/ball/force")).norm(), 1e-12 * weight.norm());
 }
 
-// While the sheet falls on the ball and slides, forces of contact and friction on both sides are
-// opposite, and their impulse is the sheet's.
+// While the sheet falls on the ball and slides, forces of contact and friction
+// on both sides are opposite, and their impulse is the sheet's.
 TEST(Reactions, BallGivesAFallingSheetItsMomentum) {
   ChannelRun run(sheet_on_a_ball, {"time.method=\"cvode\"", "time.position_tolerance=1e-8",
                                    "body.sheet.velocity=[0.5, 0, -0.3]"});
@@ -156,7 +165,8 @@ TEST(Reactions, BallGivesAFallingSheetItsMomentum) {
   EXPECT_GT(sum_of(run.vectors("sheet", "friction_force")).norm(), 0);
 }
 
-// Two sheets that meet: contact forces and frictions of one are opposite to those of the other.
+// Two sheets that meet: contact forces and frictions of one are opposite to
+// those of the other.
 TEST(ContactForce, OfTwoBodiesSumToNothing) {
   ChannelRun run(R"(
 [time]
@@ -187,8 +197,8 @@ shape = { type = "rectangle", size = [0.3, 0.3], resolution = [9, 9] }
   EXPECT_LT(sum_of(run.vectors("one", "friction_force")).x(), 0);
 }
 
-// A stiff sheet rests on a plate that is inclined: the contact forces are its weight across the
-// plate, the friction its weight along it.
+// A stiff sheet rests on a plate that is inclined: the contact forces are its
+// weight across the plate, the friction its weight along it.
 TEST(ContactForce, CarriesASheetOnAnInclinedPlate) {
   for (const double degrees : {0.0, 15.0}) {
     const std::string rotation = "[0, " + std::to_string(degrees) + ", 0]";
@@ -226,8 +236,8 @@ shape = { type = "plane", size = [2, 2] }
   }
 }
 
-// A body that sleeps on a plate, beside one that swings, still weighs on it; the sheet on which it
-// lies, held as a whole, is an obstacle.
+// A body that sleeps on a plate, beside one that swings, still weighs on it;
+// the sheet on which it lies, held as a whole, is an obstacle.
 TEST(Reactions, SleepingBodiesStillWeigh) {
   ChannelRun run(R"(
 [time]
@@ -278,7 +288,8 @@ edges = ["first_row"]
   EXPECT_EQ(run.field("resting", "membrane_strain_major").size(), 25);
 }
 
-// The edge between columns 3 and 4 of row 2 of the second body is stretched the most.
+// The edge between columns 3 and 4 of row 2 of the second body is stretched the
+// most.
 TEST(LargestStretch, IsWhereTheEdgeIs) {
   ChannelRun run(R"(
 [time]
@@ -309,7 +320,8 @@ shape = { type = "rectangle", size = [1, 1], resolution = [4, 6] }
   EXPECT_TRUE(values[3] == 4 || values[3] == 5) << values[3];
 }
 
-const std::string everything = R"(channels = ["velocity", "membrane_strain", "membrane_stress",
+const std::string everything =
+    R"(channels = ["velocity", "membrane_strain", "membrane_stress",
   "bending_curvature", "bending_moment", "contact_force", "friction_force", "reactions",
   "body_energy", "largest_stretch_place"]
 )";
@@ -391,8 +403,10 @@ class BadChannel : public testing::TestWithParam<BadCase> {};
 TEST_P(BadChannel, IsRefusedWithItsPlaceAndAHint) { expect_refused(GetParam()); }
 
 const std::string names =
-    "\"velocity\", \"membrane_strain\", \"membrane_stress\", \"bending_curvature\", "
-    "\"bending_moment\", \"contact_force\", \"friction_force\", \"reactions\", \"body_energy\", "
+    "\"velocity\", \"membrane_strain\", "
+    "\"membrane_stress\", \"bending_curvature\", "
+    "\"bending_moment\", \"contact_force\", "
+    "\"friction_force\", \"reactions\", \"body_energy\", "
     "\"largest_stretch_place\"";
 
 BadCase bad(const std::string& name, const std::string& value, const std::string& what,
@@ -402,43 +416,56 @@ BadCase bad(const std::string& name, const std::string& value, const std::string
 
 INSTANTIATE_TEST_SUITE_P(
     OfChannels, BadChannel,
-    testing::Values(
-        bad("unknown", R"(["velocity", "membrane_stres"])",
-            "25: \"channels[1]\" is \"membrane_stres\"\n  did you mean \"membrane_stress\"?"),
-        bad("far_off", R"(["heat"])",
-            "13: \"channels[0]\" is \"heat\"\n  expected one of " + names),
-        bad("twice", R"(["body_energy", "velocity", "body_energy"])",
-            "40: \"body_energy\" is listed twice\n  expected each channel once"),
-        bad("no_list", "\"velocity\"",
-            "12: \"channels\" is a string\n  expected an array of names out of " + names),
-        bad("number", "[1]",
-            "13: \"channels[0]\" is a whole number\n  expected an array of names out of " + names),
-        bad("contact_off", R"(["contact_force"])",
-            "13: the channel \"contact_force\" would be zero: contact is off\n  expected "
-            "contact.enabled = true, or no \"contact_force\"",
-            "[contact]\nenabled = false\n"),
-        bad("no_friction", R"(["friction_force"])",
-            "13: the channel \"friction_force\" would be zero: there is no friction\n  expected "
-            "contact.friction > 0, or no \"friction_force\""),
-        bad("friction_at_rest", R"(["friction_force"])",
-            "13: the channel \"friction_force\" would be zero: in an equilibrium nothing slides\n  "
-            "expected another time.method, or no \"friction_force\"",
-            "[time]\nmethod = \"static\"\n[world]\ngravity = [0, 0, 0]\n[contact]\nfriction = "
-            "0.3\n"),
-        bad("no_bending", R"(["bending_moment"])",
-            "13: the channel \"bending_moment\" would be zero: no body resists bending\n  expected "
-            "a "
-            "material with bending_stiffness > 0, or no \"bending_moment\""),
-        bad("springs", R"(["membrane_stress"])",
-            "13: the channel \"membrane_stress\" needs a membrane of triangles, and that of body "
-            "\"sheet\" is made of springs\n  expected membrane = \"triangles\" in [material.net], "
-            "or "
-            "no \"membrane_stress\"",
-            "[material.net]\nmembrane = \"springs\"\n"),
-        bad("nothing_holds", R"(["reactions"])",
-            "13: the channel \"reactions\" would be empty: nothing holds the bodies\n  expected a "
-            "pin "
-            "or an obstacle, or no \"reactions\"")),
+    testing::Values(bad("unknown", R"(["velocity", "membrane_stres"])",
+                        "25: \"channels[1]\" is \"membrane_stres\"\n  did you mean "
+                        "\"membrane_stress\"?"),
+                    bad("far_off", R"(["heat"])",
+                        "13: \"channels[0]\" is \"heat\"\n  expected one of " + names),
+                    bad("twice", R"(["body_energy", "velocity", "body_energy"])",
+                        "40: \"body_energy\" is listed twice\n  expected each channel "
+                        "once"),
+                    bad("no_list", "\"velocity\"",
+                        "12: \"channels\" is a string\n  expected an array of names out "
+                        "of " +
+                            names),
+                    bad("number", "[1]",
+                        "13: \"channels[0]\" is a whole number\n  expected an array of "
+                        "names out of " +
+                            names),
+                    bad("contact_off", R"(["contact_force"])",
+                        "13: the channel \"contact_force\" would be zero: contact is off\n "
+                        " expected "
+                        "contact.enabled = true, or no \"contact_force\"",
+                        "[contact]\nenabled = false\n"),
+                    bad("no_friction", R"(["friction_force"])",
+                        "13: the channel \"friction_force\" would be zero: there is no "
+                        "friction\n  expected "
+                        "contact.friction > 0, or no \"friction_force\""),
+                    bad("friction_at_rest", R"(["friction_force"])",
+                        "13: the channel \"friction_force\" would be zero: in an "
+                        "equilibrium nothing slides\n  "
+                        "expected another time.method, or no \"friction_force\"",
+                        "[time]\nmethod = \"static\"\n[world]\ngravity = [0, 0, "
+                        "0]\n[contact]\nfriction = "
+                        "0.3\n"),
+                    bad("no_bending", R"(["bending_moment"])",
+                        "13: the channel \"bending_moment\" would be zero: no body resists "
+                        "bending\n  expected "
+                        "a "
+                        "material with bending_stiffness > 0, or no \"bending_moment\""),
+                    bad("springs", R"(["membrane_stress"])",
+                        "13: the channel \"membrane_stress\" needs a membrane of "
+                        "triangles, and that of body "
+                        "\"sheet\" is made of springs\n  expected membrane = \"triangles\" "
+                        "in [material.net], "
+                        "or "
+                        "no \"membrane_stress\"",
+                        "[material.net]\nmembrane = \"springs\"\n"),
+                    bad("nothing_holds", R"(["reactions"])",
+                        "13: the channel \"reactions\" would be empty: nothing holds the "
+                        "bodies\n  expected a "
+                        "pin "
+                        "or an obstacle, or no \"reactions\"")),
     bad_case_name);
 
 }  // namespace

@@ -1,5 +1,6 @@
-// Contact of surfaces whose points are combinations of particles: against the same contact between
-// bodies made of these points, and the definition of the map and its transpose.
+// Contact of surfaces whose points are combinations of particles: against the
+// same contact between bodies made of these points, and the definition of the
+// map and its transpose.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +15,8 @@
 namespace weft::sim {
 namespace {
 
-// Two crumpled sheets, one above the other, and a ball below: every kind of pair is in reach.
+// Two crumpled sheets, one above the other, and a ball below: every kind of
+// pair is in reach.
 constexpr const char* two_sheets = R"(
 [time]
 duration = 1
@@ -78,7 +80,8 @@ void expect_near(const std::vector<Vec3>& a, const std::vector<Vec3>& b, double 
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LT((a[i] - b[i]).norm(), part * size) << i;
 }
 
-// Contact of a sampled scene beside that of the scene made of its points, both evaluated at once.
+// Contact of a sampled scene beside that of the scene made of its points, both
+// evaluated at once.
 class Twins {
  public:
   explicit Twins(const SampledScene& sampled, unsigned seed = 1)
@@ -189,6 +192,33 @@ TEST(SampledContact, ForcesKeepTheirResultantAndTheirMoment) {
   EXPECT_GT(point_sum.norm(), 1e-3 * size);
   EXPECT_LT((sum - point_sum).norm(), 1e-13 * size);
   EXPECT_LT((moment - point_moment).norm(), 1e-13 * size);
+  // All of it comes from obstacles: two bodies give each other neither.
+  std::vector<Wrench> wrenches(sampled.scene().bodies.size());
+  twins.contact.add_wrenches(twins.state.position, wrenches);
+  Wrench all;
+  for (const Wrench& wrench : wrenches) {
+    all.force += wrench.force;
+    all.moment += wrench.moment;
+  }
+  EXPECT_LT((all.force - sum).norm(), 1e-13 * size);
+  EXPECT_LT((all.moment - moment).norm(), 1e-13 * size);
+  EXPECT_EQ(wrenches[0].force, Vec3::Zero());
+}
+
+TEST(SampledContact, PushesAndFrictionAreTheParts) {
+  const SampledScene sampled(two_sheets, {}, refined_surface);
+  const Twins twins(sampled);
+  const std::vector<Vec3> force = twins.forces();
+  std::vector<Vec3> normal(force.size(), Vec3::Zero()), friction = normal;
+  twins.contact.add_forces(normal, friction);
+  double pushes = 0, frictions = 0;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    EXPECT_LT((normal[i] + friction[i] - force[i]).norm(), 1e-12 * (1 + force[i].norm()));
+    pushes += normal[i].norm();
+    frictions += friction[i].norm();
+  }
+  EXPECT_GT(pushes, 0);
+  EXPECT_GT(frictions, 0);
 }
 
 TEST(SampledContact, LoadedObstaclesAreNamedByTheirParticles) {
@@ -226,7 +256,8 @@ TEST(SampledContact, ProductsAreThoseOfThePoints) {
   expect_near(out, twins.expected_product(in, stiffness), 1e-13);
 }
 
-// The matrix of contact, column by column from products, in blocks by (row, column).
+// The matrix of contact, column by column from products, in blocks by (row,
+// column).
 std::vector<Mat3> dense_matrix(const Contact& contact, int count, double gamma) {
   std::vector<Mat3> matrix(static_cast<std::size_t>(count) * count, Mat3::Zero());
   for (int column = 0; column < count; ++column) {
@@ -366,7 +397,8 @@ TEST(SampledContact, StiffnessIsTheSlopeOfTheForcesInThePositions) {
   expect_near(slope, product, 1e-6);
 }
 
-// A point between a pinned particle and a free one is in contact; between pinned ones it is not.
+// A point between a pinned particle and a free one is in contact; between
+// pinned ones it is not.
 TEST(SampledContact, PointsAreFreeWhereAParticleIs) {
   const SampledScene sampled(sheet_over_plate,
                              {"contact.friction=0", "body.sheet.pin=[{edges=[\"first_row\"]}]"},
@@ -445,7 +477,8 @@ TEST(SampledContact, APointThatWouldPassIsRefusedThoughItsParticlesDoNot) {
   const std::string text = fault->describe(sampled.scene());
   EXPECT_NE(text.find("column 1 of its surface"), std::string::npos) << text;
   EXPECT_NE(text.find("obstacle \"speck\", row"), std::string::npos) << text;
-  EXPECT_EQ(fault->particle(sampled.scene()), 4);  // of the speck, which is named first
+  EXPECT_EQ(fault->particle(sampled.scene()),
+            4);  // of the speck, which is named first
   // Up to the speck, the way is free.
   for (const int corner : {0, 3}) end[corner].z() += 0.06;
   EXPECT_FALSE(refined.check_path(start, end));
@@ -499,10 +532,10 @@ TEST(SampledContact, TheInitialStateIsCheckedByItsPoints) {
 
 // Poses of moving obstacles may replace the positions of their particles.
 TEST(SampledContact, PosesStandForTheParticlesOfObstacles) {
-  const SampledScene sampled(
-      std::string(two_sheets) +
-          "motion = { angular_velocity_deg = [0, 0, 90], velocity = [0, 0, 0.05] }\n",
-      {}, refined_surface);
+  const SampledScene sampled(std::string(two_sheets) +
+                                 "motion = { angular_velocity_deg = [0, 0, "
+                                 "90], velocity = [0, 0, 0.05] }\n",
+                             {}, refined_surface);
   const Scene& scene = sampled.scene();
   Statistics statistics;
   Contact by_pose(scene, statistics), by_position(scene, statistics);

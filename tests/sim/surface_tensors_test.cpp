@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "tests/sim/channel_run.h"
@@ -116,6 +117,54 @@ TEST(SurfaceTensors, DampingAddsToTheTension) {
   for (std::size_t i = 0; i < body.rest.size(); ++i) {
     EXPECT_NEAR(stress.major[i], plate * strain, 1e-9);
     EXPECT_NEAR(stress.minor[i], 0.25 * plate * strain, 1e-9);
+  }
+}
+
+// A sheet that is stretched at an angle to a column and then folded there by a right angle keeps
+// its strain: at the crease, the triangles of both sides are turned into one plane.
+TEST(SurfaceTensors, FoldedSheetKeepsItsStrain) {
+  const ChannelRun run(stretched_sheet);
+  const SceneBody& body = run.scene().bodies[0];
+  Eigen::Matrix2d stretch;
+  stretch << 1.1, 0.05, 0.05, 0.95;
+  const Eigen::Matrix2d green = 0.5 * (stretch * stretch - Eigen::Matrix2d::Identity());
+  const Eigen::Vector2d principal =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(green).eigenvalues();
+  const Eigen::Vector2d crease = stretch.col(1).normalized();
+  std::vector<Vec3> position;
+  for (const Vec3& x : body.rest) {
+    const Eigen::Vector2d flat = stretch * x.head<2>();
+    const double along = crease.dot(flat), beside = crease.y() * flat.x() - crease.x() * flat.y();
+    position.emplace_back(along, std::min(beside, 0.0), std::max(beside, 0.0));
+  }
+  SurfaceTensors tensors(body, false, 1);
+  tensors.place(position, std::vector<Vec3>(position.size(), Vec3::Zero()));
+  PrincipalValues strain;
+  tensors.find_strain(strain);
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    EXPECT_NEAR(strain.major[i], principal[1], 1e-12);
+    EXPECT_NEAR(strain.minor[i], principal[0], 1e-12);
+  }
+}
+
+// A flat sheet whose curvature along x grows by 3 /m every second: damping makes the moment D beta
+// times that rate, and no curvature.
+TEST(SurfaceTensors, BendingDampingAddsToTheMoment) {
+  const ChannelRun run(stretched_sheet, {"material.cloth.bending_damping=0.1"});
+  const SceneBody& body = run.scene().bodies[0];
+  std::vector<Vec3> velocity;
+  for (const Vec3& x : body.rest) velocity.emplace_back(0, 0, 0.5 * 3 * x.x() * x.x());
+  SurfaceTensors tensors(body, true, 1);
+  tensors.place(body.rest, velocity);
+  PrincipalValues curvature, moment;
+  tensors.find_curvature(curvature);
+  tensors.find_moment(moment);
+  for (int row = 2; row < 8; ++row) {
+    for (int col = 2; col < 11; ++col) {
+      EXPECT_NEAR(curvature.major[13 * row + col], 0, 1e-12);
+      EXPECT_NEAR(moment.major[13 * row + col], 2e-3 * 0.1 * 3, 1e-10);
+      EXPECT_NEAR(moment.minor[13 * row + col], 0.25 * 2e-3 * 0.1 * 3, 1e-10);
+    }
   }
 }
 
