@@ -4,8 +4,10 @@
 
 #include <cmath>
 
+#include "sim/case/memory_estimate.h"
 #include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
+#include "sim/view/scene_description.h"
 #include "tests/sim/bad_case.h"
 #include "tests/sim/channel_run.h"
 #include "tests/temporary_folder.h"
@@ -435,6 +437,29 @@ TEST(RecordedChannels, VelocityIsOneOfThem) {
               (std::vector<TrajectoryField>{{"velocity", "m/s", "velocity", 3}}));
     EXPECT_FALSE(reader.velocities(0, reader.frames() - 1).empty());
   }
+}
+
+// The estimates of memory and of the file count what channels take.
+TEST(RecordedChannels, AreCountedByTheCheck) {
+  const auto parsed = [](const std::string& text) {
+    return parse_case(text, "test.toml", {"time.method=\"cvode\"", "time.duration=2"});
+  };
+  const Case with = parsed(with_everything(sheet_on_a_ball));
+  Case without = with;
+  without.output.channels.clear();
+  const double more = (estimate_memory(with, size_of_case(with)) -
+                       estimate_memory(without, size_of_case(without))) /
+                      (17 * 17);
+  EXPECT_GT(more, 800);
+  EXPECT_LT(more, 2500);
+  const std::string text = describe_scene(*build_scene(with));
+  // 21 frames of 4 x 289 x (3 + 3 + 4 x 5 + 3 + 3) bytes
+  EXPECT_NE(text.find("file      about 0.7408 MiB: 21 frames of 0.03528 MiB\n"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("\"reactions\", \"body_energy\", \"largest_stretch_place\"\n"),
+            std::string::npos);
+  EXPECT_NE(describe_scene(*build_scene(without)).find("output.channels lists none"),
+            std::string::npos);
 }
 
 class BadChannel : public testing::TestWithParam<BadCase> {};
