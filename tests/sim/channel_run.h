@@ -107,7 +107,7 @@ class ChannelRun {
   }
 
  private:
-  const Vec3& gravity() const { return scene_->source.world.gravity; }
+  Vec3 gravity() const { return scene_->source.world.gravity.constant(); }
   template <class Value>
   Vec3 sum_over_particles(const Value& value) const {
     Vec3 sum = Vec3::Zero();
