@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 
@@ -27,6 +28,15 @@ std::string describe_end(const std::string& path, bool draws, int signal) {
          "); weft info says whether the file is damaged";
 }
 
+// Returns the CPU time that reading a file may take, s: it grows with the file, of which every
+// number may be read.
+double limit_of(const std::string& path) {
+  constexpr double slowest_reading = 5e6;  // bytes/s; a tenth of the usual with compression
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  return reading_cpu_limit + (unknown ? 0 : static_cast<double>(size) / slowest_reading);
+}
+
 }  // namespace
 
 void complain(const std::string& text) { std::cerr << printable(text, true) << '\n'; }
@@ -41,7 +51,7 @@ int deliver(int code) {
 int run_guarded(const GuardedCommand& command) {
   std::cout.flush();
   const std::optional<double> limit =
-      command.is_long ? std::nullopt : std::optional(reading_cpu_limit);
+      command.is_long ? std::nullopt : std::optional(limit_of(command.path));
   const ProcessEnd end = run_in_process([&] { return deliver(command.run()); }, {}, limit);
   if (end.signal == 0) return end.code;
   const std::string reason = describe_end(command.path, command.draws, end.signal);

@@ -38,13 +38,12 @@ void FrameBatch::add(double time, const std::vector<std::span<const Vec3>>& posi
     const TrajectoryBody& body = bodies_[b];
     if (!body.moves) continue;
     if (precision_ == Precision::float64) {
-      append_texels(body.atlas, numbers_of(positions[b]), 3, rounding_, exact_positions_[b]);
+      append_positions(body.atlas, positions[b], rounding_, exact_positions_[b]);
     } else {
-      append_texels(body.atlas, numbers_of(positions[b]), 3, rounding_, positions_[b]);
+      append_positions(body.atlas, positions[b], rounding_, positions_[b]);
     }
     for (std::size_t f = 0; f < body.fields.size(); ++f) {
-      append_texels(body.atlas, channels.fields[b][f], body.fields[f].components, {},
-                    fields_[b][f]);
+      append_texels(body.atlas, channels.fields[b][f], body.fields[f].components, fields_[b][f]);
     }
   }
   series_rows_.insert(series_rows_.end(), series.begin(), series.end());

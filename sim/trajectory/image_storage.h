@@ -8,6 +8,7 @@
 
 #include "bsi/geometry_image.h"
 #include "sim/base/hdf5_handle.h"
+#include "sim/base/vectors.h"
 #include "sim/case/case.h"
 
 namespace weft::sim {
@@ -21,13 +22,17 @@ class Rounding {
   // Takes the largest power of two that changes no number by more than `error` (> 0).
   explicit Rounding(double error);
 
-  // Returns the multiple that is nearest to `value`, a number that Number holds: Number holds the
-  // result too. Numbers so large that all near them are multiples stay as they are, as infinity and
+  // Replaces numbers by the nearest multiples, which Number holds: it holds the numbers
+  // themselves. Numbers so large that all near them are multiples stay as they are, as infinity and
   // NaN do.
   template <class Number>
-  Number of(Number value) const {
-    if (!(std::abs(static_cast<double>(value)) < least_multiple_)) return value;
-    return static_cast<Number>(std::rint(static_cast<double>(value) / quantum_) * quantum_);
+  void apply(std::span<Number> numbers) const {
+    if (quantum_ == 0) return;
+    for (Number& number : numbers) {
+      const double value = static_cast<double>(number);
+      if (std::abs(value) < least_multiple_)
+        number = static_cast<Number>(std::rint(value / quantum_) * quantum_);
+    }
   }
 
  private:
@@ -38,7 +43,7 @@ class Rounding {
 // Appends the image of a body, by texel, from values by particle: `components` numbers each.
 template <class Number>
 void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
-                   const Rounding& rounding, std::vector<Number>& texels) {
+                   std::vector<Number>& texels) {
   const std::size_t before = texels.size();
   texels.resize(before + static_cast<std::size_t>(components) *
                              static_cast<std::size_t>(atlas.texel_count()));
@@ -46,8 +51,17 @@ void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle,
   for (int texel = 0; texel < atlas.texel_count(); ++texel) {
     const double* value = by_particle.data() +
                           static_cast<std::ptrdiff_t>(components) * atlas.particle_of_texel(texel);
-    for (int k = 0; k < components; ++k) *target++ = rounding.of(static_cast<Number>(value[k]));
+    for (int k = 0; k < components; ++k) *target++ = static_cast<Number>(value[k]);
   }
+}
+
+// Appends the image of positions, rounded.
+template <class Number>
+void append_positions(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
+                      const Rounding& rounding, std::vector<Number>& texels) {
+  const std::size_t before = texels.size();
+  append_texels(atlas, numbers_of(by_particle), 3, texels);
+  rounding.apply(std::span(texels).subspan(before));
 }
 
 // Sets the filters of a compression for a dataset in chunks: shuffle and gzip, which every HDF5

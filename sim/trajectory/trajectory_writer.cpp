@@ -284,7 +284,7 @@ void TrajectoryWriter::Implementation::create_record(const TrajectoryRecord& rec
 void TrajectoryWriter::Implementation::write_positions(hid_t group, const bsi::Atlas& atlas,
                                                        std::span<const Vec3> positions) {
   const auto write = [&](auto texels, hid_t memory_type) {
-    append_texels(atlas, numbers_of(positions), 3, rounding(), texels);
+    append_positions(atlas, positions, rounding(), texels);
     write_whole(group, "position", file_type(options.precision), memory_type, frame_shape(atlas),
                 texels.data(), "m");
   };
