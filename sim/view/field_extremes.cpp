@@ -16,6 +16,16 @@ void add_value(double value, auto& summary, const auto& describe) {
   summary.has_extremes = true;
 }
 
+// The place of a particle in the body's own image, also if only a part of it is recorded.
+bsi::TexelAddress place_of(const TrajectoryBody& body, int particle) {
+  bsi::TexelAddress place = body.atlas.particle_address(particle);
+  if (body.is_part()) {
+    place.row = body.part_rows[place.row];
+    place.col = body.part_cols[place.col];
+  }
+  return place;
+}
+
 // Takes the values of a body in a frame into account.
 void add_values(const TrajectoryReader& reader, int body, int frame,
                 const std::vector<double>& values, FieldSummary& summary) {
@@ -27,7 +37,7 @@ void add_values(const TrajectoryReader& reader, int body, int frame,
     }
     add_value(values[i], summary, [&] {
       return FieldExtreme{values[i], frame, reader.time(frame), at.name,
-                          at.atlas.particle_address(static_cast<int>(i))};
+                          place_of(at, static_cast<int>(i))};
     });
   }
 }

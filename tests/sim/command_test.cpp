@@ -78,7 +78,15 @@ TEST_F(Command, RefusesArgumentsItDoesNotKnow) {
       {{"render", "sheet.h5", "--every", "0"}, "--every"},
       {{"render", "sheet.h5", "--lod", "0"}, "\"0\" is not a number of pixels from 0.001 to 1000"},
       {{"render", "sheet.h5", "--lod", "nan"}, "\"nan\" is not a number of pixels"},
-      {{"render", "sheet.h5", "--lod", "1px"}, "\"1px\" is not a number of pixels"}};
+      {{"render", "sheet.h5", "--lod", "1px"}, "\"1px\" is not a number of pixels"},
+      {{"render", "sheet.h5", "--colour", "velocity", "--bsi", "2"}, "--colour excludes --bsi"},
+      {{"render", "sheet.h5", "--colour-range", "0,1"}, "--colour-range requires --colour"},
+      {{"render", "sheet.h5", "--colour", "velocity", "--colour-range", "2,1"},
+       "\"2,1\" is not a range: expected MIN,MAX, two numbers, the first one smaller"},
+      {{"render", "sheet.h5", "--colour", "velocity", "--colour-range", "nan,1"},
+       "\"nan,1\" is not a range"},
+      {{"render", "sheet.h5", "--colour", "velocity", "--colour-range", "1"},
+       "\"1\" is not a range"}};
   for (const Mistake& mistake : mistakes) {
     const Result result = weft(mistake.arguments);
     EXPECT_EQ(result.code, exit_code::bad_case) << mistake.message;
@@ -238,6 +246,27 @@ TEST_F(Command, InfoAndRenderRefuseWhatIsNoTrajectory) {
       EXPECT_EQ(result.out, "");
     }
   }
+}
+
+TEST_F(Command, RenderPaintsAFieldOrNamesThoseThatAreThere) {
+  if (!can_render) GTEST_SKIP() << "built without gpu/";
+  write("sheet.toml", sheet_case);
+  ASSERT_EQ(weft({"run", "sheet.toml", "--quiet", "--set", "output.velocity=true"}).code,
+            exit_code::done);
+  const Result unknown = weft({"render", "out/sheet.h5", "--colour", "velocty"});
+  EXPECT_EQ(unknown.code, exit_code::bad_case);
+  EXPECT_EQ(unknown.out, "");
+  EXPECT_EQ(
+      unknown.err,
+      "out/sheet.h5: there is no field \"velocty\" in the file; did you mean \"velocity\"? It "
+      "has \"velocity\"\n");
+  EXPECT_FALSE(exists("pictures"));
+  const Result painted = weft({"render", "out/sheet.h5", "--every", "1000", "--width", "240",
+                               "--height", "180", "--colour", "velocity", "--colour-range", "0,9"});
+  EXPECT_EQ(painted.code, exit_code::done) << painted.err;
+  EXPECT_TRUE(contains(painted.out, "\ncoloured by velocity: 0 to ")) << painted.out;
+  EXPECT_TRUE(contains(painted.out, " m/s, colours from 0 to 9\n")) << painted.out;
+  EXPECT_TRUE(exists("pictures/frame_00000.png"));
 }
 
 // HDF5 1.10 loses memory at a wrong checksum and would complain of it at exit, as would the leak

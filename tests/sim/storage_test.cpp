@@ -217,6 +217,14 @@ TEST_F(RecordedStorage, HoldsAPartOfABodyAndItsFields) {
       }
     }
   }
+  // Extremes have their place in the whole image.
+  for (const FieldSummary& field : field_extremes(part)) {
+    if (field.magnitude) continue;
+    const FieldExtreme& most = field.maximum;
+    EXPECT_EQ(whole.field_values(0, field.name, most.frame)[13 * most.texel.row + most.texel.col],
+              most.value)
+        << field.name;
+  }
   // Every second of 12 columns around: the surface stays closed.
   const bsi::Patch& drum = part.bodies()[1].atlas.patches()[0];
   EXPECT_TRUE(drum.wrap_u);
