@@ -28,23 +28,19 @@ namespace {
 
 std::atomic<int> caught_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
-constexpr int stop_signals[] = {SIGINT, SIGTERM};
 
 // Installs the handler of SIGINT and SIGTERM. The first signal requests a stop after the current
 // step, and is the one that is reported. A second one, whichever of the two it is, ends the process
-// as usual. While the handler runs, its thread gets no other of these signals; another thread may.
+// as usual.
 void catch_stop_signals() {
-  struct sigaction action {};
-  sigemptyset(&action.sa_mask);
-  for (const int signal : stop_signals) sigaddset(&action.sa_mask, signal);
-  action.sa_flags = SA_RESTART;
-  action.sa_handler = [](int caught) {
-    int none = 0;
-    const bool is_first = caught_signal.compare_exchange_strong(none, caught);
-    for (const int signal : stop_signals) std::signal(signal, SIG_DFL);
-    if (!is_first) std::raise(caught);  // takes effect when the handler returns
-  };
-  for (const int signal : stop_signals) sigaction(signal, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    std::signal(signal, [](int caught) {
+      int none = 0;
+      if (caught_signal.compare_exchange_strong(none, caught)) return;
+      std::signal(caught, SIG_DFL);
+      std::raise(caught);  // takes effect when the handler returns
+    });
+  }
 }
 
 // Prints the bodies with the largest errors; the trajectory has them all.
