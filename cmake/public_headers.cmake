@@ -30,6 +30,7 @@ set(weft_materials_headers
   lanes.h
   types.h)
 set(weft_gpu_headers
+  colour_map.h
   renderer.h)
 set(weft_sim_headers
   case/case.h

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "bsi/shapes.h"
+#include "sim/case/frame_times.h"
 #include "sim/run/recorded_run.h"
 #include "sim/scene/recorded_bodies.h"
 #include "sim/trajectory/image_storage.h"
@@ -64,6 +65,39 @@ TEST(Rounding, KeepsWhatItCannotRound) {
   EXPECT_EQ(rounded(none, 0.1), 0.1);
   // The spacing of floats is 2 m there.
   EXPECT_EQ(rounded(fine, 2e7F), 2e7F);
+}
+
+TEST(FrameTimes, AreTheStartTheMultiplesOfTheIntervalAndTheEnd) {
+  Case source;
+  source.time.duration = 0.25;
+  source.time.frames_per_second = 10;
+  const FrameTimes frames(source);
+  EXPECT_EQ(frames.count(), 4);
+  EXPECT_EQ(frames.at(0), 0);
+  EXPECT_EQ(frames.at(1), 0.1);
+  EXPECT_EQ(frames.at(3), 0.25);
+  EXPECT_FALSE(frames.at(4));
+  EXPECT_TRUE(frames.are_between(0.09, 0.11));
+  EXPECT_FALSE(frames.are_between(0.11, 0.19));
+  EXPECT_TRUE(frames.are_between(0.21, 0.25));
+  // An end that is a multiple of the interval is one frame.
+  source.time.duration = 0.3;
+  EXPECT_EQ(FrameTimes(source).count(), 4);
+  EXPECT_FALSE(FrameTimes(source).at(4));
+}
+
+TEST(FrameTimes, AreThoseListedAlone) {
+  Case source;
+  source.output.frame_times = {0.2, 0.5};
+  const FrameTimes frames(source);
+  EXPECT_EQ(frames.count(), 2);
+  EXPECT_EQ(frames.at(0), 0.2);
+  EXPECT_EQ(frames.at(1), 0.5);
+  EXPECT_FALSE(frames.at(2));
+  EXPECT_FALSE(frames.are_between(0, 0.1));
+  EXPECT_TRUE(frames.are_between(0.1, 0.2));
+  EXPECT_FALSE(frames.are_between(0.2, 0.4));
+  EXPECT_FALSE(frames.are_between(0.5, 2));
 }
 
 class Storage : public TrajectoryFolder {
@@ -183,8 +217,9 @@ position = [0, 0, -1]
 
 class RecordedStorage : public TrajectoryFolder {
  protected:
-  RunReport run(const std::string& name, const Overrides& overrides) const {
-    const Case source = parse_case(hanging_case, "test.toml", overrides);
+  RunReport run(const std::string& name, const Overrides& overrides,
+                const std::string& text = hanging_case) const {
+    const Case source = parse_case(text, "test.toml", overrides);
     RunOptions options;
     options.trajectory = path(name);
     RunReport report = run_simulation(source, options);
@@ -247,11 +282,25 @@ TEST_F(RecordedStorage, HoldsAPartOfABodyAndItsFields) {
 }
 
 TEST_F(RecordedStorage, LeavesOutBodiesThatAreNotListed) {
-  run("run.h5", {"output.bodies=[\"drum\"]", "output.velocity=true"});
-  const TrajectoryReader reader(path("run.h5"));
-  ASSERT_EQ(reader.bodies().size(), 1);
-  EXPECT_EQ(reader.bodies()[0].name, "drum");
-  EXPECT_EQ(reader.frames(), 6);
+  const std::string text = hanging_case + std::string(R"(
+[[body]]
+name = "other"
+shape = { type = "rectangle", size = [1, 1], resolution = [5, 5] }
+position = [0, 3, 0]
+velocity = [1, 2, 3]
+)");
+  run("whole.h5", {"output.velocity=true"}, text);
+  run("run.h5", {"output.bodies=[\"drum\", \"other\"]", "output.velocity=true"}, text);
+  const TrajectoryReader whole(path("whole.h5")), reader(path("run.h5"));
+  ASSERT_EQ(whole.bodies().size(), 3);
+  // The order is that of the case.
+  ASSERT_EQ(reader.bodies().size(), 2);
+  EXPECT_EQ(reader.bodies()[0].name, "other");
+  EXPECT_EQ(reader.bodies()[1].name, "drum");
+  ASSERT_EQ(reader.frames(), 6);
+  EXPECT_EQ(reader.positions(0, 5), whole.positions(1, 5));
+  EXPECT_EQ(reader.velocities(0, 5), whole.velocities(1, 5));
+  EXPECT_EQ(reader.positions(1, 0), whole.positions(2, 0));
 }
 
 // The particles of a sewn body stay sewn in its part.
