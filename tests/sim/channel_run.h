@@ -107,7 +107,7 @@ class ChannelRun {
   }
 
  private:
-  Vec3 gravity() const { return scene_->source.world.gravity.constant(); }
+  Vec3 gravity() const { return simulation_.dynamics().gravity(simulation_.time()); }
   template <class Value>
   Vec3 sum_over_particles(const Value& value) const {
     Vec3 sum = Vec3::Zero();

@@ -7,6 +7,7 @@
 #include "sim/case/memory_estimate.h"
 #include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
+#include "sim/view/output_description.h"
 #include "sim/view/scene_description.h"
 #include "tests/sim/bad_case.h"
 #include "tests/sim/channel_run.h"

@@ -138,7 +138,7 @@ TEST(SurfaceTensors, FoldedSheetKeepsItsStrain) {
     position.emplace_back(along, std::min(beside, 0.0), std::max(beside, 0.0));
   }
   SurfaceTensors tensors(body, false, 1);
-  tensors.place(position, std::vector<Vec3>(position.size(), Vec3::Zero()));
+  tensors.place(position, std::vector<Vec3>(position.size(), Vec3::Zero()), {});
   PrincipalValues strain;
   tensors.find_strain(strain);
   for (std::size_t i = 0; i < position.size(); ++i) {
@@ -155,7 +155,7 @@ TEST(SurfaceTensors, BendingDampingAddsToTheMoment) {
   std::vector<Vec3> velocity;
   for (const Vec3& x : body.rest) velocity.emplace_back(0, 0, 0.5 * 3 * x.x() * x.x());
   SurfaceTensors tensors(body, true, 1);
-  tensors.place(body.rest, velocity);
+  tensors.place(body.rest, velocity, {0, 0.1});
   PrincipalValues curvature, moment;
   tensors.find_curvature(curvature);
   tensors.find_moment(moment);
