@@ -199,7 +199,8 @@ bool ArkodeIntegrator::set_stop_time(double end) {
   const double wanted = std::max(end, time() + length);
   const auto latest = latest_end(wanted);
   if (!latest) return false;
-  ARKStepSetStopTime(arkode_, *latest);
+  ARKStepSetStopTime(arkode_,
+                     std::min(MotionLimits::stop_time(*latest, wanted), last_possible_end()));
   return true;
 }
 

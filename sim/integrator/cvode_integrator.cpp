@@ -215,8 +215,7 @@ void CvodeIntegrator::Implementation::find_swing() {
   CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
 }
 
-// Tells CVODE the latest end of its next step. After a step that a stop time has ended, CVODE
-// names too short a next one: no step may pass the end that was asked for. Restarts CVODE where a
+// Tells CVODE the latest end of its next step. Restarts CVODE where a
 // velocity or a curve jumps, because its history is then of no use.
 std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const double start = accepted.time();
@@ -232,7 +231,8 @@ std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
       start + (next > 0 ? MotionLimits::beyond_rounding * next : scene.source.time.duration);
   const auto end = motion_limits.latest_end(start, wanted, accepted.state());
   if (!end) return motion_limits.failure(start);
-  CVodeSetStopTime(cvode, *end);
+  CVodeSetStopTime(cvode, std::min(MotionLimits::stop_time(*end, wanted),
+                                   motion_limits.last_possible_end(start)));
   return std::nullopt;
 }
 

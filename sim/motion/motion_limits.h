@@ -50,9 +50,19 @@ class MotionLimits {
   // motion. Costs a pass over the particles if an obstacle moves, and nothing if only pins do.
   std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
   Failure failure(double time) const;
+  // Returns the stop time of an integrator that cuts all coming steps by it: far off if the next
+  // step, which is to end at `wanted`, need not be shortened.
+  static double stop_time(double latest, double wanted) {
+    return latest < wanted ? latest : std::numeric_limits<double>::max();
+  }
   // Returns the next start, stop, keyframe or corner (s) after `time`; infinite without one. One
   // within the shortest step counts as passed: bounds hold across events.
   double next_event(double time) const;
+  // Returns the time (s) that no step from `time` may pass, however long it gets: the next event,
+  // or the longest step that follows a gust. SUNDIALS does not tell the length of its next step
+  // after one that a stop time has ended, so the length that latest_end() is asked for may be too
+  // short.
+  double last_possible_end(double time) const;
   // True if a motion starts, stops or passes a keyframe, or a curve has a corner, within
   // time.minimum_step of `time`; and true if a velocity or a curve jumps there.
   bool has_event_at(double time) const;

@@ -171,9 +171,9 @@ TEST(CaseReader, ReadsWhatIsWritten) {
   EXPECT_EQ(read.body[0].shape.size, (std::vector<double>{2.0, 1.5}));
   EXPECT_EQ(read.body[0].shape.resolution, (std::vector<int>{65, 33}));
   ASSERT_EQ(read.body[0].pin.size(), 2U);
-  EXPECT_EQ(read.body[0].pin[0].corners, (std::vector<std::string>{"first_first", "first_last"}));
+  EXPECT_EQ(read.body[0].pin[0].vertices.corners, (std::vector<std::string>{"first_first", "first_last"}));
   EXPECT_FALSE(read.body[0].pin[0].motion);
-  EXPECT_EQ(read.body[0].pin[1].rows, (std::vector<int>{-1, -1}));
+  EXPECT_EQ(read.body[0].pin[1].vertices.rows, (std::vector<int>{-1, -1}));
   ASSERT_TRUE(read.body[0].pin[1].motion);
   EXPECT_EQ(read.body[0].pin[1].motion->velocity, Vec3(0, 0, 0.5));
   EXPECT_EQ(read.body[0].pin[1].motion->stop_time, 1.0);
@@ -261,7 +261,7 @@ TEST(CaseOverride, ReachesEveryKindOfPlace) {
   EXPECT_EQ(read.material[0].bend_stiffness, 2.0);
   EXPECT_EQ(read.body[0].thickness, 2e-3);
   EXPECT_EQ(read.body[0].position, Vec3(4, 2, 3));
-  EXPECT_EQ(read.body[0].pin[0].corners[1], "last_last");
+  EXPECT_EQ(read.body[0].pin[0].vertices.corners[1], "last_last");
   EXPECT_EQ(read.body[0].pin[1].motion->velocity, Vec3(1, 0, 0));
   EXPECT_EQ(read.body[0].pin[0].motion->start_time, 0.5);
   EXPECT_EQ(read.obstacle[0].shape.minor_radius, 0.1);
