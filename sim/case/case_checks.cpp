@@ -220,13 +220,37 @@ class Checker {
     const bool can_rest = case_.contact.enabled &&
                           (!case_.obstacle.empty() || std::ranges::any_of(case_.body, is_pinned));
     if (can_rest) return;
+    const std::vector<std::string> held = held_by_ties();
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
-      if (is_pinned(case_.body[i])) continue;
+      if (is_pinned(case_.body[i]) || std::ranges::find(held, case_.body[i].name) != held.end())
+        continue;
       fail(join_path(join_path("body", i), "name"),
            "nothing holds body " + in_quotes(case_.body[i].name) +
                ": under gravity it has no equilibrium (time.method = \"static\")",
-           "expected a pin, or an obstacle or a pinned body that it can rest on, with contact");
+           "expected a pin, a tie, or an obstacle or a pinned body that it can rest on, with "
+           "contact");
     }
+  }
+
+  // Names the bodies that hang by ties, directly or through others, from a pinned body or an
+  // obstacle.
+  std::vector<std::string> held_by_ties() const {
+    std::vector<std::string> held;
+    const auto is_held = [&](const std::string& name) {
+      const auto body = std::ranges::find(case_.body, name, &BodyCase::name);
+      return body == case_.body.end() || !body->pin.empty() ||
+             std::ranges::find(held, name) != held.end();
+    };
+    bool found = true;
+    while (found) {
+      found = false;
+      for (const TieCase& each : case_.tie) {
+        if (is_held(each.body) == is_held(each.to)) continue;
+        held.push_back(is_held(each.body) ? each.to : each.body);
+        found = true;
+      }
+    }
+    return held;
   }
 
   void clamp(const PinCase& pin, const BodyCase& body, const std::string& path) const {

@@ -216,7 +216,7 @@ shape = { type = "file", path = "none.h5", dataset = "x" }
       {"static_without_support",
        sheet,
        R"(case.toml:2:8: nothing holds body "sheet": under gravity it has no equilibrium (time.method = "static")
-  expected a pin, or an obstacle or a pinned body that it can rest on, with contact)",
+  expected a pin, a tie, or an obstacle or a pinned body that it can rest on, with contact)",
        {"time.method=static"}},
       {"static_without_contact",
        sheet + R"([[obstacle]]
@@ -225,7 +225,7 @@ position = [0, 0, -1]
 shape = { type = "rectangle", size = [9, 9], resolution = [3, 3] }
 )",
        R"(case.toml:2:8: nothing holds body "sheet": under gravity it has no equilibrium (time.method = "static")
-  expected a pin, or an obstacle or a pinned body that it can rest on, with contact)",
+  expected a pin, a tie, or an obstacle or a pinned body that it can rest on, with contact)",
        {"time.method=static", "contact.enabled=false"}},
       // Pins; the sheet has 5 rows and 9 columns.
       {"pin_of_nothing", sheet + R"([[body.pin]]

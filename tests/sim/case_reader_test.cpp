@@ -171,7 +171,8 @@ TEST(CaseReader, ReadsWhatIsWritten) {
   EXPECT_EQ(read.body[0].shape.size, (std::vector<double>{2.0, 1.5}));
   EXPECT_EQ(read.body[0].shape.resolution, (std::vector<int>{65, 33}));
   ASSERT_EQ(read.body[0].pin.size(), 2U);
-  EXPECT_EQ(read.body[0].pin[0].vertices.corners, (std::vector<std::string>{"first_first", "first_last"}));
+  EXPECT_EQ(read.body[0].pin[0].vertices.corners,
+            (std::vector<std::string>{"first_first", "first_last"}));
   EXPECT_FALSE(read.body[0].pin[0].motion);
   EXPECT_EQ(read.body[0].pin[1].vertices.rows, (std::vector<int>{-1, -1}));
   ASSERT_TRUE(read.body[0].pin[1].motion);
@@ -318,7 +319,8 @@ TEST(CaseSchema, CoversEveryKey) {
         << pointer;
     EXPECT_FALSE(field.meaning.empty());
   });
-  EXPECT_EQ(keys, 10 + 14 + 3 + 8 + 13 + 4 + 1 + 13 + 11 + 2 * 16 + 10 + 2 * (6 + 3) + 6);
+  EXPECT_EQ(keys,
+            11 + 14 + 3 + 8 + (9 + 4) + 4 + 1 + 13 + 12 + 3 * 16 + 3 + 11 + 2 * (6 + 3) + 6 + 11);
 }
 
 TEST(CaseSchema, HasTheFormsOfWhatVaries) {

@@ -85,7 +85,7 @@ TEST(JointReactions, ClampCarriesWeightAndMoment) {
   const Vec3 moment = run.vector("reactions/strip/pin_1/moment");
   EXPECT_LT((force + run.weight()).norm(), 1e-6 * weight);
   EXPECT_LT((moment + run.weight_moment()).norm(), 1e-6 * weight);
-  // Of that moment, the couple about the held edge, at x = 0.25 m, is weight x 0.15 m and less.
+  // The couple about the held edge, at x = 0.25 m, is a little less than weight x 0.15 m.
   const Vec3 edge(0.25, 0.2, 0.1);
   const double couple = (moment - edge.cross(force)).norm();
   EXPECT_GT(couple, 0.13 * weight);

@@ -295,6 +295,12 @@ INSTANTIATE_TEST_SUITE_P(
             "12:15: \"break_force\" does not go with time.method = \"static\"\n  expected a method "
             "that follows the motion in time, or a tie that holds",
             {"time.method=\"static\"", "world.gravity=[0,0,0]"}),
+        bad("that_nothing_holds", "body = \"sheet\"\nto = \"other\"\nedges = [\"first_row\"]\n",
+            "2:8: nothing holds body \"sheet\": under gravity it has no equilibrium (time.method = "
+            "\"static\")\n  expected a pin, a tie, or an obstacle or a pinned body that it can "
+            "rest "
+            "on, with contact",
+            {"time.method=\"static\""}),
         bad("unknown_key",
             "body = \"sheet\"\nto = \"other\"\nedges = [\"first_row\"]\nstifness = 1\n",
             "12:1: unknown key \"stifness\" in [[tie]]\n  did you mean \"stiffness\"?")),
