@@ -119,10 +119,10 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
       hint = "expected contact.friction > 0, or no " + in_quotes(channel.name);
       return name + " would be zero: there is no friction";
     case ChannelId::reactions:
-      if (!source.obstacle.empty() ||
+      if (!source.obstacle.empty() || !source.tie.empty() ||
           std::ranges::any_of(source.body, [](const BodyCase& body) { return !body.pin.empty(); }))
         return "";
-      hint = "expected a pin or an obstacle, or no " + in_quotes(channel.name);
+      hint = "expected a pin, a tie or an obstacle, or no " + in_quotes(channel.name);
       return name + " would be empty: nothing holds the bodies";
     default:
       return "";

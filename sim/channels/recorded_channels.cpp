@@ -23,15 +23,10 @@ RecordedChannels::RecordedChannels(const Simulation& simulation)
     : simulation_(simulation), scene_(simulation.scene()) {
   for (const Channel& channel : all_channels())
     records_channel_.push_back(static_cast<char>(sim::records(scene_.source.output, channel.id)));
-  const bool bends = has(ChannelId::bending_curvature) || has(ChannelId::bending_moment);
+  bends_ = has(ChannelId::bending_curvature) || has(ChannelId::bending_moment);
   const bool energy = has(ChannelId::body_energy);
-  if (bends || energy || has(ChannelId::membrane_strain) || has(ChannelId::membrane_stress)) {
-    for (int b = 0; b < scene_.dynamic_bodies; ++b) {
-      const SceneBody& body = scene_.bodies[b];
-      const bool has_energy = energy && body.material->bending_stiffness > 0;
-      surfaces_.push_back(std::make_unique<Surface>(body, bends || has_energy, scene_.threads));
-    }
-  }
+  if (bends_ || energy || has(ChannelId::membrane_strain) || has(ChannelId::membrane_stress))
+    surfaces_.resize(scene_.dynamic_bodies);
   if (energy) springs_ = springs_of(scene_);
   list_supports();
   list_records();
@@ -120,19 +115,49 @@ void RecordedChannels::compute(double time, std::span<const double> y,
   if (has(ChannelId::largest_stretch_place)) add_largest_stretch(position);
 }
 
+// Places the tensors of a body. They are made anew whenever the edges that clamps hold change.
+void RecordedChannels::place_surface(int b, double time, std::span<const Vec3> position,
+                                     std::span<const Vec3> velocity) {
+  const Dynamics& dynamics = simulation_.dynamics_with_pins();
+  const Instant now = dynamics.instant(time);
+  const SceneBody& body = scene_.bodies[b];
+  const MaterialCase& material = *body.material;
+  Surface& surface = surfaces_[b];
+  std::vector<ClampedBy> clamped = clamped_edges_of(dynamics.scene(), b);
+  const auto is_same = [](const ClampedBy& one, const ClampedBy& other) {
+    return one.held == other.held && one.edge == other.edge;
+  };
+  if (!surface.tensors || !std::ranges::equal(clamped, surface.clamped, is_same)) {
+    std::vector<ClampedEdge> edges;
+    for (const ClampedBy& each : clamped) edges.push_back(*each.edge);
+    std::vector<char> held = triangles_at_clamps(dynamics.scene(), b);
+    for (const ClampedEdge& edge : edges) held[edge.triangle] = 0;
+    const bool has_energy = has(ChannelId::body_energy) && material.bending_stiffness > 0;
+    surface.tensors.emplace(body, bends_ || has_energy, scene_.threads, edges, held);
+    surface.clamped = std::move(clamped);
+  }
+  std::vector<Vec3> places(part_of(position, body).begin(), part_of(position, body).end());
+  std::vector<Vec3> rates(part_of(velocity, body).begin(), part_of(velocity, body).end());
+  for (const ClampedBy& each : surface.clamped) {
+    Vec3 place = each.edge->ghost, rate = Vec3::Zero();
+    if (each.held->moves) each.held->motion.pose(time).place(each.edge->ghost, place, rate);
+    places.push_back(place);
+    rates.push_back(rate);
+  }
+  surface.tensors->place(
+      places, rates,
+      {TimeCurve(material.stiffness_damping).at(now), TimeCurve(material.bending_damping).at(now)});
+}
+
 void RecordedChannels::find_surfaces(double time, std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
-  const Instant now = simulation_.dynamics_with_pins().instant(time);
   for (std::size_t b = 0; b < surfaces_.size(); ++b) {
-    Surface& surface = *surfaces_[b];
-    const SceneBody& body = scene_.bodies[b];
-    const DampingTimes damping{TimeCurve(body.material->stiffness_damping).at(now),
-                               TimeCurve(body.material->bending_damping).at(now)};
-    surface.tensors.place(part_of(position, body), part_of(velocity, body), damping);
-    if (has(ChannelId::membrane_strain)) surface.tensors.find_strain(surface.strain);
-    if (has(ChannelId::membrane_stress)) surface.tensors.find_stress(surface.stress);
-    if (has(ChannelId::bending_curvature)) surface.tensors.find_curvature(surface.curvature);
-    if (has(ChannelId::bending_moment)) surface.tensors.find_moment(surface.moment);
+    place_surface(static_cast<int>(b), time, position, velocity);
+    Surface& surface = surfaces_[b];
+    if (has(ChannelId::membrane_strain)) surface.tensors->find_strain(surface.strain);
+    if (has(ChannelId::membrane_stress)) surface.tensors->find_stress(surface.stress);
+    if (has(ChannelId::bending_curvature)) surface.tensors->find_curvature(surface.curvature);
+    if (has(ChannelId::bending_moment)) surface.tensors->find_moment(surface.moment);
   }
 }
 
@@ -140,7 +165,7 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
                                                     std::span<const Vec3> velocity) const {
   const SceneBody& body = scene_.bodies[b];
   const auto of_tensor = [&](PrincipalValues Surface::*values) -> std::span<const double> {
-    const PrincipalValues& principal = (*surfaces_[b]).*values;
+    const PrincipalValues& principal = surfaces_[b].*values;
     const auto part = place.dataset - place.channel->datasets.data();
     return part == 0 ? principal.major : part == 1 ? principal.minor : principal.direction;
   };
@@ -191,7 +216,7 @@ void RecordedChannels::add_energies(double time, std::span<const Vec3> position,
   const Vec3 gravity = simulation_.dynamics_with_pins().gravity(time);
   std::vector<double> elastic(scene_.dynamic_bodies, 0.0);
   for (std::size_t b = 0; b < surfaces_.size(); ++b)
-    elastic[b] = surfaces_[b]->tensors.elastic_energy();
+    elastic[b] = surfaces_[b].tensors->elastic_energy();
   for (std::size_t s = 0; s < springs_.springs.size(); ++s) {
     const auto [a, b] = springs_.ends[s];
     elastic[scene_.body_index_of_particle(a)] +=

@@ -1,7 +1,7 @@
 // Computes the channels that a case records (sim/case/channels.h) from the states of a simulation.
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -62,8 +62,8 @@ class RecordedChannels {
   };
   // The tensors of a simulated body.
   struct Surface {
-    Surface(const SceneBody& body, bool bends, int threads) : tensors(body, bends, threads) {}
-    SurfaceTensors tensors;
+    std::optional<SurfaceTensors> tensors;
+    std::vector<ClampedBy> clamped;  // that they are made for
     PrincipalValues strain, stress, curvature, moment;
   };
 
@@ -72,6 +72,8 @@ class RecordedChannels {
   void list_records();
   void add_record(const Channel& channel, const std::string& path);
   std::string home_of(const Support& support) const;
+  void place_surface(int body, double time, std::span<const Vec3> position,
+                     std::span<const Vec3> velocity);
   void find_surfaces(double time, std::span<const Vec3> position, std::span<const Vec3> velocity);
   void find_supports(std::span<const Vec3> position);
   std::span<const double> values_of(int body, const ChannelPlace& place,
@@ -84,8 +86,9 @@ class RecordedChannels {
   std::vector<char> records_channel_;  // by ChannelId
   std::vector<ChannelPlace> records_;
   std::vector<Support> supports_;
-  std::vector<std::unique_ptr<Surface>> surfaces_;  // by dynamic body, if they are wanted
-  SpringNetwork springs_;                           // if energies are wanted
+  bool bends_ = false;             // curvature or moment is wanted
+  std::vector<Surface> surfaces_;  // by dynamic body, if they are wanted
+  SpringNetwork springs_;          // if energies are wanted
   ForceParts forces_;
   std::vector<std::vector<std::span<const double>>> field_values_;
   std::vector<double> record_values_;

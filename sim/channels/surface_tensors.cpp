@@ -101,7 +101,8 @@ PlaneTensor PlateModuli::response(const PlaneTensor& strain) const {
   return result;
 }
 
-SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads)
+SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads,
+                               std::span<const ClampedEdge> clamped, std::span<const char> held)
     : body_(body), threads_(threads), first_around_(body.particle_count() + 1, 0) {
   for (const std::array<int, 3>& nodes : body.mesh.triangles) {
     const Vec3 side = body.rest[nodes[1]] - body.rest[nodes[0]];
@@ -120,10 +121,21 @@ SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads)
   }
   placed_.resize(triangles_.size());
   tensors_.resize(triangles_.size());
-  if (bends) add_hinges(bsi::build_mesh(body.atlas));  // the body's own mesh may have no edges
+  // The body's own mesh may have no edges.
+  if (bends) add_hinges(bsi::build_mesh(body.atlas), clamped, held);
 }
 
-void SurfaceTensors::add_hinges(const bsi::Mesh& mesh) {
+// Ghosts are nodes across clamped edges, numbered after the particles.
+void SurfaceTensors::clamp(std::span<const ClampedEdge> clamped, int triangle,
+                           Hinges& hinges) const {
+  for (std::size_t g = 0; g < clamped.size(); ++g) {
+    if (clamped[g].triangle == triangle)
+      hinges.across[clamped[g].edge] = body_.particle_count() + static_cast<int>(g);
+  }
+}
+
+void SurfaceTensors::add_hinges(const bsi::Mesh& mesh, std::span<const ClampedEdge> clamped,
+                                std::span<const char> held) {
   hinges_.resize(triangles_.size());
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     const Triangle& triangle = triangles_[t];
@@ -141,14 +153,19 @@ void SurfaceTensors::add_hinges(const bsi::Mesh& mesh) {
       const double length = along.norm(), height = 2 * triangle.area / length;
       const Eigen::Vector2d outward(along.y() / length, -along.x() / length);
       hinges.curvature[i] = plane_tensor(outward * outward.transpose() / height);
-      has_angle[i] = edge.triangle[1] >= 0;
-      if (has_angle[i])
+      if (edge.triangle[1] >= 0)
         hinges.across[i] = edge.opposite[edge.triangle[0] == static_cast<int>(t) ? 1 : 0];
     }
+    clamp(clamped, static_cast<int>(t), hinges);
+    for (int i = 0; i < 3; ++i) has_angle[i] = hinges.across[i] >= 0;
     complete(rest, body_.material->poisson_ratio, has_angle, hinges.curvature);
     for (int i = 0; i < 3; ++i) {
-      if (has_angle[i])
+      const bool is_ghost = hinges.across[i] >= body_.particle_count();
+      if (has_angle[i] && !is_ghost)
         hinges.rest_angle[i] = materials::hinge_angle(hinge_nodes(t, i, body_.rest));
+      // Beyond a clamp the surface goes on as its mirror image, at twice the angle.
+      if (is_ghost) hinges.curvature[i] = 2.0 * hinges.curvature[i];
+      if (!held.empty() && held[t] != 0) hinges.curvature[i] = {};
     }
   }
 }

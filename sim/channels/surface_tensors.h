@@ -47,11 +47,14 @@ struct DampingTimes {
 class SurfaceTensors {
  public:
   // The body must outlive the result, and have a material. With `bends`, curvature and moment can
-  // be asked for: that takes three times the memory. Cost: O(particles).
-  SurfaceTensors(const SceneBody& body, bool bends, int threads);
+  // be asked for: that takes three times the memory. `clamped` are the edges that clamps hold; the
+  // triangles of the mesh marked in `held` (or none) do not bend. Cost: O(particles).
+  SurfaceTensors(const SceneBody& body, bool bends, int threads,
+                 std::span<const ClampedEdge> clamped = {}, std::span<const char> held = {});
 
-  // Finds the deformation at the positions (m) and velocities (m/s) of the body's particles. The
-  // functions that follow tell about it; each costs O(particles).
+  // Finds the deformation at the positions (m) and velocities (m/s) of the body's particles,
+  // followed by those of the ghosts of clamped edges. The functions that follow tell about it; each
+  // costs O(particles).
   void place(std::span<const Vec3> position, std::span<const Vec3> velocity,
              const DampingTimes& damping);
   // Green strain, (F^T F - 1) / 2.
@@ -86,7 +89,9 @@ class SurfaceTensors {
     Eigen::Matrix2d rate;        // of F, 1/s
   };
 
-  void add_hinges(const bsi::Mesh& mesh);
+  void add_hinges(const bsi::Mesh& mesh, std::span<const ClampedEdge> clamped,
+                  std::span<const char> held);
+  void clamp(std::span<const ClampedEdge> clamped, int triangle, Hinges& hinges) const;
   materials::Nodes4 hinge_nodes(std::size_t triangle, int i, std::span<const Vec3> x) const;
   void place_triangle(int triangle);
   PlateModuli membrane_moduli() const;

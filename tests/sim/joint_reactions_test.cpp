@@ -92,6 +92,22 @@ TEST(JointReactions, ClampCarriesWeightAndMoment) {
   EXPECT_LT(couple, 0.15 * weight);
 }
 
+// The bending moment per width is w (L - x)^2 / 2 at the distance x from the clamp; the triangles
+// around the held vertices have that of half a cell. The energy of the body is that of the forces,
+// the clamp's included.
+TEST(JointReactions, ClampBendsTheSurfaceAtItsEdge) {
+  ChannelRun run(cantilever, {"output.channels=[\"bending_moment\",\"body_energy\"]",
+                              "material.strip.poisson_ratio=0"});
+  run.advance_to(1);
+  const std::vector<double> moments = run.field("strip", "bending_moment_minor");
+  const double expected = 0.5 * 0.2 * 9.81 * 0.2875 * 0.2875;
+  for (int row = 0; row < 4; ++row) EXPECT_NEAR(moments[13 * row], -expected, 0.04 * expected);
+  const Energies energies = run.simulation().energies();
+  double elastic = 0;
+  for (const auto& [name, value] : energies.elastic) elastic += value;
+  EXPECT_NEAR(run.record("body_energy/strip/elastic")[0], elastic, 1e-6 * elastic);
+}
+
 TEST(JointReactions, TiesCarryWhatHangsFromThem) {
   ChannelRun run(chain);
   run.advance_to(1);
