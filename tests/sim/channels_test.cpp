@@ -529,7 +529,7 @@ INSTANTIATE_TEST_SUITE_P(
                     bad("nothing_holds", R"(["reactions"])",
                         "13: the channel \"reactions\" would be empty: nothing holds the "
                         "bodies\n  expected a "
-                        "pin "
+                        "pin, a tie "
                         "or an obstacle, or no \"reactions\"")),
     bad_case_name);
 
