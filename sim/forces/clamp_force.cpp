@@ -257,6 +257,12 @@ ClampedTriangle triangle_of(const SceneBody& body, const bsi::Mesh& mesh, int in
   return triangle;
 }
 
+bool has_clamps(const Case& source) {
+  return std::ranges::any_of(source.body, [](const BodyCase& body) {
+    return std::ranges::any_of(body.pin, &PinCase::clamp);
+  });
+}
+
 void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
                   ClampedTriangle& triangle) {
   Nodes3 rest;
@@ -271,7 +277,10 @@ void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
 
 }  // namespace
 
+// Clamps that do not hold at the time leave a force without triangles: the energies of a run keep
+// their names.
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
+  if (!has_clamps(scene.source)) return nullptr;
   std::vector<ClampedTriangle> triangles;
   VaryingNumbers damping_times;
   bool is_damped = false;
@@ -298,7 +307,6 @@ std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
                          body.material->bending_damping);
     is_damped |= !body.material->bending_damping.is_zero();
   }
-  if (triangles.empty()) return nullptr;
   return std::make_unique<ClampForce>(std::move(triangles), std::move(damping_times), is_damped,
                                       std::move(ghosts), rest_positions(scene));
 }

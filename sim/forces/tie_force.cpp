@@ -122,10 +122,11 @@ class TieForce final : public Force {
 
 }  // namespace
 
+// Ties that have broken or sleep leave a force without springs: the energies of a run keep their
+// names.
 std::unique_ptr<Force> make_tie_force(const Scene& scene) {
-  TieSprings springs(scene, scene.ties);
-  if (springs.springs().empty()) return nullptr;
-  return std::make_unique<TieForce>(std::move(springs));
+  if (scene.source.tie.empty()) return nullptr;
+  return std::make_unique<TieForce>(TieSprings(scene, scene.ties));
 }
 
 }  // namespace weft::sim

@@ -22,7 +22,8 @@ class WholeRun : public testing::Test {
     result.trajectory = folder_.path("run.h5");
     return result;
   }
-  int frames_on_disk() const { return TrajectoryReader(folder_.path("run.h5")).frames(); }
+  std::string trajectory() const { return folder_.path("run.h5"); }
+  int frames_on_disk() const { return TrajectoryReader(trajectory()).frames(); }
 
  private:
   TemporaryFolder folder_;
@@ -40,6 +41,30 @@ TEST_F(WholeRun, FramesOfASlowRunDoNotWaitForTheNextStep) {
   };
   EXPECT_EQ(run_simulation(*scene, slow).frames, 21);
   EXPECT_EQ(steps, 5);
+}
+
+// The series of a run stay the same while ties break and clamps let go.
+TEST_F(WholeRun, KeepsItsEnergiesWhileJointsLetGo) {
+  const auto scene = build_scene(parse_case(
+      std::string(hanging_sheet) +
+          "clamp = true\nrelease_time = 0.04\n[[obstacle]]\nname = \"bar\"\nposition = [0, 0.6, "
+          "0]\n"
+          "shape = { type = \"rectangle\", size = [1, 1], resolution = [2, 2] }\n[[tie]]\nbody = "
+          "\"sheet\"\nto = \"bar\"\nedges = [\"first_row\"]\nstiffness = 10\nbreak_force = 0.05\n",
+      "test.toml", {"body.sheet.pin.0.edges=[\"last_row\"]", "output.step_energies=true"}));
+  const RunReport report = run_simulation(*scene, options());
+  EXPECT_EQ(report.status, RunReport::Status::done) << report.reason;
+  const TrajectoryReader reader(trajectory());
+  EXPECT_EQ(reader.frames(), 6);
+  const std::vector<double> ties = reader.series_values("energy_ties"),
+                            clamp = reader.series_values("energy_clamp"),
+                            membrane = reader.series_values("energy_membrane");
+  ASSERT_EQ(membrane.size(), 6);
+  EXPECT_GT(clamp[1], 0);
+  EXPECT_GT(ties[1], 0);
+  EXPECT_EQ(ties[5], 0);
+  EXPECT_EQ(clamp[5], 0);
+  EXPECT_GT(membrane[5], 0);
 }
 
 // The parts of a bill add up to its total, and no phase counts the time of another.
