@@ -85,7 +85,21 @@ inline void expect_consistent_forces(const std::string& text, double time) {
   expect_matrix(dynamics.stiffness(), 0);
   y = in_motion;
   dynamics.assemble(time, y);
-  if (dynamics.has_damping()) expect_matrix(dynamics.damping(), half);
+  if (!dynamics.has_damping()) return;
+  expect_matrix(dynamics.damping(), half);
+  // Joined for one gamma, the matrix is K + D / gamma, and the product D r.
+  constexpr double gamma = 0.01;
+  std::vector<Vec3> in(scene->mass.size()), stiff(in.size()), damped(in.size()), joined(in.size());
+  for (std::size_t i = 0; i < half; ++i) in[i / 3][static_cast<int>(i % 3)] = along[i];
+  dynamics.stiffness().multiply(in, stiff, 1);
+  dynamics.damping().multiply(in, damped, 1);
+  dynamics.assemble_joined(time, y, Definiteness::exact, gamma, in);
+  dynamics.stiffness().multiply(in, joined, 1);
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const Vec3 expected = stiff[i] + damped[i] / gamma;
+    EXPECT_LT((joined[i] - expected).norm(), 1e-9 * (1 + expected.norm())) << i;
+    EXPECT_LT((dynamics.damping_product()[i] - damped[i]).norm(), 1e-9 * (1 + damped[i].norm()));
+  }
 }
 
 }  // namespace weft::sim

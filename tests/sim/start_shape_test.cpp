@@ -33,12 +33,13 @@ TEST(StartShape, BendsOntoACylinder) {
   const double direction = std::atan2(2, 1) * 180 / std::acos(-1.0);
   for (const double radius : {0.3, -0.3, 5e3}) {
     std::vector<Vec3> flat;
-    for (int i = -5; i <= 5; ++i) flat.push_back(0.1 * i * along + 0.02 * i * i * across);
+    for (int i = -5; i <= 5; ++i)
+      flat.push_back(0.1 * i * along + 0.02 * i * i * across + Vec3(0, 0, 0.01 * i));
     const std::vector<Vec3> bent = bend(flat, radius, direction);
     for (std::size_t i = 0; i < flat.size(); ++i) {
-      const double angle = flat[i].dot(along) / radius;
-      EXPECT_NEAR(bent[i].dot(along), radius * std::sin(angle), 1e-12);
-      EXPECT_NEAR(bent[i].z(), radius * (1 - std::cos(angle)), 1e-12);
+      const double angle = flat[i].dot(along) / radius, inner = radius - flat[i].z();
+      EXPECT_NEAR(bent[i].dot(along), inner * std::sin(angle), 1e-11);
+      EXPECT_NEAR(bent[i].z(), radius - inner * std::cos(angle), 1e-11);
       EXPECT_NEAR(bent[i].dot(across), flat[i].dot(across), 1e-12);
     }
   }

@@ -90,6 +90,17 @@ TEST(Tie, ForcesAreSlopesOfTheEnergy) {
   expect_consistent_forces(sheet_on_a_spring, 0);
 }
 
+// A vertex at the corner of a sheet has half the area of one inside its edge.
+TEST(Tie, SharesItsStiffnessByArea) {
+  const auto scene = build_scene(parse_case(tied_sheets, "test.toml", {}));
+  const std::vector<TieSpring>& springs = scene->ties.at(0).springs;
+  ASSERT_EQ(springs.size(), 7);
+  double sum = 0;
+  for (const TieSpring& spring : springs) sum += spring.share;
+  EXPECT_NEAR(sum, 1, 1e-14);
+  EXPECT_NEAR(springs.front().share + springs.back().share, springs[3].share, 1e-14);
+}
+
 TEST(Tie, ConservesMomentumAndAngularMomentum) {
   Simulation simulation = simulation_of(tied_sheets);
   const Vec3 start = momentum(simulation), spin = angular_momentum(simulation);
