@@ -152,6 +152,16 @@ TEST(Clamp, TakesHoldOfTheSurfaceAsItIs) {
   EXPECT_GT(tip.x(), 0.02);
 }
 
+// The direction of a clamp is that of its own start, whatever other pins do meanwhile.
+TEST(Clamp, KeepsItsDirectionWhileOtherPinsChange) {
+  const std::string other =
+      "[[body.pin]]\ncorners = [\"first_last\"]\nhold_time = 0.5\nrelease_time = 0.51\n";
+  Simulation touched = simulation_of(damped_strip + other), alone = simulation_of(damped_strip);
+  advance_to(touched, 2);
+  advance_to(alone, 2);
+  EXPECT_NEAR(touched.position("strip")[10].z(), alone.position("strip")[10].z(), 2e-4);
+}
+
 TEST(Clamp, LetsGoAndContinuesFromBytes) {
   const std::string text = std::string(damped_strip) + "release_time = 0.6\n";
   Simulation simulation = simulation_of(text), again = simulation_of(text);
