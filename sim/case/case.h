@@ -59,23 +59,32 @@ struct ContactCase {
   bsi::Bound bound = bsi::Bound::box;  // of the hierarchy
 };
 
+enum class MaterialModel { cloth, shell };
 enum class MembraneModel { triangles, springs };
 
 struct MaterialCase {
-  std::string name;      // of [material.NAME]
-  double density = 0.2;  // kg/m^2, > 0
+  std::string name;  // of [material.NAME]
+  MaterialModel model = MaterialModel::cloth;
+  double density = 0.2;  // kg/m^2, > 0; cloth
   MembraneModel membrane = MembraneModel::triangles;
   double membrane_stiffness = 1000.0;          // E h, N/m
   double poisson_ratio = 0.3;                  // of the triangles and of bending
   std::optional<double> structural_stiffness;  // N/m; springs only; default 3/4 E h
   std::optional<double> shear_stiffness;       // N/m; springs only; default half the structural
   std::optional<double> bend_stiffness;        // N/m; springs only; default 0
-  double bending_stiffness = 0.0;              // D, N m
+  double bending_stiffness = 0.0;              // D, N m; cloth
+  double youngs_modulus = 0;                   // Pa; this and the next three: shell
+  double shell_thickness = 0;                  // m
+  double volume_density = 0;                   // kg/m^3
+  int spline_degree = 3;                       // 2 or 3
   Varying<double> mass_damping = 0.0;          // 1/s
   Varying<double> stiffness_damping = 0.0;     // s, of the membrane and its springs
   Varying<double> bending_damping = 0.0;       // s, of bending
   Varying<double> normal_drag = 0.0;           // coefficient
   Varying<double> tangential_drag = 0.0;       // coefficient
+
+  bool is_shell() const { return model == MaterialModel::shell; }
+  double area_density() const { return is_shell() ? volume_density * shell_thickness : density; }
 };
 
 enum class ShapeType {
@@ -170,7 +179,8 @@ struct BodyCase {
   Vec3 rotation_deg{0, 0, 0};          // rotation vector, degrees, before the translation
   Vec3 velocity{0, 0, 0};              // m/s
   Vec3 angular_velocity_deg{0, 0, 0};  // degrees/s about the body's centre
-  double thickness = 1e-3;             // m
+  std::optional<double> thickness;     // m; default 1e-3, of a shell shell_thickness
+  bool control_net = false;            // of a shell: the image holds its control points
   bool self_contact = true;
   std::vector<PinCase> pin;
   SourceLocation location;

@@ -187,6 +187,24 @@ class Checker {
       fail(join_path(join_path("body", i), "material"), "unknown material " + in_quotes(name),
            name_hint(name, known));
     }
+    shells();
+  }
+  void shells() const {
+    for (const MaterialCase& material : case_.material) {
+      if (!material.is_shell() || material.poisson_ratio <= 0.5) continue;
+      fail(join_path(join_path("material", material.name), "poisson_ratio"),
+           "poisson_ratio is " + number_text(material.poisson_ratio),
+           "expected at most 0.5 with model = \"shell\": a solid whose ratio is larger would gain "
+           "energy under pressure");
+    }
+    for (std::size_t i = 0; i < case_.body.size(); ++i) {
+      const BodyCase& body = case_.body[i];
+      const auto material = std::ranges::find(case_.material, body.material, &MaterialCase::name);
+      if (!body.control_net || material->is_shell()) continue;
+      fail(join_path(join_path("body", i), "control_net"),
+           "a control_net of body " + in_quotes(body.name) + ", which is no shell",
+           "expected model = \"shell\" in " + heading(join_path("material", body.material)));
+    }
   }
 
   // Refuses what changes in time where there is none: an equilibrium has a load instead.
@@ -255,7 +273,7 @@ class Checker {
 
   void clamp(const PinCase& pin, const BodyCase& body, const std::string& path) const {
     const auto material = std::ranges::find(case_.material, body.material, &MaterialCase::name);
-    if (!pin.clamp || material->bending_stiffness > 0) return;
+    if (!pin.clamp || material->is_shell() || material->bending_stiffness > 0) return;
     fail(join_path(path, "clamp"),
          "a clamp of body " + in_quotes(body.name) + ", whose material does not resist bending",
          "expected bending_stiffness > 0 in " + heading(join_path("material", body.material)));

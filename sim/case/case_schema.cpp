@@ -247,19 +247,26 @@ Table describe(IncludeCase& target) {
 }
 
 Table describe(MaterialCase& target) {
-  auto& [name, density, membrane, membrane_stiffness, poisson_ratio, structural, shear, bend,
-         bending_stiffness, mass_damping, stiffness_damping, bending_damping, normal_drag,
-         tangential_drag] = target;
+  auto& [name, model, density, membrane, membrane_stiffness, poisson_ratio, structural, shear, bend,
+         bending_stiffness, youngs_modulus, shell_thickness, volume_density, spline_degree,
+         mass_damping, stiffness_damping, bending_damping, normal_drag, tangential_drag] = target;
   Table result{{
-      field("density", &density, "kg/m^2", positive, "Mass per area."),
+      field("model",
+            choice(&model, {{MaterialModel::cloth, "cloth"}, {MaterialModel::shell, "shell"}}),
+            "cloth: a membrane with bending of its own, on the triangles of the image. shell: a "
+            "Kirchhoff-Love shell, on a smooth spline surface through the image."),
+      field("density", &density, "kg/m^2", positive, "Mass per area.").only_for("model", {"cloth"}),
       field("membrane",
             choice(&membrane,
                    {{MembraneModel::triangles, "triangles"}, {MembraneModel::springs, "springs"}}),
-            "Stretching: isotropic triangles, or springs along rows, columns and diagonals."),
+            "Stretching: isotropic triangles, or springs along rows, columns and diagonals.")
+          .only_for("model", {"cloth"}),
       field("membrane_stiffness", &membrane_stiffness, "N/m", not_negative,
-            "Young's modulus times thickness."),
+            "Young's modulus times thickness.")
+          .only_for("model", {"cloth"}),
       field("poisson_ratio", &poisson_ratio, "", {-1, 1, true, true},
-            "Poisson's ratio in the plane, of triangles and of bending."),
+            "Poisson's ratio. Of cloth: in the plane, of triangles and of bending. Of a shell: of "
+            "the solid, at most 0.5."),
       field("structural_stiffness", &structural, "N/m", not_negative,
             "Springs along rows and columns.")
           .with_default("3/4 of membrane_stiffness")
@@ -271,7 +278,20 @@ Table describe(MaterialCase& target) {
           .with_default("0")
           .only_for("membrane", {"springs"}),
       field("bending_stiffness", &bending_stiffness, "N m", not_negative,
-            "Bending stiffness of the plate."),
+            "Bending stiffness of the plate.")
+          .only_for("model", {"cloth"}),
+      field("youngs_modulus", &youngs_modulus, "Pa", positive, "Young's modulus of the solid.")
+          .needed()
+          .only_for("model", {"shell"}),
+      field("shell_thickness", &shell_thickness, "m", positive, "Thickness of the shell.")
+          .needed()
+          .only_for("model", {"shell"}),
+      field("volume_density", &volume_density, "kg/m^3", positive, "Mass per volume.")
+          .needed()
+          .only_for("model", {"shell"}),
+      field("spline_degree", &spline_degree, "", {2, 3, false, false},
+            "Degree of the splines; 2 is cheaper per control point, with larger errors.")
+          .only_for("model", {"shell"}),
       field("mass_damping", &mass_damping, "1/s", not_negative,
             "Damping force per mass and velocity."),
       field("stiffness_damping", &stiffness_damping, "s", not_negative,
@@ -483,7 +503,7 @@ Table describe(StartCase& target) {
 
 Table describe(BodyCase& target) {
   auto& [name, shape, material, start, stretch, position, rotation, velocity, angular_velocity,
-         thickness, self_contact, pin, location] = target;
+         thickness, control_net, self_contact, pin, location] = target;
   Table result{{
       field("name", &name, "Name, unique among bodies and obstacles.")
           .needed()
@@ -506,7 +526,11 @@ Table describe(BodyCase& target) {
       field("angular_velocity_deg", &angular_velocity, "degrees/s", any,
             "Angular velocity at the start, about the body's centre: axis times rate."),
       field("thickness", &thickness, "m", not_negative,
-            "Thickness in contact: two surfaces stay farther apart than the mean of theirs."),
+            "Thickness in contact: two surfaces stay farther apart than the mean of theirs.")
+          .with_default("1e-3; of a shell its shell_thickness"),
+      field("control_net", &control_net,
+            "Of a shell: takes the points of the image as the control points of its surface, "
+            "instead of points on it."),
       field("self_contact", &self_contact, "Enables contact of the body with itself."),
       field("pin", tables(&pin), "Vertices held in place or moved: all that any selector names."),
   }};

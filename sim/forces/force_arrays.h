@@ -14,7 +14,8 @@ std::unique_ptr<Force> make_membrane_force(
     const Scene& scene);  // triangle springs (St. Venant-Kirchhoff)
 std::unique_ptr<Force> make_spring_force(const Scene& scene);  // structural, shear and bend springs
 std::unique_ptr<Force> make_bending_force(
-    const Scene& scene);  // isotropic bending from edge angles
+    const Scene& scene);                                      // isotropic bending from edge angles
+std::unique_ptr<Force> make_shell_force(const Scene& scene);  // spline shells
 std::unique_ptr<Force> make_clamp_force(
     const Scene& scene);                                    // bending at the edges that clamps hold
 std::unique_ptr<Force> make_tie_force(const Scene& scene);  // springs of ties

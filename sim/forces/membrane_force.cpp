@@ -230,7 +230,9 @@ MembraneQuads quads_of(const Scene& scene) {
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
     const MaterialCase& material = *body.material;
-    if (material.membrane != MembraneModel::triangles || material.membrane_stiffness == 0) continue;
+    if (material.is_shell() || material.membrane != MembraneModel::triangles ||
+        material.membrane_stiffness == 0)
+      continue;
     quads.damping_times.append(quad_count(body), material.stiffness_damping);
     quads.is_damped |= !material.stiffness_damping.is_zero();
     for (int q = 0; q < quad_count(body); ++q) {

@@ -134,7 +134,7 @@ SpringNetwork springs_of(const Scene& scene) {
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
     const MaterialCase& material = *body.material;
-    if (material.membrane != MembraneModel::springs) continue;
+    if (material.is_shell() || material.membrane != MembraneModel::springs) continue;
     // A square lattice with both diagonals is isotropic if k_d = k_s / 2, and then E h = 4 k_s / 3.
     const double structural =
         material.structural_stiffness.value_or(0.75 * material.membrane_stiffness);

@@ -102,6 +102,21 @@ class StencilArray {
     matrix.upper_block(blocks_.place(i, 0)) -= value;
   }
 
+  // Adds the blocks of stencil i to a matrix. Precondition: attach(); all pairs are coupled, and no
+  // node is absent.
+  void add_blocks(int i, const materials::StencilMatrix<double, Nodes>& values,
+                  BlockMatrix& matrix) const {
+    const Stencil stencil = (*this)[i];
+    for (int a = 0, pair = 0; a < Nodes; ++a) {
+      matrix.upper_block(matrix.pattern().upper_diagonal(stencil[a])) += values(a, a);
+      for (int b = a + 1; b < Nodes; ++b) {
+        auto block = matrix.upper_block(blocks_.place(i, pair++));
+        if (stencil[a] < stencil[b]) block += values(a, b);
+        if (stencil[a] > stencil[b]) block += values(a, b).transpose();
+      }
+    }
+  }
+
   void add_couplings(std::vector<std::vector<int>>& neighbours) const {
     for (int i = 0; i < count(); ++i) {
       const Stencil stencil = (*this)[i];

@@ -233,7 +233,7 @@ class StaticIntegrator final : public OneStepIntegrator {
       const MaterialCase& material = *body.material;
       Eigen::AlignedBox3d box;
       for (const Vec3& x : body.rest) box.extend(x);
-      const double weight = material.density * gravity_ * box.diagonal().norm();
+      const double weight = material.area_density() * gravity_ * box.diagonal().norm();
       const double stiffness =
           std::max(material.membrane_stiffness, material.structural_stiffness.value_or(0));
       if (stiffness > 0) hardness = std::min(hardness, softest * weight / stiffness);

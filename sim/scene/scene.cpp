@@ -13,6 +13,7 @@
 #include "sim/scene/pins.h"
 #include "sim/scene/recorded_bodies.h"
 #include "sim/scene/shape_builder.h"
+#include "sim/scene/shell_body.h"
 #include "sim/scene/start_shape.h"
 #include "sim/scene/surface_points.h"
 #include "sim/scene/timed_pins.h"
@@ -20,6 +21,8 @@
 namespace weft::sim {
 
 namespace {
+
+constexpr double default_thickness = 1e-3;  // m, in contact
 
 void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
@@ -90,23 +93,36 @@ const MaterialCase* find_material(const Case& source, const std::string& name) {
   return found == source.material.end() ? nullptr : &*found;
 }
 
+std::vector<double> particle_masses(const SceneBody& body, const BodyCase& from) {
+  if (body.spline) return shell_masses(body, from);
+  std::vector<double> mass = areas_around(body.mesh, body.rest);
+  for (double& each : mass) each *= body.material->density;
+  return mass;
+}
+
 void add_dynamic_body(Scene& scene, const BodyCase& from) {
   SceneBody body = make_body(from.name, from.shape, scene);
   body.first_particle = scene.particle_count;
-  body.thickness = from.thickness;
   body.self_contact = from.self_contact && scene.source.contact.enabled;
   body.material = find_material(scene.source, from.material);
   if (body.material == nullptr)
     throw CaseError(from.location, "unknown material \"" + from.material + "\"");
+  body.thickness = from.thickness.value_or(
+      body.material->is_shell() ? body.material->shell_thickness : default_thickness);
   refuse_flat_triangles(body, from.shape.location);
-  append_positions(scene, start_shape(from, body, scene.source), from.stretch, from.position,
-                   from.rotation_deg);
+  std::vector<Vec3> start = start_shape(from, body, scene.source);
+  if (body.material->is_shell()) {
+    make_spline(body, from);
+    start = control_points_of(body, from, start);
+    body.rest = control_points_of(body, from, body.rest);
+    if (scene.source.contact.enabled) sample_shell(body);
+  }
+  append_positions(scene, start, from.stretch, from.position, from.rotation_deg);
   const int count = body.particle_count();
   body.velocity = from.velocity;
   body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
   body.centre = mean_of(std::span<const Vec3>(scene.initial_position).last(count));
-  for (const double area : areas_around(body.mesh, body.rest))
-    scene.mass.push_back(area * body.material->density);
+  std::ranges::copy(particle_masses(body, from), std::back_inserter(scene.mass));
   scene.pinned.resize(scene.mass.size(), 0);
   scene.particle_count += count;
   scene.bodies.push_back(std::move(body));
@@ -141,7 +157,9 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
                                .subspan(body.first_particle, body.particle_count());
     PrescribedMotion held;
     held.pin = static_cast<int>(&pin - from.pin.data());
-    for (int local : select_pinned(pin, body.atlas, positions)) {
+    std::vector<int> named = select_pinned(pin, body.atlas, positions);
+    if (pin.clamp && body.spline) named = with_clamped_rows(body, pin, std::move(named));
+    for (const int local : named) {
       const int particle = body.first_particle + local;
       if (scene.pinned[particle] != 0) continue;  // the first pin that names a vertex holds it
       scene.pinned[particle] = 1;
@@ -153,9 +171,9 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
       held.motion = RigidMotion(*pin.motion, mean_of(held.start));
       held.radius = held.motion.radius_of(held.start);
     }
-    if (pin.clamp)
+    if (pin.clamp && !body.spline)
       held.clamped = find_clamped_edges(body, held.particles, scene.initial_position, {});
-    require_clamped_edges(pin, held.clamped);
+    if (!body.spline) require_clamped_edges(pin, held.clamped);
     pins.push_back(std::move(held));
   }
 }

@@ -18,6 +18,8 @@
 
 namespace weft::sim {
 
+class SplineSurface;
+
 // The surface of a body on which contact acts, where its points are not the particles themselves:
 // an image of points that are combinations of the body's particles.
 struct SampledSurface {
@@ -38,9 +40,10 @@ struct SceneBody {
   bsi::Atlas atlas;
   bsi::Mesh mesh;          // indices local to the body; without contact, only triangles
   std::vector<Vec3> rest;  // the undeformed shape, in its own frame, m
-  Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // at t = 0: m/s, rad/s about `centre`
-  Vec3 centre{0, 0, 0};                   // m, mean of its particles at t = 0
-  std::optional<SampledSurface> sampled;  // empty: surface points are particles
+  Vec3 velocity{0, 0, 0}, spin{0, 0, 0};        // at t = 0: m/s, rad/s about `centre`
+  Vec3 centre{0, 0, 0};                         // m, mean of its particles at t = 0
+  std::optional<SampledSurface> sampled;        // empty: surface points are particles
+  std::shared_ptr<const SplineSurface> spline;  // of shells, whose particles are control points
   int first_particle = 0, first_point = 0;
   bool is_obstacle = false;  // the case lists it as an obstacle
   bool dynamic = true;       // false: an obstacle, or a body that is held as a whole

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "sim/scene/pins.h"
+#include "sim/scene/shell_body.h"
 
 namespace weft::sim {
 
@@ -71,7 +72,8 @@ TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::ve
     const bool is_at_rest = !source.motion || now == 0;
     hold.start.push_back(is_at_rest ? position[particle] : pose.start_of(position[particle]));
   }
-  if (source.clamp) hold.clamped = clamped_edges(body, hold, pose, position, before);
+  if (source.clamp && !body.spline)
+    hold.clamped = clamped_edges(body, hold, pose, position, before);
   return hold;
 }
 
@@ -92,8 +94,10 @@ void add_timed_pins(Scene& scene) {
     for (const PinCase& pin : from.pin) {
       TimedPin timed{&pin, static_cast<int>(&pin - from.pin.data()), scene.case_order[b],
                      select_pinned(pin, body.atlas, positions)};
+      if (pin.clamp && body.spline)
+        timed.particles = with_clamped_rows(body, pin, std::move(timed.particles));
       for (int& particle : timed.particles) particle += body.first_particle;
-      if (pin.clamp) {
+      if (pin.clamp && !body.spline) {
         require_clamped_edges(
             pin, find_clamped_edges(body, timed.particles, scene.initial_position, {}));
       }

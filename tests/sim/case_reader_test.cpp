@@ -320,7 +320,7 @@ TEST(CaseSchema, CoversEveryKey) {
     EXPECT_FALSE(field.meaning.empty());
   });
   EXPECT_EQ(keys,
-            11 + 14 + 3 + 8 + (9 + 4) + 4 + 1 + 13 + 12 + 3 * 16 + 3 + 11 + 2 * (6 + 3) + 6 + 11);
+            11 + 14 + 3 + 8 + (9 + 4) + 4 + 1 + 18 + 13 + 3 * 16 + 3 + 11 + 2 * (6 + 3) + 6 + 11);
 }
 
 TEST(CaseSchema, HasTheFormsOfWhatVaries) {

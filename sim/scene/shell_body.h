@@ -1,0 +1,36 @@
+// Bodies that are shells: spline surfaces whose control points are the particles of an image.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// Gives a body its spline surface. Precondition: its material is a shell. Throws CaseError at the
+// shape if an axis has fewer control points than the degree needs.
+void make_spline(SceneBody& body, const BodyCase& from);
+
+// Returns the control points of a shell for an image of points on it (m, by particle): the image
+// itself if the body's image is its control net.
+std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
+                                    std::span<const Vec3> image);
+
+// Returns the masses (kg) of a shell's control points: the row sums of its mass matrix. Throws
+// CaseError at the shape if the rest surface has no area at a point. Precondition: `rest` holds
+// control points.
+std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
+
+// Gives a shell the surface on which contact acts: points at the ends and in the middle of its
+// elements. The shell's thickness grows by twice the largest distance of its rest surface from the
+// triangles between these points.
+void sample_shell(SceneBody& body);
+
+// Adds the control points that a clamp holds beside those that its pin names (local indices,
+// sorted): the row next to each border that it names as a whole. Both rows together span the
+// tangent planes along the border. Throws CaseError at the pin if it names no whole border.
+std::vector<int> with_clamped_rows(const SceneBody& body, const PinCase& pin,
+                                   std::vector<int> held);
+
+}  // namespace weft::sim

@@ -1,0 +1,186 @@
+#include "sim/scene/spline_axis.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace weft::sim {
+
+namespace {
+
+// Abscissae on [0, 1] and weights of Gauss-Legendre rules.
+struct GaussRule {
+  std::vector<double> abscissae, weights;
+};
+GaussRule gauss_rule(int points) {
+  assert(points == 2 || points == 4);
+  const auto both_sides = [](std::vector<std::pair<double, double>> positive) {
+    GaussRule rule;
+    for (const auto& [x, w] : positive) {
+      for (const double side : {-1.0, 1.0}) {
+        rule.abscissae.push_back(0.5 * (1 + side * x));
+        rule.weights.push_back(0.5 * w);
+      }
+    }
+    return rule;
+  };
+  if (points == 2) return both_sides({{std::sqrt(1.0 / 3), 1}});
+  const double part = 2.0 / 7 * std::sqrt(6.0 / 5), root = std::sqrt(30.0);
+  return both_sides({{std::sqrt(3.0 / 7 - part), (18 + root) / 36},
+                     {std::sqrt(3.0 / 7 + part), (18 - root) / 36}});
+}
+
+Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& parameters) {
+  const int count = axis.control_points();
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, count);
+  for (int row = 0; row < count; ++row) {
+    const SplineBasis basis = axis.at(parameters[row]);
+    for (int i = 0; i <= axis.degree(); ++i)
+      values(row, axis.control_point(basis.element, i)) += basis.value[i];
+  }
+  return values;
+}
+
+// The points of the strain rule in the first two elements of an open axis. They are those of a
+// hybrid Gauss-trapezoidal rule (Alpert 1999, SIAM J. Sci. Comput. 20): with points of weight 1
+// from there on, at 2.5, 3.5 .. (degree 3) or at 2, 3 .. (degree 2), the rule is of order 6 or 4.
+constexpr int end_length = 2, least_elements_of_end_points = 2 * end_length;
+const std::vector<QuadraturePoint>& end_points(int degree) {
+  static const std::vector<QuadraturePoint> quadratic{{0.224578497981261393, 0.554078164360637193},
+                                                      {1.013719374359164138, 0.945921835639362806}};
+  static const std::vector<QuadraturePoint> cubic{{0.092043746485430549, 0.267358028130155544},
+                                                  {0.612987968366781725, 0.756204019420385195},
+                                                  {1.505657097358756584, 0.976437952449459259}};
+  return degree == 2 ? quadratic : cubic;
+}
+
+}  // namespace
+
+SplineAxis::SplineAxis(int degree, int control_points, bool is_closed)
+    : degree_(degree), control_points_(control_points), is_closed_(is_closed) {
+  assert(degree >= 2 && degree <= highest_spline_degree);
+  assert(control_points >= least_control_points(degree));
+}
+
+// Knot i of the knot vector. Function i of the whole axis has the knots i .. i + degree + 1.
+double SplineAxis::knot(int i) const {
+  return is_closed_ ? i - degree_ : std::clamp(i - degree_, 0, elements());
+}
+
+// The recursion of Cox and de Boor (The NURBS Book, Piegl and Tiller 1997, A2.2).
+SplineBasis::Values SplineAxis::lower(int element, double parameter, int degree) const {
+  const int span = element + degree_;  // the knot at the start of the element
+  SplineBasis::Values values{1};
+  for (int d = 1; d <= degree; ++d) {
+    double saved = 0;
+    for (int i = 0; i < d; ++i) {
+      const double right = knot(span + i + 1) - parameter;
+      const double left = parameter - knot(span + 1 - d + i);
+      const double share = values[i] / (right + left);
+      values[i] = saved + right * share;
+      saved = left * share;
+    }
+    values[d] = saved;
+  }
+  return values;
+}
+
+SplineBasis SplineAxis::at(int element, double parameter) const {
+  SplineBasis basis;
+  basis.element = element;
+  basis.value = lower(element, parameter, degree_);
+  const int span = element + degree_;
+  // The derivative of function i of degree d is d (low_(i-1) / (t_(i+d) - t_i) - low_i / (t_(i+d+1)
+  // - t_(i+1))), where low has degree d - 1 and no function before its first.
+  const auto differentiate = [&](const SplineBasis::Values& low, int d) {
+    SplineBasis::Values slope{};
+    for (int i = 0; i <= d; ++i) {
+      const int first = span - d + i;  // first knot of function i
+      if (i > 0) slope[i] += d * low[i - 1] / (knot(first + d) - knot(first));
+      if (i < d) slope[i] -= d * low[i] / (knot(first + d + 1) - knot(first + 1));
+    }
+    return slope;
+  };
+  basis.slope = differentiate(lower(element, parameter, degree_ - 1), degree_);
+  basis.second =
+      differentiate(differentiate(lower(element, parameter, degree_ - 2), degree_ - 1), degree_);
+  return basis;
+}
+
+SplineBasis SplineAxis::at(double parameter) const {
+  const int element = std::clamp(static_cast<int>(std::floor(parameter)), 0, elements() - 1);
+  return at(element, parameter);
+}
+
+// A closed axis has its points at the maxima of the basis functions.
+double SplineAxis::image_parameter(int point) const {
+  if (!is_closed_) return static_cast<double>(point) * elements() / (control_points_ - 1);
+  const double centre = point - 0.5 * (degree_ - 1);
+  return centre < 0 ? centre + elements() : centre;
+}
+
+std::vector<double> SplineAxis::interpolation() const {
+  std::vector<double> parameters;
+  for (int i = 0; i < control_points_; ++i) parameters.push_back(image_parameter(i));
+  const Eigen::MatrixXd inverse = values_at(*this, parameters).inverse();
+  std::vector<double> rows;
+  for (int i = 0; i < control_points_; ++i) {
+    for (int j = 0; j < control_points_; ++j) rows.push_back(inverse(i, j));
+  }
+  return rows;
+}
+
+std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
+  const GaussRule rule = gauss_rule(per_element);
+  std::vector<QuadraturePoint> points;
+  for (int e = 0; e < elements(); ++e) {
+    for (std::size_t i = 0; i < rule.weights.size(); ++i)
+      points.push_back({e + rule.abscissae[i], rule.weights[i]});
+  }
+  return points;
+}
+
+// Away from open ends, points in the middle of the elements (degree 3) or at the knots (degree 2)
+// integrate smooth functions to any order. There the slope of the shortest wave of the spline is
+// largest: no wave goes unseen.
+std::vector<QuadraturePoint> SplineAxis::strain_points() const {
+  const double offset = degree_ == 3 ? 0.5 : 0;
+  std::vector<QuadraturePoint> points;
+  if (is_closed_) {
+    for (int e = 0; e < elements(); ++e) points.push_back({e + offset, 1});
+    return points;
+  }
+  const std::vector<QuadraturePoint>& end = end_points(degree_);
+  if (elements() < least_elements_of_end_points) return greville_points_below();
+  const auto length = static_cast<double>(elements());
+  points = end;
+  for (double x = end_length + offset; x < length - end_length + 0.25; ++x)
+    points.push_back({x, 1});
+  for (std::size_t i = end.size(); i-- > 0;)
+    points.push_back({length - end[i].parameter, end[i].weight});
+  return points;
+}
+
+// The Greville abscissae of the splines of one degree less on the same knots, with the weights that
+// integrate their basis functions exactly.
+std::vector<QuadraturePoint> SplineAxis::greville_points_below() const {
+  const int degree = degree_ - 1, count = elements() + degree;
+  const auto knot = [&](int i) { return std::clamp(i - degree, 0, elements()); };
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd integrals(count);
+  std::vector<QuadraturePoint> points(count);
+  for (int i = 0; i < count; ++i) {
+    double& at = points[i].parameter;
+    for (int k = 1; k <= degree; ++k) at += static_cast<double>(knot(i + k)) / degree;
+    const int element = std::min(static_cast<int>(at), elements() - 1);
+    const SplineBasis::Values basis = lower(element, at, degree);
+    for (int k = 0; k <= degree; ++k) values(element + k, i) += basis[k];
+    integrals[i] = static_cast<double>(knot(i + degree + 1) - knot(i)) / (degree + 1);
+  }
+  const Eigen::VectorXd weights = values.fullPivLu().solve(integrals);
+  for (int i = 0; i < count; ++i) points[i].weight = weights[i];
+  return points;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,91 @@
+#include "sim/scene/spline_surface.h"
+
+namespace weft::sim {
+
+SplineSurface::SplineSurface(const bsi::Atlas& atlas, int degree) : degree_(degree) {
+  for (const bsi::Patch& patch : atlas.patches()) {
+    patches_.push_back({SplineAxis(degree, patch.cols, patch.wrap_u),
+                        SplineAxis(degree, patch.rows, patch.wrap_v)});
+  }
+}
+
+std::vector<int> SplineSurface::control_points(const bsi::Atlas& atlas, int patch, int element_u,
+                                               int element_v) const {
+  const auto& [u, v] = patches_[patch];
+  std::vector<int> particles;
+  for (int j = 0; j <= degree_; ++j) {
+    for (int i = 0; i <= degree_; ++i) {
+      particles.push_back(
+          atlas.particle(patch, v.control_point(element_v, j), u.control_point(element_u, i)));
+    }
+  }
+  return particles;
+}
+
+SplineSurface::Point SplineSurface::at(const bsi::Atlas& atlas, const Place& place) const {
+  const SplineBasis u = patches_[place.patch].u.at(place.u);
+  const SplineBasis v = patches_[place.patch].v.at(place.v);
+  Point point{control_points(atlas, place.patch, u.element, v.element), {}, {}, {}};
+  for (int j = 0; j <= degree_; ++j) {
+    for (int i = 0; i <= degree_; ++i) {
+      point.value.push_back(u.value[i] * v.value[j]);
+      point.slope_u.push_back(u.slope[i] * v.value[j]);
+      point.slope_v.push_back(u.value[i] * v.slope[j]);
+    }
+  }
+  return point;
+}
+
+std::vector<Eigen::Vector3d> SplineSurface::interpolate(const bsi::Atlas& atlas,
+                                                        std::span<const Vec3> image) const {
+  std::vector<Vec3> control(image.size(), Vec3::Zero());
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    const int patch = static_cast<int>(p);
+    const auto& [u, v] = patches_[p];
+    const int rows = v.control_points(), cols = u.control_points();
+    const std::vector<double> along_u = u.interpolation(), along_v = v.interpolation();
+    std::vector<Vec3> half(static_cast<std::size_t>(rows) * cols, Vec3::Zero());
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c < cols; ++c) {
+        for (int k = 0; k < cols; ++k)
+          half[r * cols + c] += along_u[c * cols + k] * image[atlas.particle(patch, r, k)];
+      }
+    }
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c < cols; ++c) {
+        Vec3 sum = Vec3::Zero();
+        for (int k = 0; k < rows; ++k) sum += along_v[r * rows + k] * half[k * cols + c];
+        control[atlas.particle(patch, r, c)] = sum;
+      }
+    }
+  }
+  return control;
+}
+
+SurfaceMap SplineSurface::map_to(const bsi::Atlas& atlas, std::span<const Place> places) const {
+  std::vector<int> first_share{0};
+  std::vector<SurfaceMap::Share> shares;
+  for (const Place& place : places) {
+    const Point point = at(atlas, place);
+    for (std::size_t i = 0; i < point.value.size(); ++i) {
+      if (point.value[i] != 0) shares.push_back({point.control_points[i], point.value[i]});
+    }
+    first_share.push_back(static_cast<int>(shares.size()));
+  }
+  return {std::move(first_share), std::move(shares)};
+}
+
+std::vector<SplineSurface::Place> SplineSurface::image_places(const bsi::Atlas& atlas) const {
+  std::vector<Place> places(atlas.particle_count());
+  for (std::size_t p = patches_.size(); p-- > 0;) {
+    const int patch = static_cast<int>(p);
+    const auto& [u, v] = patches_[p];
+    for (int r = v.control_points() - 1; r >= 0; --r) {
+      for (int c = u.control_points() - 1; c >= 0; --c)
+        places[atlas.particle(patch, r, c)] = {patch, u.image_parameter(c), v.image_parameter(r)};
+    }
+  }
+  return places;
+}
+
+}  // namespace weft::sim

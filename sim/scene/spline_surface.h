@@ -1,0 +1,72 @@
+// Surfaces of B-splines whose control points are the particles of an image.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bsi/geometry_image.h"
+#include "sim/scene/spline_axis.h"
+#include "sim/scene/surface_map.h"
+
+namespace weft::sim {
+
+// The surface of a body: one tensor-product spline per patch of its atlas. Parameter u runs along
+// the columns, v along the rows. Patches that share a border of particles share the curve there.
+class SplineSurface {
+ public:
+  using Vec3 = Eigen::Vector3d;
+  struct Patch {
+    SplineAxis u, v;
+    int elements() const { return u.elements() * v.elements(); }
+  };
+  // A point of a patch, by its parameters.
+  struct Place {
+    int patch = 0;
+    double u = 0, v = 0;
+  };
+
+  // The control points that a point depends on, with the values of their basis functions there and
+  // the derivatives by u and v.
+  struct Point {
+    std::vector<int> control_points;
+    std::vector<double> value, slope_u, slope_v;
+
+    static Vec3 sum(const std::vector<double>& factors, const std::vector<int>& control_points,
+                    std::span<const Vec3> x) {
+      Vec3 total = Vec3::Zero();
+      for (std::size_t i = 0; i < factors.size(); ++i) total += factors[i] * x[control_points[i]];
+      return total;
+    }
+    // The tangents (m) along u and v; x are the positions of the control points.
+    Vec3 tangent_u(std::span<const Vec3> x) const { return sum(slope_u, control_points, x); }
+    Vec3 tangent_v(std::span<const Vec3> x) const { return sum(slope_v, control_points, x); }
+    Vec3 position(std::span<const Vec3> x) const { return sum(value, control_points, x); }
+  };
+
+  // Precondition: each axis has SplineAxis::least_control_points(degree).
+  SplineSurface(const bsi::Atlas& atlas, int degree);
+
+  int degree() const { return degree_; }
+  int nodes_per_element() const { return (degree_ + 1) * (degree_ + 1); }
+  const std::vector<Patch>& patches() const { return patches_; }
+  // Returns the control points of an element, row by row (u fastest).
+  std::vector<int> control_points(const bsi::Atlas& atlas, int patch, int element_u,
+                                  int element_v) const;
+
+  Point at(const bsi::Atlas& atlas, const Place& place) const;
+
+  // Returns the control points of the surface that passes through an image of points (m, by
+  // particle). Borders that patches share depend on their own points alone.
+  std::vector<Vec3> interpolate(const bsi::Atlas& atlas, std::span<const Vec3> image) const;
+
+  // Returns the points of the surface at places, as shares of the control points.
+  SurfaceMap map_to(const bsi::Atlas& atlas, std::span<const Place> places) const;
+  // Returns the places of the image's points, by particle: those through which interpolate() goes.
+  std::vector<Place> image_places(const bsi::Atlas& atlas) const;
+
+ private:
+  int degree_;
+  std::vector<Patch> patches_;
+};
+
+}  // namespace weft::sim
