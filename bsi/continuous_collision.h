@@ -1,19 +1,18 @@
-// Conservative continuous collision: whether two features moving along straight lines may come too
-// close.
+// Conservative continuous collision detection: bounds how far two features can move along straight
+// lines before they come too close.
 #pragma once
 
 #include "bsi/proximity.h"
 
 namespace weft::bsi {
 
-// Return the largest fraction t in [0, 1] of the straight paths start -> end up to which the
-// distance is certain to stay above `minimum_separation` (m, >= 0). The result is 1 if it does on
-// the whole path. No unsafe path is ever reported as safe (no false negatives). A path that is not
-// proved safe to its end is cut where at most a tenth of the starting gap (distance -
-// minimum_separation) is left. A path that comes nearer than a hundredth of that gap counts as
-// unsafe, even without contact. Points as in closest_vertex_triangle / closest_edge_edge. The
-// result is 0 if the start is already too close, within rounding (1e-14 of the sum of the sizes and
-// paths), or not finite.
+// Return a fraction t in [0, 1] of the straight paths start -> end up to which the distance is
+// certain to stay above `minimum_separation` (m, >= 0). The result is 1 if the whole path is proved
+// safe. No unsafe path is ever reported as safe (no false negatives). A path that is not proved
+// safe to its end is cut where at most a tenth of the starting gap (distance - minimum_separation)
+// is left. A path that comes nearer than a hundredth of that gap counts as unsafe, even without
+// contact. Points as in closest_vertex_triangle / closest_edge_edge. The result is 0 if the start
+// is already too close, within rounding (1e-14 of the sum of the sizes and paths), or not finite.
 //
 // Additive CCD (Li, Kaufman, Jiang 2021, "Codimensional Incremental Potential Contact", section 5)
 // with a sharper bound. The distance of two convex hulls is at least the gap between their shadows

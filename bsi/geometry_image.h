@@ -25,7 +25,7 @@ struct Patch {
   int quad_count() const { return quad_rows() * quad_cols(); }
 };
 
-// The place of a texel, by which messages name it.
+// The place of a texel, for messages.
 struct TexelAddress {
   int patch = 0;
   int row = 0;

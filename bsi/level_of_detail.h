@@ -13,8 +13,8 @@
 namespace weft::bsi {
 
 // A triangle surface that stands for an atlas, made as docs/theory.md, section 8, says. It has the
-// orientation and the topology of the original: no edge is left unmatched that is matched there,
-// and every border of the original has one of its vertices.
+// orientation and the topology of the original: it has open edges only along borders of the
+// original, and at least one vertex on each of these.
 struct DetailSurface {
   std::vector<Vec3> positions;  // m
   std::vector<std::array<int, 3>> triangles;
@@ -34,15 +34,14 @@ struct DetailTolerance {
   }
 };
 
-// Makes the surface through the sphere centres of the blocks of one level for each patch (`levels`,
-// one per patch), and through original vertices of the borders. The border vertices are those at
-// which patches begin or end, and samples between them: one where two blocks meet along the border,
-// on the finer side of a seam. Beyond the last level of a patch it is the original surface. A
-// wrapped axis has at least three blocks: there levels 0 and 1 count as 2. A patch that is sewn to
-// itself, wraps fewer than five quads or has no texel inside keeps its original surface. The stated
-// deviation is the largest radius of a sphere whose centre is used, or the largest distance of a
-// border's vertex from its sample. Precondition: pyramid.is_built(), from `positions`, with
-// spheres. O(texels).
+// Makes the surface through sphere centres of blocks, on level levels[p] of patch p, and original
+// vertices of the borders. Those are the vertices where patches begin or end, and samples between:
+// one per joint of two blocks along the border. At a seam the finer patch's blocks count. Beyond
+// the last level of a patch it is the original surface. A wrapped axis has at least three blocks:
+// there levels 0 and 1 count as 2. A patch that is sewn to itself, wraps fewer than five quads or
+// has no texel inside keeps its original surface. The stated deviation is the largest radius of a
+// sphere whose centre is used, or the largest distance of a border's vertex from its sample.
+// Precondition: pyramid.is_built(), from `positions`, with spheres. O(texels).
 DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                                std::span<const int> levels);
 

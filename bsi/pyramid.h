@@ -31,8 +31,8 @@ struct PatchBlock {
 
 struct PyramidParts {
   // Bounds of the steps between vertices. With them, self traversals skip whole blocks that cannot
-  // touch themselves (docs/theory.md, "The tangent certificate"). They take more than half of a
-  // rebuild.
+  // touch themselves (docs/theory.md, "The tangent certificate"). They take more than half of the
+  // time of a rebuild.
   bool tangents = true;
   // Spheres, for pictures and for traversals whose bound is not `box`.
   bool spheres = false;
@@ -72,7 +72,7 @@ class Pyramid {
   // until the next rebuild.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
                                                     int threads = 0);
-  // Bounds every vertex at both ends of its path, and so on the straight path between them. The
+  // Bounds every vertex at both ends of its path, and hence on the straight path between them. The
   // first call allocates the second image.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
                                                           std::span<const Vec3> end,

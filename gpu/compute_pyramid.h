@@ -53,7 +53,7 @@ struct BlockBox {
 // Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block. There are
 // about a third as many blocks as quads (up to 4/3, if an axis has one more quad than a power of
 // two), and up to two groups per patch. Tangent bounds take 48 bytes per block that is no leaf (a
-// quarter of them).
+// quarter of the blocks).
 //
 // All functions make the context current on the calling thread. They throw std::runtime_error with
 // the reason if OpenGL fails (memory, a buffer beyond what the device allows).
@@ -78,9 +78,9 @@ class ComputePyramid {
   // Bounds the same bodies again from the positions on the device, to measure the device's part of
   // a rebuild.
   void rebuild_there();
-  // Returns the first texel, of the first body that has one, that is not finite or not below
-  // bsi::Pyramid::coordinate_limit. Until that body's next rebuild, no result that involves it may
-  // be used. Waits for the device.
+  // Returns the first texel whose position is not finite or not below
+  // bsi::Pyramid::coordinate_limit, in the first body that has such a texel. Until that body's next
+  // rebuild, no result that involves it may be used. Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 
   int body_count() const;

@@ -1,5 +1,5 @@
-// Finds leaves that are near something, on the device: single, dual and self traversal of the
-// pyramids of a ComputePyramid, breadth-first, for many queries at once.
+// Single, dual and self traversal of the pyramids of a ComputePyramid on the device: breadth-first,
+// for many queries at once.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,9 @@ struct PairQuery {
   // For a body with itself: leaves out pairs that the tangent certificate proves not to touch. The
   // body must have been rebuilt with BodyImage::tangents.
   bool certificate = true;
-  // Leaves out pairs of quads that a plane proves to end farther apart than the margin and twice
-  // the longest path of their corners. Fewer pairs return from the device.
+  // Leaves out pairs of quads if a plane proves that they are farther apart at the ends of their
+  // paths than the margin plus twice the longest path of their corners. Fewer pairs return from the
+  // device.
   bool distance_filter = false;
 };
 

@@ -15,8 +15,8 @@ inline constexpr std::array<float, samples_per_pixel> sample_x{0.375F, 0.875F, 0
 inline constexpr std::array<float, samples_per_pixel> sample_y{0.125F, 0.375F, 0.625F, 0.875F};
 inline constexpr std::uint32_t no_triangle = ~std::uint32_t{0};
 
-// A block is four pixels side by side, which vector instructions process at a time: first the first
-// samples of all four, then the second ones, and so on.
+// A block is four pixels side by side, processed together by vector instructions. Its samples are
+// ordered: the first samples of all four pixels, then the second ones, and so on.
 inline constexpr int pixels_per_block = 4;
 inline constexpr int block_size = pixels_per_block * samples_per_pixel;
 

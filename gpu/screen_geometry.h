@@ -26,8 +26,8 @@ struct ScreenBox {
 struct ScreenTriangle {
   ScreenBox box;
   // Barycentric shares of the corners at a point of the picture. A point is inside if no share is
-  // below -slack, which allows for rounding. In space, a share counts in proportion to the corner's
-  // nearness.
+  // below -slack, which allows for rounding. Barycentric coordinates in space are proportional to
+  // the shares times the nearness of their corners.
   std::array<ScreenPlane, 3> shares;
   std::array<float, 3> slack;
   // Reciprocal of the distance from the eye, along the line of sight, 1/m.

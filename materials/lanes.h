@@ -114,8 +114,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   const Lanes angle = octant + (negate_where(is_steep ^ is_back, small) + rest);
   return negate_where(y < Lanes(0), angle);
 }
-// Exchanges, between each row and the one `distance` below it, one half of every 2 * distance
-// numbers.
+// A step of transpose(): each row and the one `distance` below it exchange one half of every 2 *
+// distance numbers.
 template <int distance, int... lane>
 void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence<int, lane...>) {
   for (int i = 0; i < lane_count; ++i) {

@@ -26,8 +26,8 @@ struct QuadRange {
   bool operator==(const QuadRange&) const = default;
 };
 
-// The 2^log_u x 2^log_v blocks of one level of a patch (u along columns, v along rows). They are
-// numbered row by row from `first` on, in the order of patches and levels.
+// One level of a patch: 2^log_u x 2^log_v blocks (u along columns, v along rows), numbered row by
+// row from `first`. Levels follow each other, patch by patch.
 struct BlockLevel {
   std::size_t first = 0;
   int log_u = 0;

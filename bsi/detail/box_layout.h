@@ -79,10 +79,10 @@ struct BoxTree {
   float magnitude;                        // the largest |coordinate| of a vertex, m
 };
 
-// Upper bound of the ratio of a distance to its largest component.
+// Upper bound of the square root of 3, the largest ratio of a distance to its largest component.
 inline constexpr float root_of_three = 1.7320511F;
 
-// A block, by its level, counted through all patches, and its position there.
+// A block: its level, counted through all patches, and its column u and row v there.
 struct BoxNode {
   std::int32_t level;
   std::uint16_t u, v;

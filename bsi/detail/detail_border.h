@@ -9,9 +9,8 @@
 
 namespace weft::bsi {
 
-// By patch: true where its texels must be left as they are. That is so where no level of the
-// pyramid has a block inside, where a wrap has too few quads, and where the patch is sewn to
-// itself.
+// Returns, by patch, true where all texels must keep their own vertices: no level of the pyramid
+// has a block inside, a wrapped axis has too few quads, or the patch is sewn to itself.
 std::vector<char> patches_left_alone(const Atlas& atlas);
 
 // Returns for every particle the one that stands for it on the borders of patches, or itself.

@@ -34,8 +34,9 @@ inline double image_area(const DetailTriangle& triangle) {
 // partition of the image into rectangles and stretches of the border.
 class DetailPatch {
  public:
-  // Starts with the blocks of the first level whose blocks are small enough round the wraps. Starts
-  // without blocks if the patch is to stay `as_it_is` or is too narrow.
+  // Starts with the blocks of level 0, or of level 2 if an axis is wrapped: fewer than three blocks
+  // around would fold the surface. Starts without blocks if the patch is to stay `as_it_is` or is
+  // too narrow.
   DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is);
 
   int texel_count() const { return size_.texel_count(); }
@@ -77,8 +78,9 @@ class DetailPatch {
   std::vector<PlacedBlock> blocks_;
 };
 
-// Returns the shift, by a turn of a wrap or none, that brings a place nearest to a texel that is
-// `way` further on. No vertex stands for a texel half the image away.
+// Returns the shift (0 or +-`size`) that brings a vertex on a wrapped axis next to a texel that is
+// `way` rows or columns after it. Vertices lie within half the image of their texels, so only a
+// wrap exceeds that.
 inline double turns(double way, int size) {
   if (2 * way > size) return size;
   return 2 * way < -size ? -size : 0;
@@ -120,7 +122,8 @@ void DetailPatch::for_each_triangle(const Visit& visit) const {
       DetailTriangle upper_left{at[0], at[1], at[2]};
       DetailTriangle lower_right{at[1], at[3], at[2]};
       if (first && second && (image_area(upper_left) <= 0 || image_area(lower_right) <= 0)) {
-        // Four blocks, unlike four texels, need not be convex. The other diagonal is then inside.
+        // The middles of four blocks, unlike four texels, may form a quad that is not convex. Then
+        // only the other diagonal lies inside it.
         upper_left = {at[0], at[1], at[3]};
         lower_right = {at[0], at[3], at[2]};
       }

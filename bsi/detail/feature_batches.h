@@ -23,9 +23,9 @@ struct PairInReach {
   double distance = 0;  // m: a lower bound on the paths
 };
 
-// Appends, in order, the pairs whose distance at `positions` is at most `reach` plus `path`, with
-// that distance less `path` (at least 0). `path` is twice the longest path length (m, by particle)
-// of the four particles, or 0 if `path_lengths` is empty. Hence every pair is kept that can come
+// Appends, in order, each pair whose distance at `positions` is at most `reach` + `path`, and
+// records distance - path (at least 0). `path` is twice the longest path length (m, by particle) of
+// the four particles, or 0 if `path_lengths` is empty. Hence every pair is kept that can come
 // within reach while particles move that far. 8 ns per pair out of reach.
 void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
                    std::span<const double> path_lengths, std::span<const FourParticles> pairs,

@@ -1,5 +1,5 @@
-// The order of the patches of a body, by which the groups above their tops are runs of neighbours:
-// one rule for the CPU and the device.
+// The order of a body's patches, in which each group above the patch tops is a run of neighbours.
+// The CPU and the device share this rule.
 #pragma once
 
 #include <array>

@@ -13,13 +13,13 @@ struct JudgedBlocks {
   const BoxTree* b;
   const LeafBlockPair* blocks;
   int count;
-  bool self;  // the smaller number of a pair comes first
+  bool self;  // self traversal: the smaller number of a pair comes first
 };
 
 struct BlockJudgeKernels {
   // Lists the pairs of the blocks in order and judges each from its vertices in float32. e bounds
   // the difference that rounding makes to a distance: `margin_low` <= margin - e and `margin_high`
-  // >= margin + e. Returns the number of pairs. May write 16 more.
+  // >= margin + e. Returns the number of pairs. May write up to 16 pairs and verdicts past the end.
   int (*judge)(const JudgedBlocks& judged, float margin_low, float margin_high, LeafPair* pairs,
                Verdict* verdict);
   // Copies the pairs whose verdict is `wanted`, in order, and returns their number. May read

@@ -19,7 +19,8 @@ struct BoxBuildKernels {
   // Bounds each column of vertices over two or three rows, for the planes of boxes. With `join` the
   // bounds include the previous contents of `out`.
   void (*bound_columns)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
-  // Bounds the steps along u after each column, and those along v in it, over two to five rows.
+  // Bounds, over two to five rows, the steps along u from each column to the next and the steps
+  // along v within the column.
   void (*bound_steps)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
   // Makes leaf blocks from bounded columns. Block u spans the quads [boundary[u], boundary[u + 1]).
   void (*bound_leaves)(BoundRow columns, PlaneRange planes, const std::int32_t* boundary,

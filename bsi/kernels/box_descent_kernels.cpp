@@ -108,7 +108,7 @@ WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree&
 
 // --- Leaves ---
 
-// For a block with itself, the mask selects each pair of lanes once.
+// Bit 8 i + j is the lane pair (i, j): those with i <= j, or i = j.
 constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 

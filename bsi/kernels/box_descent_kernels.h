@@ -15,7 +15,7 @@ struct NodePair {
 
 struct DescentQuery {
   const BoxTree* a;
-  const BoxTree* b;           // a itself in a self traversal; only b may be placed
+  const BoxTree* b;           // equals `a` in a self traversal; only b may have a placement
   double certificate_margin;  // negative: the certificate is not used
   float half_margin;          // every box is widened by it
   float sphere_reach;         // spheres this far apart may hold leaves whose widened boxes overlap
@@ -58,7 +58,7 @@ struct DescentKernels {
   void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
   // Writes the leaf pairs of `count` pairs of blocks in order and returns their number. May write
-  // eight more.
+  // up to eight past the end.
   std::size_t (*number)(const DescentQuery& query, const LeafBlockPair* blocks, std::size_t count,
                         LeafPair* pairs);
 };

@@ -33,19 +33,20 @@ WEFT_INLINE int child_number(const BoxLevel& above, BoxNode node) {
   return 2 * (above.split_v * (node.v & 1)) + above.split_u * (node.u & 1);
 }
 
-// Returns the four numbers, in order, in both halves.
+// Returns the four numbers in lanes 0 to 3 and again in lanes 4 to 7.
 WEFT_INLINE Lanes in_both_halves(Quad four) {
   return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 }
 
-// Returns the numbers `first` and first + 1, each four times over.
+// Returns number `first` in lanes 0 to 3 and the next in lanes 4 to 7.
 template <int first>
 WEFT_INLINE Lanes each_four_times(Lanes lanes) {
   constexpr int f = first;
   return __builtin_shufflevector(lanes, lanes, f, f, f, f, f + 1, f + 1, f + 1, f + 1);
 }
 
-// Returns low - h and high + h of four boxes, in order, in both halves; h is `half_margin`.
+// Returns low - h and high + h of four boxes, in lanes 0 to 3 and again in lanes 4 to 7; h is
+// `half_margin`.
 WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   LaneBoxes boxes;
   for (int axis = 0; axis < 3; ++axis) {
@@ -55,7 +56,7 @@ WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   return boxes;
 }
 
-// Returns the boxes `first` and first + 1 of four, each four times over.
+// Returns box `first` in lanes 0 to 3 and the next in lanes 4 to 7.
 template <int first>
 WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   LaneBoxes result;
@@ -71,7 +72,7 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   const __m128 half = _mm_set1_ps(half_margin);
-  __mmask16 mask = 0xffff, other = 0xffff;  // two shorter chains of dependent operations
+  __mmask16 mask = 0xffff, other = 0xffff;  // two masks: shorter chains of dependent operations
   for (int axis = 0; axis < 3; ++axis) {
     const __m512 low_a = _mm512_permutexvar_ps(
         four_times, _mm512_castps128_ps512(_mm_sub_ps(_mm_load_ps(a.low[axis]), half)));
@@ -92,7 +93,7 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
 
 // --- Spheres ---
 
-// Returns four spheres in order in both halves, with radii increased by `reach`.
+// Returns four spheres, with radii increased by `reach`, in lanes 0 to 3 and again in lanes 4 to 7.
 WEFT_INLINE LaneSpheres both_halves(const SphereGroup& group, float reach) {
   LaneSpheres spheres;
   for (int axis = 0; axis < 3; ++axis) {

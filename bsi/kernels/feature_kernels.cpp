@@ -167,8 +167,8 @@ void measure(const FeatureBatch& batch, double* squared_distance, bool* certain,
       });
 }
 
-// Works in the moving frame of the first point. On any fixed line the gap between the shadows is
-// the least of linear functions of time, and so never below the smaller of its ends.
+// Proves safe paths, relative to the first point. The gap between shadows on a fixed line is
+// concave in time (a minimum of linear functions), so both ends bound it.
 template <Kind kind>
 void find_safe(const FeatureBatch& batch, const double* end, float separation, float end_separation,
                bool* safe) {

@@ -106,8 +106,8 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
   }
 #elif defined(__AVX__)
-  // Every lane of the first is compared with all of the second. Skipping those nowhere near it
-  // costs more than it saves.
+  // Every lane of the first is compared with all of the second. To skip lanes far from all of the
+  // second would cost more than it saves.
   const auto all_of = [](const float& value) { return _mm256_broadcast_ss(&value); };
 #pragma GCC unroll 8
   for (int i = 0; i < 8; ++i) {

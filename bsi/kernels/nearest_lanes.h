@@ -45,8 +45,8 @@ WEFT_INLINE Lanes<Float> safe_size(Lanes<Float> squared) {
   return square_root(16 * squared + RoundingOf<Float>::smallest_square) * Float{0.25};
 }
 
-// Returns true if the distance certainly exceeds `reach`, given the gap between the shadows along a
-// vector of this squared length.
+// Returns true if the distance certainly exceeds `reach`. `gap` is the gap between the shadows on a
+// line, times the length of a vector along it; `squared` is that length's square.
 template <class Float>
 WEFT_INLINE auto is_apart(Lanes<Float> gap, Lanes<Float> squared, Lanes<Float> reach,
                           Lanes<Float> size) {

@@ -8,11 +8,11 @@ namespace weft::bsi {
 
 // Largest number of points in a batch. Larger batches leave fewer vectors half empty.
 inline constexpr int points_per_batch = 65536;
-// Room for the points near a block: all of them, and those of four children on each of at most 18
-// levels. Each list has room for one more vector.
+// Capacity of the lists of points near a block: one list of all points, and one for each of four
+// children on each of at most 18 levels. Every list has room for one more vector.
 inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_per_batch + 16);
-// Bytes of a workspace: components and numbers of those points, and the widening of each. It must
-// be aligned to 64 bytes. Most of it is never touched.
+// Bytes of a workspace: components and numbers of those points, and the half margin of each point.
+// It must be aligned to 64 bytes. Most of it is never touched.
 inline constexpr std::size_t point_workspace =
     16 * point_list_length + 4 * std::size_t{points_per_batch + 16};
 

@@ -1,4 +1,4 @@
-// The triangles of two leaf blocks that share a vertex. For kernel files only, like box_lanes.h.
+// Finds triangles of two leaf blocks with a common vertex. Kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/leaf_blocks.h"
@@ -69,7 +69,7 @@ static bool share_particle(const BoxTree& tree, const PlacedLeaves& a, int lane_
 // The pairs of triangles of two leaf blocks that share a particle.
 struct SharedParticles {
   LanePairs lanes;
-  bool look;  // unknown: the particles must be compared
+  bool look;  // the table cannot tell: particles must be compared
 };
 
 // Returns the offset from a to b along an axis, the short way round a wrapped one.
@@ -87,7 +87,7 @@ WEFT_INLINE SharedParticles shared_particles(const DescentQuery& query, const Pl
   if (tree.texel_to_particle != nullptr) return {0, true};
   if (a.node.level != b.node.level) return {0, false};  // patches that are not sewn
   const BoxPatch& patch = tree.patches[level_of(tree, a.node).patch];
-  // On a ring this short, blocks are neighbours on both sides.
+  // On a wrapped axis this short, two blocks may be neighbours on both sides.
   constexpr int short_ring = 8;
   if ((patch.wrap_u != 0 && patch.quad_cols < short_ring) ||
       (patch.wrap_v != 0 && patch.quad_rows < short_ring)) {

@@ -34,10 +34,10 @@ WEFT_INLINE Sides square_root(Sides a) {
 #endif
 }
 
-// Returns true only if all sides of the hexagon, from p to q, lie beyond the margin, seen from the
-// origin roughly along their perpendiculars. The ends of a side may deviate from p and q by
-// `stray_*` along each axis. `size` is at least every component of the values from which p and q
-// are computed.
+// Returns true only if every side p q of the hexagon is proved to lie farther than the margin from
+// the origin, along a direction nearly perpendicular to it. The ends of a side may deviate from p
+// and q by `stray_*` along each axis. `size` is at least every component of the values from which p
+// and q are computed.
 WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3& q,
                             const Sides3& stray_q, const Sides3& size, double margin) {
   const Sides3 side = q - p;
@@ -88,8 +88,8 @@ WEFT_INLINE bool certified(StepBounds bound, double margin) {
                     {stray_q[0], stray_q[1], stray_q[2]}, {size[0], size[1], size[2]}, margin);
 }
 
-// Returns true if two blocks of one level are neighbours (or the same). `step` is then their
-// distance in blocks along an axis, -1 .. 1.
+// Returns true if two blocks of one level are neighbours (or the same). `step` is then the way from
+// a to b along this axis in blocks, -1 .. 1.
 WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step) {
   step = b - a;
   if (wraps && step == blocks - 1) step = -1;

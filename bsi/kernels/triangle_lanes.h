@@ -35,9 +35,9 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   }
 }
 
-// Offers the closest points of all pairs of edges. They are those of the two lines, then the best
-// on either for the other, each clamped to its edge. Dot products of neighbouring pairs differ by a
-// product of two edges.
+// Offers the closest points of all pairs of edges. The closest point of the two lines, clamped to
+// the edge of a, gives a point on the edge of b, and this gives the final point on a; both are
+// clamped. Dot products of neighbouring pairs differ by a product of two edges.
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
   V along_b[3];  // b's edge j . (corner i of a - corner j of b)
@@ -173,9 +173,10 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
-// Settles the pairs that the corners of one triangle over the other can settle, without pairs of
-// edges. Points of the triangle near their feet bound the distance from above. Its plane bounds it
-// from below, and so does a plane across an edge if all three corners are beyond it.
+// Decides pairs by comparing the corners of each triangle with the other triangle; pairs of edges
+// are not needed. Upper bound of the distance: from a corner to a point of the triangle near the
+// corner's projection. Lower bounds: the plane of the triangle, and planes through its edges, if
+// all three corners lie beyond one.
 struct Sieve {
   using V = Lanes<float>;
   V squared;  // smallest upper bound found so far
@@ -219,8 +220,8 @@ struct Sieve {
     beyond = larger((above * inverse) * above - limit, beyond);
   }
 
-  // Squares of the bounds of the rounding, each with the part of the margin that is given up for
-  // it.
+  // Bounds of the rounding in squared distances. Each includes the part of the margin that is given
+  // up for it.
   static constexpr float edge_rounding = 0x1p-21F, plane_rounding = 0x1p-24F;
 };
 

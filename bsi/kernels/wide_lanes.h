@@ -43,7 +43,7 @@ WEFT_INLINE Wide square_root(Wide a) {
 }
 WEFT_INLINE Wide square(Wide x, Wide y, Wide z) { return x * x + y * y + z * z; }
 
-// shuffle<Order>(a, b) gives in lane i the lane Order::of(i) of a followed by b.
+// shuffle<Order>(a, b) returns in lane i the number at Order::of(i) in the sequence a, b.
 template <int... i>
 struct Indices {};
 template <int count, int... i>

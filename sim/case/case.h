@@ -160,8 +160,7 @@ struct PinCase {
   SourceLocation location;
 };
 
-// The shape in which a body starts, where that is not its rest shape: `shape`, or the rest shape
-// bent.
+// The shape in which a body starts, if it is not its rest shape: `shape`, or the rest shape bent.
 struct StartCase {
   std::optional<ShapeCase> shape;     // an image like that of the rest shape
   std::optional<double> bend_radius;  // m: bends upwards if positive, downwards if negative
@@ -174,7 +173,7 @@ struct BodyCase {
   ShapeCase shape;
   std::string material;                // name of a [material.NAME]
   std::optional<StartCase> start;      // default: it starts in its rest shape
-  Vec3 stretch{1, 1, 1};               // of that along its axes, at the start
+  Vec3 stretch{1, 1, 1};               // factors along the axes of the start shape
   Vec3 position{0, 0, 0};              // m
   Vec3 rotation_deg{0, 0, 0};          // rotation vector, degrees, before the translation
   Vec3 velocity{0, 0, 0};              // m/s
@@ -214,12 +213,12 @@ struct IncludeCase {
 enum class Precision { float32, float64 };
 enum class Compression { none, lossless, bounded };
 
-// The part of a body's images that is recorded in place of the whole.
+// A part of a body or obstacle that is recorded instead of the whole.
 struct OutputPartCase {
   std::string body;       // of a body or an obstacle
   std::vector<int> rows;  // [first, last], counted from 0, negative from the end; default: all
   std::vector<int> cols;  // [first, last]
-  int every = 1;          // leaves out the rows and columns between every so many
+  int every = 1;          // records every so many rows and columns, and the last ones
   SourceLocation location;
 };
 
@@ -259,8 +258,8 @@ struct Case {
   std::vector<TieCase> tie;            // [[tie]]
 
   std::string path;  // of the case file; base of relative paths
-  // The case as TOML with every default and override, as trajectories store it. In place of
-  // time.accuracy it has the values which that chose.
+  // The case as TOML with every default and override, as trajectories store it. The values chosen
+  // by time.accuracy replace that key.
   std::string resolved_text;
   // Facts about the text that choose_accuracy() (sim/accuracy/accuracy_choice.h) needs.
   bool method_given = false;

@@ -31,7 +31,7 @@ void check_selection(const VertexSelection& vertices, const std::string& owner,
                      const ShapeCase& shape, const std::string& path, const Locations& locations);
 
 // Checks ranges [first, last] of rows and columns, negative from the end, in the image of a shape;
-// empty ranges are none. `path` is that of the table with the keys `rows` and `cols`.
+// an empty range passes. `path` is that of the table with the keys `rows` and `cols`.
 void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
                          const std::vector<int>& cols, const std::string& path,
                          const Locations& locations);

@@ -9,9 +9,9 @@
 namespace weft::sim {
 
 // Returns the candidate that is the fewest edits (insert, delete, replace, swap of neighbours; case
-// ignored) from `name`, the first one of equals. Returns nothing if that takes more edits than a
-// third of the longer word; one edit is always allowed. Cost: length^2 per candidate of similar
-// length.
+// ignored) from `name`, the first one if several are equally near. Returns nothing if that takes
+// more edits than a third of the longer word; one edit is always allowed. Cost: length^2 per
+// candidate of similar length.
 std::optional<std::string> nearest_name(const std::string& name,
                                         const std::vector<std::string>& candidates);
 

@@ -10,8 +10,8 @@
 
 namespace weft::sim {
 
-// The contents of a file, or the reason why it has none that serves as a case, with a hint to add
-// to what was expected.
+// The text of a file or, if it cannot be read as a case, the reason and a hint about what was
+// expected.
 struct FileText {
   std::string text, fault, hint;
 };

@@ -15,7 +15,7 @@ class FrameTimes {
 
   // Returns the time (s) of a frame, counted from 0; nothing after the last one.
   std::optional<double> at(long frame) const;
-  // Returns the number of frames, which rounding may change by one where it is by rate.
+  // Returns the number of frames. Rounding may change it by one, unless times are given.
   double count() const;
   // True if there may be a frame after `from` and not after `to`, s.
   bool are_between(double from, double to) const;

@@ -63,7 +63,7 @@ class RecordedChannels {
   // The tensors of a simulated body.
   struct Surface {
     std::optional<SurfaceTensors> tensors;
-    std::vector<ClampedBy> clamped;  // that they are made for
+    std::vector<ClampedBy> clamped;  // clamped edges that the tensors allow for
     PrincipalValues strain, stress, curvature, moment;
   };
 

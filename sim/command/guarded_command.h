@@ -17,7 +17,7 @@ struct GuardedCommand {
   std::string path;
   bool draws = false;    // the command draws; a crash is then not blamed on the file alone
   bool json = false;     // the message also goes to standard output, as an object
-  bool is_long = false;  // it computes: no limit of CPU time as for reading
+  bool is_long = false;  // the command computes: the CPU limit for reading does not apply
   std::function<int()> run;
 };
 int run_guarded(const GuardedCommand& command);

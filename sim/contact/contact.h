@@ -63,10 +63,10 @@ class Contact {
   // dynamic particle. `force` may have one per particle: obstacles then get their forces, too.
   void add_forces(std::span<Vec3> force) const;
   // Adds these forces in two parts: along normals, contact damping included, and friction. Both
-  // lists have as many entries.
+  // lists have one entry per dynamic particle, or one per particle.
   void add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const;
-  // Adds to the wrench of each body of the scene that is not dynamic what it exerts on dynamic
-  // particles, which are at `position` (m).
+  // Adds the wrench of each non-dynamic body on dynamic particles at `position` (m) to its entry of
+  // `by_body`.
   void add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const;
   // Replaces `particles` by those of obstacles on which add_forces() would act, in order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
@@ -82,12 +82,12 @@ class Contact {
   void visit_blocks(double gamma, const Visit& visit) const;
   // Sets the Coulomb coefficient from now on.
   void set_friction(double friction) { surface_.set_friction(friction); }
-  // From now on, leaves out of the matrix what is negative along a normal, of pairs that part fast
-  // and of terms that are subtracted: for long fixed steps.
+  // From now on, sets negative stiffness and damping of pairs, and the friction slope of subtracted
+  // terms, to zero: for long fixed steps.
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }
   // The part of the matrix that one pair in reach adds: weight_i weight_j block between its
   // particles i and j, if both are dynamic. The block is made positive semi-definite, for
-  // preconditioners. Friction acts in it by the weights, without levers.
+  // preconditioners. Friction enters by the weights, as if its levers equalled them.
   struct Coupling {
     std::span<const int> particles;  // each once
     std::span<const double> weights;

@@ -26,8 +26,8 @@ struct ContactLaw {
 // du / dv_i. u is the velocity of the first feature's closest point less that of the second's, both
 // taken at one place: one feature is extended to the other as a rigid body. Against an obstacle,
 // the obstacle is extended, because it is rigid. Of two dynamic features the second is extended,
-// with the rotation of its edges. No rigid motion of all four points then makes u, so friction
-// takes no power from one, and has neither a resultant nor a torque.
+// with the rotation of its edges. u is zero in every rigid motion of all four points. Friction
+// therefore takes no power from such a motion, and has neither a resultant nor a torque.
 struct Sliding {
   std::array<Mat3, 4> lever;
   Vec3 force{0, 0, 0};        // N, on the first feature

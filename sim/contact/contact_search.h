@@ -111,7 +111,8 @@ class ContactSearch {
     // does not move or has never had a list.
     std::vector<Vec3> snapshot;
     std::vector<Vec3> path_start;  // start of that path; empty if it was a point
-    // The poses of a rigid obstacle given by its pose, instead of both.
+    // Poses that stand for `snapshot` and `path_start` of a rigid obstacle, if it was given by its
+    // pose.
     std::optional<RigidPose> pose, path_start_pose;
     double path_length = 0;  // m, displacements summed over earlier snapshots
     Displacement now;        // at the end of the present path
@@ -132,8 +133,8 @@ class ContactSearch {
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
-  // Finds the displacements of all moving bodies relative to the ends, or to the starts, of the
-  // paths of the lists. Extends their boxes.
+  // Finds the displacements of all moving bodies since their snapshots or, with `from_start`, since
+  // the starts of the paths that end there. Extends the bodies' boxes.
   std::optional<int> track(const PlacedPoints& now, bool from_start = false);
   bool track_pose(const RigidObstacle& obstacle, const PlacedPoints& now, bool from_start);
   bool track_points(int body, std::span<const Vec3> now, bool from_start);

@@ -19,7 +19,7 @@ struct BodyPath {
   int body = 0;
   std::span<const Vec3> start;  // at rest: the same span as `end`
   std::span<const Vec3> end;
-  // A rigid obstacle and its place at both ends. `start` and `end` then only tell if it is swept.
+  // A rigid obstacle and its place at both ends. `start` and `end` then only show if it is at rest.
   const RigidObstacle* obstacle = nullptr;
   std::array<bsi::RigidFrame, 2> frames{};
   bool is_swept() const { return start.data() != end.data(); }

@@ -244,7 +244,7 @@ void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> v
   }
 }
 
-// The first or the second side may be an obstacle.
+// Spin (rad/s) of the side that is not dynamic, if any.
 std::optional<Vec3> SurfaceContact::obstacle_spin(const std::array<int, 4>& nodes) const {
   for (const int node : {nodes[0], nodes[3]}) {
     if (!is_dynamic(node)) return spins_[scene_.body_index_of_point(node)];

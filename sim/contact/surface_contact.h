@@ -49,9 +49,9 @@ struct MollifierForce {
 // (bsi/detail/surface_terms.h). The sum counts the surface once, so the force per area does not
 // depend on the meshes. If both surfaces are dynamic, the samples of each count half.
 //
-// Samples do not see two edges that cross, nor an obstacle's vertex that points into a triangle.
-// Such a pair has a barrier of its own over the last quarter of the range, with as much energy on
-// the shorter way.
+// Samples do not detect two edges that cross, nor an obstacle's vertex that points into a triangle.
+// Pairs of these two kinds have a barrier of their own over the last quarter of the range, with as
+// much energy over this shorter way.
 //
 // A pair (or term) at distance d, with gap g = d - thickness below its range, pushes along its
 // normal with barrier and damping together (materials/contact.h) and rubs across it (Sliding,
@@ -74,8 +74,8 @@ class SurfaceContact {
   void forget_touched() { touched_.assign(touched_.size(), 0); }
   // Sets the Coulomb coefficient from now on.
   void set_friction(double friction) { friction_ = friction; }
-  // From now on, leaves out of stiffness and damping what is negative along a normal, of pairs that
-  // part fast and of terms that are subtracted: for long fixed steps.
+  // From now on, sets negative stiffness and damping of pairs, and the friction slope of subtracted
+  // terms, to zero: for long fixed steps.
   void keep_matrix_definite() { definite_ = true; }
   const RigidObstacles& obstacles() const { return search_.obstacles(); }
   // The device that the search runs on.

@@ -42,7 +42,7 @@ struct OuterForce {
   By by = By::clamp;
   int body = -1;  // index into Scene::bodies: of the clamp's surface, or of the body that pulls
   int pin = -1;   // of a clamp, in the list of its body
-  int tie = -1;   // number of a tie whose force on its body this is, whatever its other end
+  int tie = -1;   // number of the tie that pulls at its own body, whatever its other end is
   Vec3 place{0, 0, 0}, force{0, 0, 0};
 };
 

@@ -11,8 +11,8 @@ namespace weft::sim {
 // vertices are tied.
 class MovingPoints {
  public:
-  // Adds a point that follows `held`, which must outlive this object, or rests if `held` does; it
-  // is at `start` (m) where the motion starts. Returns its number.
+  // Adds a point that the motion of `held` carries along from `start` (m), or that rests if `held`
+  // does. Returns its number. `held` must outlive this object.
   int add(const PrescribedMotion& held, const Vec3& start) {
     return add(held.moves ? &held : nullptr, start);
   }

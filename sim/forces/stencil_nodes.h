@@ -102,7 +102,8 @@ class StencilNodes {
       const LaneIntegers& nodes = nodes_[first / lane_count][node];
       std::array<const double*, lane_count> at;
       for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
-      // A vector built number by number would wait in memory for its last one.
+      // Makes the vector from all numbers at once. If it were built in memory, number by number,
+      // loading it would have to wait for the last one.
       const auto together = [&]<int... lane>(int axis, std::integer_sequence<int, lane...>) {
         return Lanes(Lanes::Vector{at[lane][axis]...});
       };

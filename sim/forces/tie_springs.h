@@ -10,8 +10,8 @@
 
 namespace weft::sim {
 
-// A spring between two points: sum_i coefficient[i] x_i over dynamic particles, plus an anchor
-// where one of the points is not simulated, is the vector d between them. Its energy is
+// A spring between two points. The vector between them, d, is the sum of coefficient[i] x_i over
+// dynamic particles, plus the anchor's part if one of the points is not simulated. The energy is
 //   W = k/2 (|d| - L)^2.
 struct SpringEnds {
   int count = 0;
@@ -25,10 +25,10 @@ struct SpringEnds {
   double length = 0;     // L, m
 };
 
-// The springs of some ties whose ends are not both out of the simulation.
+// Springs of the given ties with at least one simulated end.
 class TieSprings {
  public:
-  // `scene` must outlive the springs if the other end of a tie moves.
+  // `scene` must outlive the springs if an anchor moves.
   TieSprings(const Scene& scene, std::span<const Tie> ties);
 
   const std::vector<SpringEnds>& springs() const { return springs_; }
@@ -36,7 +36,7 @@ class TieSprings {
   MovingPoints& anchors() { return anchors_; }
   // The vector between a spring's points, m.
   Vec3 between(const SpringEnds& spring, std::span<const Vec3> position) const;
-  // The sum of the springs' forces, N. Precondition: anchors are where they belong.
+  // The sum of the springs' forces, N. Precondition: MovingPoints::set_time() if anchors move.
   double load(std::span<const Vec3> position) const;
 
  private:

@@ -30,8 +30,8 @@ class VaryingNumbers {
   }
 
   bool varies() const { return varies_; }
-  // Calls visit(first, last, coefficient) for the runs whose coefficient is another one than at the
-  // last call. Stencils are first .. last - 1.
+  // Calls visit(first, last, coefficient) for the runs whose coefficient has changed since the last
+  // call. Stencils are first .. last - 1.
   template <class Visit>
   void visit_changed(const Instant& now, const Visit& visit) {
     int first = 0;

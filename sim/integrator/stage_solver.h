@@ -23,7 +23,7 @@ namespace weft::sim {
 // its end is certain to keep surfaces apart. The line search stays on that path.
 class StageSolver {
  public:
-  // `newton_count` > 0: this many iterations from `a` on semi-definite matrices, without line
+  // `newton_count` > 0: this many iterations from `a`, with semi-definite matrices and without line
   // search, convergence test or halving. With contact and prescribed motion up to 12 more follow,
   // until the residual velocities are small. 0: iterations until they converge, at most 12 full
   // ones and 20 with a line search.

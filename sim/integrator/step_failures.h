@@ -25,8 +25,8 @@ struct FailurePlace {
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene);
 
-// Returns the failure of every step down to time.minimum_step because of this trouble. For `static`
-// it speaks of loads.
+// Returns the failure of a run in which this trouble failed every step down to time.minimum_step.
+// For `static` the text speaks of loads.
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene);
 
 }  // namespace weft::sim

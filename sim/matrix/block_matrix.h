@@ -91,9 +91,9 @@ class SymmetricBlockMatrix {
   // above. With `backward`, upper_product() goes from the last slot to the first.
   //
   // A block below the diagonal is read from its mirror image, whose columns are its rows: products
-  // come first, and one sum over the three at the end. The three sums start from zeros of their
-  // own. From one zero, g++ 12 would assemble the others in memory from halves, and every row would
-  // wait for that: a quarter of a product's time.
+  // come first, and one sum over the three at the end. Each of the three sums starts from a zero of
+  // its own. If they shared one, g++ 12 would copy it through memory in halves, and every row would
+  // wait for this: a quarter of a product's time.
   Vec3 lower_product(int row, int first, int last, const Vec3* in) const {
     Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
     for (int slot = first; slot < last; ++slot) {

@@ -160,12 +160,12 @@ class Dynamics {
                                                                 std::span<const Vec3> end,
                                                                 bool gap);
 
-  // Positions and velocities of all particles, prescribed ones put where they belong, but for
-  // obstacles that move: those stay where the lists have them. Both lists must be empty or come
-  // from an earlier call: obstacles at rest are written once, however many they are.
+  // Writes positions and velocities of all particles, prescribed ones included. Entries of moving
+  // obstacles stay as they are. Both lists must be empty or come from an earlier call: obstacles at
+  // rest are written only once.
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
-  // Puts obstacles that move where they belong, too: O(their particles).
+  // Writes the same, moving obstacles included: O(their particles).
   void expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
                   std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;
@@ -256,7 +256,7 @@ class Dynamics {
   bool varies_ = false;
   Vec3 gravity_;                           // m/s^2, at the time set
   std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
-  std::vector<Vec3> position_, velocity_;  // of all, where the state does not do
+  std::vector<Vec3> position_, velocity_;  // of all particles, if the state's own do not suffice
   std::vector<RigidPose> poses_;           // of the obstacles that move
   Placing path_start_, path_end_;          // of a path, where obstacles move
   double step_start_ = std::numeric_limits<double>::infinity();  // s

@@ -19,7 +19,7 @@ namespace weft::sim {
 //   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most),
 // with the total mass M and the doubt about that work. `most` is the largest energy put in so far,
 // or the kinetic energy of the start plus that of a fall, if this is more. The fall is by gravity
-// for the time so far (as long as it never turns, if it varies), or by the diagonal of the box
+// for the time so far (if gravity varies, as if it never turned), or by the diagonal of the box
 // around the dynamic bodies' start, whichever is less. e is the error of the tolerance in every
 // component.
 //

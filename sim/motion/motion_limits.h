@@ -34,8 +34,8 @@ class MotionLimits {
   static constexpr double stray_part = 0.1;     // of contact.range
   static constexpr double near_part = 0.125;    // of contact.range: half of the shortest barrier's
   static constexpr double approach_part = 0.8;  // of the distance left
-  // Limits are asked for a step that is longer by this factor, so that rounding shortens no step
-  // that they allow in full.
+  // Limits are computed for a step longer by this factor, so rounding shortens no step that they
+  // allow in full.
   static constexpr double beyond_rounding = 1.0001;
 
   // Scene and dynamics must outlive the limits.
@@ -50,8 +50,8 @@ class MotionLimits {
   // motion. Costs a pass over the particles if an obstacle moves, and nothing if only pins do.
   std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
   Failure failure(double time) const;
-  // Returns the stop time of an integrator that cuts all coming steps by it: far off if the next
-  // step, which is to end at `wanted`, need not be shortened.
+  // Returns the stop time for an integrator that cuts all coming steps at it. The time is far off
+  // if the next step, which should end at `wanted`, need not be shortened.
   static double stop_time(double latest, double wanted) {
     return latest < wanted ? latest : std::numeric_limits<double>::max();
   }

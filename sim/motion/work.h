@@ -6,10 +6,11 @@
 
 namespace weft::sim {
 
-// Work of a run so far. The unit is an iteration of conjugate gradients with block-Jacobi, without
-// contact, at 33^2 vertices. Iterations with multigrid count as one too, although they take up to
-// four times as long.
+// Work of one assembly of the matrices, in the unit of work_of().
 inline constexpr double assembly_work = 5;
+// Returns the work of a run so far. The unit is an iteration of conjugate gradients with
+// block-Jacobi, without contact, at 33^2 vertices. Iterations with multigrid count as one too,
+// although they take up to four times as long.
 inline double work_of(const Dynamics& dynamics, std::int64_t linear_iterations) {
   const Counters& counters = dynamics.statistics().counters;
   return static_cast<double>(linear_iterations) +

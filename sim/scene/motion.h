@@ -26,14 +26,15 @@ struct MotionEvent {
   bool jumps = false;  // the velocity is discontinuous
 };
 
-// A time (s) at which forces are evaluated. Where a value in time jumps, it is the one that holds
-// at `within`, a time of the same step after its start.
+// A time (s) at which forces are evaluated. If a value jumps at that time, the value on the side of
+// `within` counts: another time in the same step, after its start.
 struct Instant {
   double time = 0;
   double within = 0;
 };
 
-// A rigid motion at one time: it tells where points are and how they go on.
+// A rigid motion at one time: the present places, velocities and accelerations of its points follow
+// from their places at t = 0.
 struct RigidPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Vec3 centre{0, 0, 0};
@@ -43,7 +44,7 @@ struct RigidPose {
   Vec3 acceleration{0, 0, 0};
   Vec3 angular_acceleration{0, 0, 0};  // rad/s^2
 
-  // Moves one point (m) and gives its velocity (m/s). A point gets the same bits whoever asks.
+  // Moves one point (m) and gives its velocity (m/s). The bits are the same for every caller.
   void place(const Vec3& start, Vec3& position, Vec3& rate) const;
   Vec3 place(const Vec3& start) const;
   // Returns the point that place() puts at `position`, m.

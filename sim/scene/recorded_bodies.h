@@ -26,8 +26,8 @@ struct RecordedBody {
   int order = 0;                  // index into Scene::case_order
   std::optional<ImagePart> part;  // empty: the whole body
 
-  // Returns `values`, `width` entries for each particle of the body, of those that are recorded.
-  // `memory` holds them for a part.
+  // Returns the entries of recorded particles. `values` has `width` entries for each particle of
+  // the body. For a part, `memory` holds the result.
   template <class Entry>
   std::span<const Entry> of_recorded(std::span<const Entry> values, int width,
                                      std::vector<Entry>& memory) const {

@@ -196,7 +196,7 @@ void apply_initial_motions(Scene& scene) {
   }
 }
 
-// The body whose particles, or points, include a number; `first` has the first number of each.
+// Index of the body that has this particle or point; `first` is the member with its start.
 int body_index_of(const std::vector<SceneBody>& bodies, int SceneBody::*first, int number) {
   const auto after = std::ranges::upper_bound(bodies, number, {}, first);
   return static_cast<int>(after - bodies.begin()) - 1;

@@ -89,16 +89,16 @@ struct TimedHold {
   Vec3 centre{0, 0, 0};  // m, default centre of the motion: their mean when the pin took hold
 };
 
-// Bodies and obstacles with their particles. Particles are numbered through: first those of dynamic
-// bodies, then those of bodies that are held as a whole, then those of obstacles.
+// Bodies and obstacles with their particles. Particles are numbered consecutively: first those of
+// dynamic bodies, then those of bodies that are held as a whole, then those of obstacles.
 //
 // A body is held as a whole if all its vertices are pinned, either at rest or by one motion. It
 // then counts as an obstacle: it has no forces, no rows in matrices and no part in state vectors
 // and energies. If all bodies are held as a whole, all stay dynamic.
 //
 // All pins of a body that has a timed one are timed. In the scene of a case their particles are
-// free; only the scenes that hold_timed_pins() (timed_pins.h) makes from it, one for the time
-// between two changes of pins, say which of them are held. Simulation integrates these.
+// free. For each time between two changes of pins, hold_timed_pins() (timed_pins.h) makes a scene
+// from it in which they are held; Simulation integrates these scenes.
 struct Scene {
   Case source;
   std::vector<SceneBody> bodies;  // dynamic ones, then held ones, then obstacles

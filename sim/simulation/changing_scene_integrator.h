@@ -23,7 +23,7 @@ bool changes_in_time(const Scene& scene);
 // The method begins anew at every change. States are those of the whole scene, with held vertices
 // in their place.
 //
-// A vertex that is let go keeps the velocity of its pin; where that jumps at the time, the one
+// A vertex that is let go keeps the velocity of its pin; if that jumps at this time, the velocity
 // before the jump. A vertex that is taken hold of gets the velocity of its pin at once.
 class ChangingSceneIntegrator final : public Integrator {
  public:
@@ -51,8 +51,7 @@ class ChangingSceneIntegrator final : public Integrator {
   [[nodiscard]] bool transfer(StateArchive& archive) override;
   std::string decision() const override { return stage_->integrator->decision(); }
 
-  // The dynamics with the vertices that are held at time() and the ties that are intact, of all
-  // bodies.
+  // The dynamics of all bodies, with the vertices held and the ties intact at time().
   Dynamics& dynamics() const { return stage_->dynamics; }
   // The integrator inside if bodies may sleep, else null. Changes with the scene.
   SleepingIntegrator* sleeping() const { return stage_->sleeping; }

@@ -23,11 +23,11 @@ bool may_sleep(const Scene& scene);
 // bodies sleep, a dynamics and an integrator of the awake ones alone compute the states.
 //
 // A body may sleep if it is at rest (rest_watch.h), none of its pins moves or is still to take hold
-// or let go, it is not tied to what moves by prescription, no obstacle moves near it and no curve
-// that acts on it (scene_curves.h) changes within the next half second. Bodies in contact with each
-// other, or tied to each other, fall asleep and wake together. At least one body stays awake.
-// Bodies fall asleep only if they make up a tenth of the awake vertices, since the method then
-// begins anew.
+// or let go, it is not tied to anything whose motion is prescribed, no obstacle moves near it and
+// no curve that acts on it (scene_curves.h) changes within the next half second. Bodies in contact
+// with each other, or tied to each other, fall asleep and wake together. At least one body stays
+// awake. Bodies fall asleep only if they make up at least a tenth of the awake vertices, since the
+// method then begins anew.
 //
 // Sleeping bodies are obstacles at rest to all others. A step in which any evaluation of the forces
 // finds one in reach of an awake body, in which an obstacle may have come near it, or in which a

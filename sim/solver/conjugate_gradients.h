@@ -11,10 +11,10 @@
 
 namespace weft::sim {
 
-// Without contact, products with A are first in single precision, which has no contact terms. That
-// phase ends at convergence or at negative curvature, which rounding can feign for a stiff body.
-// The residual of A itself is then formed in double. If it exceeds the goal, or is more than twice
-// the single-precision one, iterations go on with products in double.
+// Without contact, products with A are single precision at first, if the preconditioner has them.
+// At convergence, or negative curvature (perhaps from rounding), the residual is formed in double.
+// Products in double follow if it exceeds the goal or, with an error goal, twice the earlier
+// residual.
 class ConjugateGradients {
  public:
   struct Outcome {
@@ -25,7 +25,7 @@ class ConjugateGradients {
     bool multigrid = false;  // preconditions the last iteration
     int multigrid_set_ups = 0;
   };
-  // When a solution is good enough.
+  // The conditions under which a solution is good enough.
   struct Goal {
     // Upper bound of the weighted residual's 2-norm (velocity rows, divided by mass). No particle
     // may exceed ten times the mean that this bound implies.

@@ -21,8 +21,8 @@ struct Prolongation {
   int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
 
   // Rows by fine node: the coarse nodes that it is interpolated from (at most four, ascending),
-  // with bilinear weights in texels. A fixed node has none. The weights sum to 1 unless some of the
-  // coarse nodes have no free node.
+  // with bilinear weights in texels. A fixed node has none. The weights sum to 1, unless coarse
+  // nodes are left out because only fixed nodes depend on them.
   std::vector<int> row_start, column;
   std::vector<float> weight;
   // The transpose by coarse node: its fine nodes, at least one, in ascending order.
@@ -34,9 +34,9 @@ struct Prolongation {
   void add_to(std::span<const Vec3> coarse, std::span<Vec3> fine, int threads) const;
 };
 
-// Returns the prolongations from the particles of the dynamic bodies to the coarsest level, at
-// least one. If nothing can be coarsened, the coarsest level has all free particles. A particle
-// that several patches share has one node on every level that keeps it. O(texels).
+// Returns one prolongation per coarser level of the dynamic bodies, finest first. If nothing can be
+// coarsened, there is one, from a level of all free particles. A particle that several patches
+// share has one node on every level that keeps it. O(texels).
 std::vector<Prolongation> coarsen_images(const Scene& scene);
 
 }  // namespace weft::sim

@@ -14,8 +14,8 @@
 namespace weft::sim {
 
 // Multigrid is chosen if gamma times the highest frequency makes it worth its set-up, or if
-// time.preconditioner names it. Otherwise block-Jacobi is used. It also replaces multigrid for a
-// matrix that is not positive definite.
+// time.preconditioner names it. Otherwise block-Jacobi is used. For a matrix that is not positive
+// definite, block-Jacobi replaces multigrid.
 //
 // The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If that happens
 // within a solve, they are rebuilt at once, and with every new K until the tenth assembly after it.

@@ -40,8 +40,8 @@ StateView VelocitySystem::with_free_positions(const StateView& right) {
   return {free_position_, right.velocity};
 }
 
-// Forms M b_v - gamma K b_x. K b_x comes from the block matrix of K alone, without D, and from the
-// stiffness of the contact pairs.
+// Forms M b_v - gamma K b_x, contact included. If D is joined to K, subtracting damping_product()
+// removes D's share.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const double gamma = matrix_.gamma();

@@ -22,9 +22,8 @@ class Rounding {
   // Takes the largest power of two that changes no number by more than `error` (> 0).
   explicit Rounding(double error);
 
-  // Replaces numbers by the nearest multiples, which Number holds: it holds the numbers
-  // themselves. Numbers so large that all near them are multiples stay as they are, as infinity and
-  // NaN do.
+  // Replaces numbers by the nearest multiples, which a Number holds exactly. Larger numbers, near
+  // which all are multiples anyway, stay as they are, and so do infinity and NaN.
   template <class Number>
   void apply(std::span<Number> numbers) const {
     if (quantum_ == 0) return;

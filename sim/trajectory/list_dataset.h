@@ -17,8 +17,8 @@ hdf5::Handle create_list(const hdf5::Access& access, hid_t group, const std::str
 void append_to_list(const hdf5::Access& access, hid_t dataset, hsize_t start,
                     std::span<const double> values, int components, const std::string& action);
 
-// Properties of groups that know the order in which their members were created, in which readers
-// list them.
+// Properties of groups that record the order in which their members are created; readers list them
+// in that order.
 hdf5::Handle ordered_group();
 // Creates the groups that a path names above its last part, unless they exist. Throws FileError.
 void create_groups_above(const hdf5::Access& access, hid_t file, const std::string& path);

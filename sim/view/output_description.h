@@ -11,8 +11,8 @@ namespace weft::sim {
 // records and steps come on top, some hundred bytes for each frame and step.
 double image_bytes(const Scene& scene);
 
-// Says how many frames are recorded, of which bodies and fields, how they are stored, how much disk
-// space that takes, and what is skipped.
+// Prints how many frames are recorded, of which bodies and fields, how they are stored, how much
+// disk space that takes, and what is skipped.
 void describe_output(const Scene& scene, std::ostream& out);
 
 }  // namespace weft::sim

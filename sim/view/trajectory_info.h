@@ -27,7 +27,7 @@ struct BodySummary {
 
 struct SeriesSummary {
   std::string name, units;
-  // Over all frames; zero without frames. The extremes leave out values that are not finite;
+  // Values over all frames; zero without frames. The extremes leave out values that are not finite;
   // without finite values, has_extremes is false and both are zero.
   double last = 0, minimum = 0, maximum = 0;
   bool has_extremes = false;
