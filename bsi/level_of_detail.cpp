@@ -72,7 +72,7 @@ class Ruler {
     return positions_[atlas.particle_of_texel(atlas.first_texel(patch_) + vertex)];
   }
 
-  // Returns false, and measures no more, where the tolerance is exceeded.
+  // Returns false, and stops measuring, if the tolerance is exceeded.
   bool measure(const DetailPatch& patch, const DetailTriangle& triangle);
 
   // The largest distance that was found within the tolerance.

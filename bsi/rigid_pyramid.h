@@ -62,7 +62,8 @@ class RigidPyramid {
   double largest_quad_ = 0;  // m, largest distance of two corners of a quad
 };
 
-// Returns a box of the frame as it lies in space. It contains the box that the kernels make.
+// Returns a box in space around the placed box `own` of the frame. It contains the box that the
+// kernels make.
 Box placed_box(const BoxTree& tree, const Box& own);
 
 }  // namespace weft::bsi

@@ -138,7 +138,8 @@ void add(TraversalCounters& total, const DescentCounters& part) {
   total.certified += part.certified;
 }
 
-// Replaces every pair that can be expanded unless `keep` keeps it. Returns false if there is none.
+// Replaces every pair that can be expanded by the pairs of its children, unless `keep` selects it.
+// Returns false if it replaced none.
 template <class Keep>
 bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, DescentCounters& counters,
                 const Keep& keep) {

@@ -16,7 +16,7 @@ namespace {
 constexpr int pair_lists = 32;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
-// Returns a float32 number that is not less, the smallest one.
+// Returns the smallest float32 number that is at least `value`.
 float rounded_up(double value) {
   const auto rounded = static_cast<float>(value);
   if (static_cast<double>(rounded) >= value) return rounded;

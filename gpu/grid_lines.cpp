@@ -36,8 +36,8 @@ Axis measure(const bsi::Atlas& atlas, int number, Direction direction,
   return {is_down ? patch.quad_rows() : patch.quad_cols(), count == 0 ? 0 : sum / count};
 }
 
-// Returns the side of a cell, m: a whole number of edges of the longest axis, which splits it into
-// about most_cells. If a number near that divides the axis's quads, it is taken.
+// Returns the side of a cell, m: a whole number of edges of the longest axis, for about most_cells
+// cells. A slightly larger number is preferred if it divides the axis's quads.
 double cell_size(const Axis& longest) {
   const double wanted = std::max(1.0, static_cast<double>(longest.quads) / most_cells);
   int step = static_cast<int>(std::ceil(wanted));

@@ -153,7 +153,7 @@ void Projection::set_up(const BatchTriangle& triangle) {
   drawn.surface = triangle.surface;
   drawn.is_front = twice_area < 0;  // the picture's y points downwards
   drawn.nearness = plane_through(points, nearness, twice_area);
-  // The slack is some roundings of a float of the triangle's size.
+  // The slack allows for a few roundings of floats of the triangle's size.
   const double slack_in_pixels = 1e-6 * (high - low).sum();
   for (int i = 0; i < 3; ++i) {
     std::array<double, 3> values{};

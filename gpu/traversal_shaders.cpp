@@ -52,9 +52,9 @@ layout(std430, binding = 2) writeonly buffer PairsOut { uvec4 pairs_out[]; };
 layout(std430, binding = 7) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 uniform uint list_in, list_out, list_leaves, pair_capacity, leaf_capacity;
 
-// The children of a block in the level below, or the block itself. Child i is
-// first + (i & mask_u), plus (i >> mask_u) * stride for the next row. Both children of a group have
-// a level of their own; differences of unsigned numbers may be negative.
+// The children of a block in the level below, or the block itself. Child i is block first + (i &
+// mask_u) + (i >> mask_u) * stride. The two children of a group are on levels of their own, so
+// level_step and stride may be negative (modulo 2^32).
 struct Children { uint level, level_step, first, stride, mask_u, count; };
 Children children_of_group(Level group) {
   uint first = levels[group.first_child].first;
@@ -62,7 +62,7 @@ Children children_of_group(Level group) {
                   levels[group.second_child].first - first, 0u,
                   group.second_child == group.first_child ? 1u : 2u);
 }
-// In a pair with a group, patches are kept whole.
+// A patch that is paired with a group is kept whole.
 Children children_of(uint block, uint number, bool with_group) {
   Level level = levels[number];
   if (is_group(level)) return children_of_group(level);
@@ -135,7 +135,7 @@ bool cannot_touch(Query query, uvec4 pair) {
   return certified(bound, query.certificate_margin);
 }
 
-// As touch() of bsi/kernels/box_lanes.h.
+// Works as touch() of bsi/kernels/box_lanes.h.
 bool touch(vec4 a, vec4 b, float sphere_reach) {
   precise float reach = (a.w + (b.w + sphere_reach)) * touch_factor;
   precise float square = reach * reach;
@@ -221,7 +221,7 @@ uvec4 corners_of(Level level, Quad quad) {
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col)),
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col + 1u)));
 }
-// The bounds of a quad's leaves: of both triangles, or of the quad in the first.
+// The bounds of a quad's leaves: its two triangles or, in `first`, the whole quad.
 struct Leaves { Box first, second; };
 Leaves bound_leaves(uvec4 corner, bool swept) {
   Box diagonal = join(bound_vertex(corner.y, swept), bound_vertex(corner.z, swept));

@@ -16,9 +16,8 @@ namespace {
 // onto itself. Level 2 has four, if the axis has this number of quads.
 constexpr int fewest_round_a_wrap = 5;
 
-// Marks patches that hold a particle by two of their texels, or hold one by an inner texel that
-// another texel anywhere holds, too. Blocks beside such a seam could touch each other more than
-// once.
+// Marks a patch if two of its texels share a particle, or if an inner texel shares its particle
+// with any other texel. Blocks beside such a seam could touch each other more than once.
 void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   if (atlas.is_identity()) return;
   const int patches = static_cast<int>(atlas.patches().size());
@@ -138,7 +137,7 @@ void Borders::keep_ends() {
     if (!side.is_closed) kept_[side.particles.front()] = kept_[side.particles.back()] = 1;
   }
   keep_junctions();
-  // A ring on which nothing is kept begins at its lowest number, on whichever patch it is seen.
+  // A ring without a kept particle gets one: that with the lowest number, the same for every patch.
   for (const Side& side : sides_) {
     const bool is_ring = std::ranges::none_of(side.particles, [&](int p) { return kept_[p] != 0; });
     if (is_ring) kept_[std::ranges::min(side.particles)] = 1;
@@ -202,7 +201,7 @@ void Borders::add_stretch(const Side& side, std::size_t begin, std::size_t end) 
   ++joined_[stretches_.back().ends()];
 }
 
-// Returns the number of blocks of the side's patch along so many edges.
+// Returns the number of blocks of the side's patch along this number of edges.
 int Borders::parts_wanted(const Side& side, int edges) const {
   const Patch& size = pyramid_.atlas().patches()[side.patch];
   const int last = pyramid_.levels(side.patch) - 1;
@@ -215,7 +214,8 @@ int Borders::parts_wanted(const Side& side, int edges) const {
   return static_cast<int>((std::int64_t{edges} * blocks + quads - 1) / quads);
 }
 
-// Stretches between the same two ends are kept apart by a sample inside, and a ring by two.
+// Gives a stretch a sample inside if another one has the same ends, and a ring two. Otherwise
+// different stretches would become the same edge.
 void Borders::part_neighbours() {
   for (Stretch& stretch : stretches_) {
     const bool is_alone = joined_[stretch.ends()] == 1 && !direct_.contains(stretch.ends());

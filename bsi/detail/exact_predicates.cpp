@@ -75,7 +75,8 @@ class Expansion {
   }
 
  private:
-  // Six products of three differences, each of 2 x 2 x 2 products of three doubles of 4 terms.
+  // A determinant has six products of three differences. Each expands into 2 x 2 x 2 products of
+  // three doubles, of up to 4 terms.
   static constexpr int most_terms = 6 * 8 * 4;
   std::array<double, most_terms> term_;
   int count_ = 0;

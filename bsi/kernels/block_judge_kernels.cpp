@@ -29,7 +29,8 @@ WEFT_INLINE void read_vertices(const BoxTree& tree, BoxNode node, BlockVertices&
   }
 }
 
-// Vertices of the corners of leaf 4 k + 2 r + c. The triangles of a quad share their last two.
+// Vertices at the corners of leaf 4 k + 2 r + c: triangle k of the quad in row r and column c. The
+// two triangles of a quad share their last two corners.
 constexpr int corner_vertex[3][8] = {
     {0, 1, 4, 5, 5, 6, 9, 10}, {1, 2, 5, 6, 1, 2, 5, 6}, {4, 5, 8, 9, 4, 5, 8, 9}};
 

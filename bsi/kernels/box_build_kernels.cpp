@@ -108,8 +108,8 @@ inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   }
 }
 
-// 2^k quads are blocks of two. 2^k - 1 quads (an image of 2^k vertices) are a single one and then
-// blocks of two. Hence there are few runs.
+// Bounds runs of blocks of two quads, and between them single blocks of one. There are few runs:
+// 2^k quads are one, and 2^k - 1 quads (an image of 2^k vertices) are a single block and one run.
 void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
                   BoundRow out) {
   for (int u = 0; u < blocks;) {

@@ -308,7 +308,8 @@ WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList&
   unsigned left = 0;
   for (int i = 0; i < end - pairs; ++i) {
     const NodePair pair = nodes_of(list, pairs[i]);
-    // The window of two diagonal children is their parent, which is not proved apart.
+    // The window of two diagonal children is their parent, for which the certificate has failed
+    // already.
     const bool is_parent = itself && pair.a.u != pair.b.u && pair.a.v != pair.b.v;
     if (is_parent || !cannot_touch(query, pair, counters)) left |= 1U << i;
   }

@@ -45,11 +45,11 @@ double tolerance_at(const Case& source, double error_rate);
 // True if choose_accuracy() has set a tolerance, not a step.
 bool has_chosen_tolerance(const Case& source);
 
-// Applies `time.accuracy` if it is given and not settled yet. Among the methods that reach it
-// within a factor 3 it chooses the cheapest, otherwise the one with the smallest factor; a method
-// that the case gives is kept. Writes the choice to Case::accuracy_choice. Tolerances stay within
-// what contact allows. Throws CaseError, with the table's range, for an accuracy outside the table,
-// and for a method that is not in it.
+// Applies `time.accuracy` if it is given and not settled yet. It chooses the cheapest method whose
+// CalibrationRow::factor is at most 3 or, without such a method, the one with the smallest factor.
+// A method that the case names is kept. Writes the choice to Case::accuracy_choice. Tolerances stay
+// within what contact allows. Throws CaseError, with the table's range, for an accuracy outside the
+// table, and for a method that is not in it.
 void choose_accuracy(Case& target);
 
 }  // namespace weft::sim

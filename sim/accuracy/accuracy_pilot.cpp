@@ -153,7 +153,7 @@ bool Pilot::fails(const TimeCase& time) {
   return false;
 }
 
-// Returns true if the run with these options takes more work than all steps of verlet.
+// Returns true if the run with these options takes more work than a whole run of verlet.
 bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   const auto scene = scene_with(target_, time);
   Statistics statistics;

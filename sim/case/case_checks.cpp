@@ -207,7 +207,8 @@ class Checker {
     }
   }
 
-  // Refuses what changes in time where there is none: an equilibrium has a load instead.
+  // Refuses settings that change in time if an equilibrium is sought: it has a load instead of a
+  // time.
   void equilibria() const {
     if (!traits_of(case_.time.method).finds_equilibria()) return;
     Case copy = case_;  // describe() takes a case that it could change

@@ -97,8 +97,8 @@ struct Table {
 // lists must not grow except by `append` while the description is in use.
 Table describe(Case& target);
 
-// The fields of the tables that a field of a Varying takes instead of a constant: those of a curve,
-// with the field's unit and limits, and those of a gust.
+// The fields of the tables that can replace the constant of a Varying field: those of a curve, with
+// the field's unit and limits, and those of a gust.
 template <class Value>
 Table describe_curve(CurveCase<Value>& target, const Field& of);
 extern template Table describe_curve(CurveCase<double>&, const Field&);

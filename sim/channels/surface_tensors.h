@@ -53,8 +53,8 @@ class SurfaceTensors {
                  std::span<const ClampedEdge> clamped = {}, std::span<const char> held = {});
 
   // Finds the deformation at the positions (m) and velocities (m/s) of the body's particles,
-  // followed by those of the ghosts of clamped edges. The functions that follow tell about it; each
-  // costs O(particles).
+  // followed by those of the ghosts of clamped edges. The functions below describe this
+  // deformation; each costs O(particles).
   void place(std::span<const Vec3> position, std::span<const Vec3> velocity,
              const DampingTimes& damping);
   // Green strain, (F^T F - 1) / 2.
@@ -76,8 +76,8 @@ class SurfaceTensors {
     Eigen::Matrix2d inverse_edges;  // of the rest edges 0->1, 0->2 in the rest plane, 1/m
     double area = 0;                // at rest, m^2
   };
-  // The edges of a triangle that bend. Border edges have no angle; theirs is set to the value of
-  // least energy, which adds to the shapes of the others.
+  // The edges of a triangle that bend. A border edge has no angle of its own. It gets the one of
+  // least energy, which depends on the others and enters their `curvature`.
   struct Hinges {
     std::array<int, 3> across{-1, -1, -1};   // node beyond the edge opposite each node
     std::array<double, 3> rest_angle{};      // rad

@@ -14,8 +14,8 @@ namespace weft::sim {
 
 namespace {
 
-// Median seconds of a search as the contact search makes them: everything that moves rebuilt, every
-// pair of neighbouring bodies asked for.
+// Returns the median time (s) of a search as the contact search makes it: all moving bodies are
+// rebuilt, and all pairs of neighbouring bodies are queried.
 double measure(PairSearch& search, const Scene& scene) {
   std::vector<Vec3> room;
   const std::span<const Vec3> all =
@@ -35,7 +35,7 @@ double measure(PairSearch& search, const Scene& scene) {
   }
   std::vector<std::vector<bsi::LeafPair>> found;
   bsi::TraversalCounters counters;
-  // The first time compiles, and makes room.
+  // The first search compiles shaders and allocates memory: it is not measured.
   search.rebuild(every);
   search.find(queries, found, counters);
   std::array<double, 5> seconds{};

@@ -61,7 +61,7 @@ void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
   }
 }
 
-// A point strays by no more than its particles do, each times the size of its weight.
+// A point strays by at most the sum of its particles' strays, each times the size of its weight.
 PointStray Contact::on_surface(const PathStray& stray) {
   if (scene_.surface_map.is_identity() || stray.body.empty()) return {stray.body, stray.particle};
   body_stray_.assign(scene_.bodies.size(), 0.0);
@@ -191,7 +191,7 @@ double Contact::energy() const {
   return sum;
 }
 
-// out += sum over the pairs of weight_i n block(pair) n . sum_j weight_j in_j.
+// Adds to out_i, for each pair, weight_i n block(pair) (n . sum_j weight_j in_j) with its normal n.
 template <class Block>
 void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
                                 std::span<Vec3> out) const {

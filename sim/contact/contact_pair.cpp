@@ -19,10 +19,10 @@ Mat3 cross_matrix(const Vec3& v) {
   return matrix;
 }
 
-// The turning of the surface along e1 and e2, as it follows from their rates:
+// The angular velocity of the surface along e1 and e2 follows from their rates:
 //   omega = turn_1 e1' + turn_2 e2',
-// that of the normal m, with half the difference of the in-plane rates about m. Exact where the
-// motion is rigid. With the dual vectors g_k of e_k in the plane and q_k = m x g_k:
+// the rotation of the normal m plus half the vorticity of the motion in the plane. It is exact if
+// the motion is rigid. With the dual vectors g_k of e_k in the plane and q_k = m x g_k:
 //   m' = -sum_k g_k (m . e_k'),  omega = m x m' + 1/2 m sum_k (q_k . e_k').
 std::optional<std::array<Mat3, 2>> turning(const Vec3& e1, const Vec3& e2) {
   const Vec3 across = e1.cross(e2);

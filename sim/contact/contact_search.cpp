@@ -19,8 +19,8 @@ constexpr double lost_distance = 1e15;  // m
 // less of it more new boxes.
 constexpr double room = 0.125;
 
-// A quarter of the mean edge: lists a few times longer than what touches, and rebuilt every few
-// tens of steps.
+// A quarter of the mean edge: lists are then a few times longer than necessary, and rebuilt every
+// few tens of steps.
 double default_slack(const Scene& scene) {
   double sum = 0;
   std::size_t count = 0;
@@ -335,7 +335,8 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
   }
   // From one straight path to another, distances change by no more than between their starts or
   // between their ends. Hence the lists of one path also serve those beside it, such as the paths
-  // of Newton's iterations: these start at one place and end near each other, far away.
+  // of Newton's iterations: all of these start at one place and end near each other, far from that
+  // place.
   if (const auto bad = track(start, true)) return bad;
   for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
   if (const auto bad = track(end)) return bad;

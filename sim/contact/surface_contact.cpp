@@ -436,7 +436,7 @@ std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, s
   // something.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
   const PointStray& stray = demand.stray;
-  // With the largest stray of the whole group; that of a single pair may be less.
+  // The cheap test uses the largest stray of the whole group; that of a single pair may be less.
   double largest = half;
   if (!stray.body.empty())
     largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];

@@ -87,8 +87,8 @@ class SurfaceContact {
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedPoints& start,
                                                        const PlacedPoints& end,
                                                        const PointStray& stray);
-  // Checks the way to a point on the straight path of a step that has been found free. No gap is
-  // demanded at its end or on the way: surfaces must only not meet.
+  // Checks part of the straight path of a step that has been found free: up to a point on it. No
+  // gap is required there or on the way; surfaces need only not meet.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedPoints& start,
                                                            const PlacedPoints& end);
   // Finds the smallest gap (m) within the range at `position`; infinite if there is none. Returns a

@@ -125,7 +125,7 @@ class ClampForce final : public Force {
   }
   void attach(const BlockPattern& /*pattern*/) override {}
 
-  // K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T C B, as of bending.
+  // K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T C B, as for bending.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int /*threads*/) override {
     for (const ClampedTriangle& triangle : triangles_) {
@@ -277,7 +277,7 @@ void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
 
 }  // namespace
 
-// Clamps that do not hold at the time leave a force without triangles: the energies of a run keep
+// If no clamp holds at the time, the force exists without triangles: the energies of a run keep
 // their names.
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   if (!has_clamps(scene.source)) return nullptr;

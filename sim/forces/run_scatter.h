@@ -29,7 +29,7 @@ class RunScatter {
     for (int node = 0; node < Nodes; ++node)
       is_next &= !Layout::follows(node) || nodes[node - 1].values[0] == next_[node];
     if (!is_next) finish();
-    std::array<Lanes, 3> later{};  // values of the next node for particles of this one
+    std::array<Lanes, 3> later{};  // values of node + 1 at the particles of this node
 #pragma GCC unroll 8
     for (int node = Nodes - 1; node >= 0; --node) {
       std::array<Lanes, 3> here;

@@ -122,8 +122,8 @@ class TieForce final : public Force {
 
 }  // namespace
 
-// Ties that have broken or sleep leave a force without springs: the energies of a run keep their
-// names.
+// If all ties have broken or sleep, the force exists without springs: the energies of a run keep
+// their names.
 std::unique_ptr<Force> make_tie_force(const Scene& scene) {
   if (scene.source.tie.empty()) return nullptr;
   return std::make_unique<TieForce>(TieSprings(scene, scene.ties));

@@ -11,8 +11,8 @@
 
 namespace weft::sim {
 
-// The coefficients of all stencils of an array. They are equal, at any time, in runs of stencils
-// that are added one after the other.
+// The coefficients of all stencils of an array. At any time they are equal within each run of
+// stencils that one append() added.
 class VaryingNumbers {
  public:
   using Coefficient = std::function<double(const Instant&)>;
@@ -50,7 +50,8 @@ class VaryingNumbers {
     visit_changed(now, [&](int, int, double) { changed = true; });
     if (changed) target = numbers();
   }
-  // Returns the coefficients of the last call; those that vary are not a number before.
+  // Returns the coefficients of the last visit_changed() or update(). Before the first, those that
+  // vary are NaN.
   StencilNumbers numbers() const {
     StencilNumbers numbers;
     int first = 0;

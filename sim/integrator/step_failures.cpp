@@ -31,7 +31,8 @@ Reason reason_of_steps(StepTrouble trouble, const std::string& shortest) {
   }
 }
 
-// `static` has loads instead of steps. The time follows, which is that of the last load.
+// Returns the reason for `static`, which has loads instead of steps. The message goes on with the
+// time of the last load.
 Reason reason_of_loads(StepTrouble trouble) {
   switch (trouble) {
     case StepTrouble::surfaces:

@@ -50,8 +50,9 @@ struct ForceParts {
   std::vector<Vec3> own;  // of their bodies, air, gravity and mass damping
   // Contact: along the normals, contact damping included, and friction. Zero without contact.
   std::vector<Vec3> contact, friction;
-  std::vector<Vec3> support;      // that which pins exert, the inertia of what they hold included
-  std::vector<Wrench> obstacles;  // by body of the scene: contact with it if it is not dynamic
+  std::vector<Vec3> support;  // exerted by pins, with the inertia of what they hold
+  // Contact forces of each body of the scene that is not dynamic; zero for others.
+  std::vector<Wrench> obstacles;
   std::vector<OuterForce> outer;  // of clamps and ties
 };
 
@@ -67,7 +68,7 @@ struct Linearisation {
 };
 
 // Evaluates forces and their derivatives at states that the caller holds. It keeps only the results
-// of the last evaluation: the matrices K and D, the pairs in contact, and the surfaces between
+// of the last evaluation: the matrices K and D, the pairs in contact, and the candidates among
 // which these were found.
 class Dynamics {
  public:
@@ -110,7 +111,7 @@ class Dynamics {
                        double gamma, std::span<const Vec3> residual);
   // The arguments of the last assembly.
   const Linearisation& linearisation() const { return linearisation_; }
-  // Repeats that assembly, contact included.
+  // Repeats an assembly from its arguments, contact included.
   void assemble_again(const Linearisation& place);
   // D times the residual of the last assembly (N s, by particle). Empty if that was not joined, or
   // if there is no D.
@@ -174,9 +175,9 @@ class Dynamics {
   // Computes the energies at (t, y), but takes that of contact from the last rate(), whose state is
   // within a step's tolerance of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
-  // Power (W) of external forces on the free particles, positive if wind drives them, and of moving
-  // points outside the state on forces. Without prescribed motion it costs one evaluation of those
-  // forces alone.
+  // Power (W) of external forces on the free particles, positive if wind drives them, plus the
+  // power that moving points outside the state put into forces. Without prescribed motion it costs
+  // one evaluation of those forces alone.
   double external_power(double time, std::span<const double> y);
   bool has_external_forces() const;
   // Gravity (m/s^2) at a time, on the side of a jump that begin_step() implies.
@@ -193,7 +194,7 @@ class Dynamics {
   // counted in the statistics' force evaluations. Cost: an evaluation of the forces.
   void find_force_parts(double time, std::span<const double> y, ForceParts& parts);
   // Finds the largest l / L - 1 over the edges of all bodies. `particle` is the first end of that
-  // edge, as triangles list it; the first edge of equals counts.
+  // edge, as triangles list it; of equal edges the first counts.
   struct LargestStretch {
     double value = 0;
     int particle = 0;

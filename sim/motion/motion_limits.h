@@ -76,7 +76,7 @@ class MotionLimits {
   };
   // A part of a body: the box around some of its triangles.
   struct Block {
-    Eigen::AlignedBox3d box;    // of an obstacle: a larger one until place() has been called
+    Eigen::AlignedBox3d box;    // of an obstacle: a larger one while is_placed is false
     Eigen::AlignedBox3d start;  // of an obstacle, where its motion starts
     bool is_placed = false;     // of an obstacle: `box` fits
     std::vector<int> points;    // of the surface, global

@@ -17,7 +17,7 @@ struct SceneBody;
 struct ClampedEdge {
   int triangle = 0;     // index into the body's mesh
   int edge = 0;         // opposite node `edge` of the triangle
-  Vec3 ghost{0, 0, 0};  // m, place at t = 0 from which the pin's motion leads to the ghost's
+  Vec3 ghost{0, 0, 0};  // m, place at t = 0 that the pin's motion carries to the ghost's
 };
 
 // Returns the edges that a clamp holds, by triangle. `held` are its particles (global indices,

@@ -23,8 +23,8 @@ class SplineSurface;
 // The surface of a body on which contact acts, where its points are not the particles themselves:
 // an image of points that are combinations of the body's particles.
 struct SampledSurface {
-  // Precondition: `map` has a point for each of the atlas; indices are local to the body. `rest`:
-  // the body's particles, undeformed. Throws as bsi::build_mesh().
+  // Precondition: `map` has one point per point of the atlas; indices are local to the body.
+  // `rest`: the body's particles, undeformed. Throws as bsi::build_mesh().
   SampledSurface(bsi::Atlas image, SurfaceMap particles_to_points, std::span<const Vec3> rest);
 
   bsi::Atlas atlas;  // of points
@@ -84,7 +84,7 @@ struct TimedPin {
 struct TimedHold {
   int pin = 0;  // index into Scene::timed_pins
   std::vector<int> particles;
-  std::vector<Vec3> start;  // m, places at t = 0 from which the pin's motion leads to theirs
+  std::vector<Vec3> start;  // m, places at t = 0 that the pin's motion carries to theirs
   std::vector<ClampedEdge> clamped;
   Vec3 centre{0, 0, 0};  // m, default centre of the motion: their mean when the pin took hold
 };

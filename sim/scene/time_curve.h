@@ -32,7 +32,7 @@ class TimeCurve {
 extern template class TimeCurve<double>;
 extern template class TimeCurve<Vec3>;
 
-// The times that matter to those who take steps along a curve.
+// The times that matter when steps are chosen along a curve.
 struct CurveTimes {
   // Corners and jumps after t = 0, where steps must end.
   std::vector<MotionEvent> events;

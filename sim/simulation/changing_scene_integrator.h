@@ -29,8 +29,8 @@ class ChangingSceneIntegrator final : public Integrator {
  public:
   // `whole` is the dynamics of `scene`; both must outlive the integrator.
   ChangingSceneIntegrator(const Scene& scene, Dynamics& whole);
-  // Sets a function that is called as that of SleepingIntegrator: after pins or ties have changed,
-  // and after bodies have fallen asleep or woken. Must be set before the first step.
+  // Sets a function that is called after pins or ties have changed and, as by SleepingIntegrator,
+  // after bodies have fallen asleep or woken. Must be set before the first step.
   void set_after_change(std::function<void(const std::string&)> after_change) {
     after_change_ = std::move(after_change);
   }

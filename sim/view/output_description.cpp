@@ -13,8 +13,8 @@ namespace weft::sim {
 
 namespace {
 
-// Images of a page of the file or more start at pages of their own; the view of a frame takes about
-// a kilobyte.
+// Images that take a page of the file or more start on a page of their own; the view of a frame
+// takes about a kilobyte.
 constexpr double page = 4096, view_bytes = 1024;
 
 double on_disk(double image) {

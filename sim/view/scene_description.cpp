@@ -233,7 +233,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   }
 }
 
-// One corner of a curve or more: "0, 1.5 and 2 s", or the first and the last of many.
+// Returns the times of a curve's corners as text: "0, 1.5 and 2 s", or the first and the last of
+// many.
 std::string times_text(const std::vector<double>& times) {
   constexpr std::size_t most = 6;
   std::string text = number_text(times.front());
