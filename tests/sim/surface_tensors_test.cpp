@@ -216,9 +216,9 @@ TEST(SurfaceTensors, SheetBentToACylinderHasItsCurvatureAndMoment) {
 // Half a tube has no change of curvature at rest. Its normals point outwards, so unrolling it makes
 // it hollower on their side by 1/R.
 TEST(SurfaceTensors, CurvatureIsTheChangeSinceRest) {
-  const ChannelRun run(
-      stretched_sheet,
-      {R"(body.sheet.shape={ type = "cylinder", radius = 0.2, length = 0.4, resolution = [17, 48], angle_deg = 180 })"});
+  const ChannelRun run(stretched_sheet,
+                       {R"(body.sheet.shape={ type = "cylinder", radius = 0.2, length = 0.4, )"
+                        R"(resolution = [17, 48], angle_deg = 180 })"});
   const SceneBody& body = run.scene().bodies[0];
   const std::vector<Vec3> still(body.rest.size(), Vec3::Zero());
   SurfaceTensors tensors(body, true, 1);
