@@ -60,6 +60,13 @@ const BodyCase* first_body(const Case& source, const Condition& condition) {
   return found == source.body.end() ? nullptr : &*found;
 }
 
+// True if a channel is computed from the triangles of cloth.
+bool is_of_triangles(ChannelId id) {
+  return id == ChannelId::membrane_strain || id == ChannelId::membrane_stress ||
+         id == ChannelId::bending_curvature || id == ChannelId::bending_moment ||
+         id == ChannelId::body_energy;
+}
+
 }  // namespace
 
 std::span<const Channel> all_channels() { return table; }
@@ -88,6 +95,13 @@ std::vector<const Channel*> recorded_channels(const OutputCase& output) {
 
 std::string reason_against(const Channel& channel, const Case& source, std::string& hint) {
   const std::string name = "the channel " + in_quotes(channel.name);
+  const BodyCase* shell =
+      first_body(source, [](const MaterialCase& material) { return material.is_shell(); });
+  if (shell != nullptr && is_of_triangles(channel.id)) {
+    hint = "expected model = \"cloth\" in " + heading(join_path("material", shell->material)) +
+           ", or no " + in_quotes(channel.name);
+    return name + " is that of cloth, and body " + in_quotes(shell->name) + " is a shell";
+  }
   switch (channel.id) {
     case ChannelId::membrane_stress: {
       const BodyCase* body = first_body(source, [](const MaterialCase& material) {
