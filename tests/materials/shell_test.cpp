@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <random>
+#include <utility>
 
 namespace weft::materials {
 namespace {
@@ -64,18 +65,19 @@ class ShellPoint : public testing::Test {
     return sum;
   }
   template <class Function>
-  auto difference(const Function& function, int component) const {
+  auto difference(const Function& function, int component) const
+      -> decltype(function(std::declval<Nodes>())) {
     constexpr double step = 1e-5;
     Nodes more = x_, less = x_;
     more.data()[component] += step;
     less.data()[component] -= step;
-    return ((function(more) - function(less)) / (2 * step));
+    return (function(more) - function(less)) / (2 * step);
   }
   template <class Gradient>
   void expect_hessian(const Blocks& blocks, const Gradient& gradient, double tolerance) const {
     const Eigen::Matrix<double, 3 * nodes, 3 * nodes> all = blocks.dense();
     for (int c = 0; c < 3 * nodes; ++c) {
-      const Nodes column = difference([&](const Nodes& x) { return Nodes(gradient(x)); }, c).eval();
+      const Nodes column = difference(gradient, c);
       for (int r = 0; r < 3 * nodes; ++r)
         EXPECT_NEAR(all(r, c), column.data()[r], tolerance) << r << ", " << c;
     }
