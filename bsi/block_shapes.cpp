@@ -75,7 +75,7 @@ Vec3 on_unit_sphere(const Label& point, int quads) {
   return direction.normalized();
 }
 
-// Makes a cube with so many quads along each edge. Its vertices are projected on the unit sphere,
+// Makes a cube with `quads` quads along each edge. Its vertices are projected on the unit sphere,
 // and position(direction), in m, puts each in place.
 template <typename Position>
 Surface make_cube_sphere(int quads, const Tile& tile, Position position) {

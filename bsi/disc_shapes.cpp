@@ -31,7 +31,8 @@ struct DiscLattice {
   // (i, j), k quads outside it.
   static Label in_square(int i, int j) { return {i, j, 0}; }
 
-  // Returns the border point after so many quads from the corner (n, -n), counter-clockwise.
+  // Returns the label `around` quads counter-clockwise from the corner (n, -n) along the border,
+  // and `across` quads outside it.
   Label in_ring(int around, int across) const {
     const int along = around % (2 * n) - n;
     switch (around / (2 * n) % 4) {

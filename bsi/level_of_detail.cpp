@@ -22,7 +22,7 @@ std::vector<DetailPatch> coarsest_patches(const Pyramid& pyramid,
   return patches;
 }
 
-// The patches at one level each, with the particles that stand for those of their borders.
+// The patches, each at one level, with the particles that replace those of their borders.
 struct PatchesAtLevels {
   std::vector<DetailPatch> patches;
   std::vector<int> sample_of;

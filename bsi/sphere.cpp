@@ -11,7 +11,7 @@ double bounding_sphere_gap(const Sphere& first, const Sphere& second) {
   const auto centre_of = [](const Sphere& sphere) {
     return Eigen::Vector3d(sphere.x, sphere.y, sphere.z);
   };
-  // The rounding of the distance is below 4 units of 2^-53, that of the sum of radii below one.
+  // The distance is rounded by less than 4 units of 2^-53, the sum of the radii by less than one.
   const double distance = (centre_of(first) - centre_of(second)).norm() * (1 - 0x1p-49);
   const double radii = static_cast<double>(first.radius) + static_cast<double>(second.radius);
   return std::max(0.0, distance - radii);

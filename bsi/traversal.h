@@ -18,10 +18,11 @@ struct TraversalOptions {
   Leaf leaf = Leaf::triangle;
   // Every bound but `box` needs the spheres of both pyramids (PyramidParts).
   Bound bound = Bound::box;
-  // Self traversal: skip what the tangent certificate proves not to touch.
+  // Self traversal: skip blocks that the tangent certificate proves not to touch themselves or
+  // their neighbours.
   bool certificate = true;
-  // 0: as many threads as OpenMP uses. With more than one thread, the calling thread keeps as much
-  // memory as its largest result takes.
+  // 0: as many threads as OpenMP uses. With several threads, the calling thread keeps the memory of
+  // its largest result.
   int threads = 0;
 };
 
@@ -40,8 +41,8 @@ float half_margin(double margin, float magnitude_a, float magnitude_b);
 // along each axis, plus the rounding of the four widened bounds. Spheres are widened by it.
 float sphere_reach(float half, float magnitude_a, float magnitude_b);
 
-// Returns the distance (m) that the tangent certificate must prove points of a body to keep: the
-// margin, plus what rounding may have taken from it.
+// Returns the distance (m) that the tangent certificate must prove: the margin plus the most that
+// rounding may have taken from a distance.
 double certificate_margin(double margin, float magnitude);
 
 // The leaves alone decide the result, so every implementation and every bound finds the same: all
@@ -85,10 +86,10 @@ void dual_traversal(const Pyramid& first, const Pyramid& second, const Traversal
 void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafBlockPair>& blocks, TraversalCounters& counters);
 
-// Finds pairs (leaf of the first, leaf of the second) if the second is moved rigidly: by one frame,
-// or from the first of two to the second. The result is that of a pyramid rebuilt from the vertices
-// R p + t, at both ends of the path (swept). Its magnitude is that of the placed box of the whole
-// body.
+// Finds pairs (leaf of the first, leaf of the second). The second is placed by one frame, or moves
+// from the first of two frames to the second. The result is that of a pyramid rebuilt from the
+// vertices R p + t, at both ends of the path (swept). Its magnitude is that of the placed box of
+// the whole body.
 void dual_traversal(const Pyramid& first, const RigidPyramid& second,
                     std::span<const RigidFrame> ends, const TraversalOptions& options,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters);

@@ -11,10 +11,10 @@
 namespace weft::gpu {
 namespace {
 
-constexpr double margin = 1.1;  // the picture's size, as a factor on what must be seen
+constexpr double margin = 1.1;  // factor on the size of the picture that the points need
 
-// The bounds that the points set on the eye along one axis of the picture. A point is seen if its
-// slope |across - eye_across| / (eye_depth - depth) is at most the picture's.
+// The limits on the eye's place, along one axis of the picture, so that all points are seen. A
+// point is seen if its slope |across - eye_across| / (eye_depth - depth) is at most the picture's.
 struct Axis {
   std::vector<Eigen::Vector2d> points;  // across, and depth towards the eye
 

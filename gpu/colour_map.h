@@ -14,8 +14,8 @@ class ColourMap {
  public:
   // Takes evenly spaced colours, 0xRRGGBB in sRGB, at least two, and interpolates between them.
   explicit ColourMap(std::span<const std::uint32_t> srgb);
-  // Returns the colour of a place. Places beyond 0..1 have the colour of the nearer end, NaN that
-  // of no_value_colour().
+  // Returns the colour of a place. Places beyond 0..1 have the colour of the nearer end, and NaN
+  // has no_value_colour().
   const Colour& at(float place) const;
 
  private:

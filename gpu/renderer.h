@@ -32,7 +32,7 @@ struct DrawnSurface {
   Colour back_colour{};
   // Thin darker lines on the surface, as pairs of particles, such as rows and columns of the image.
   std::span<const std::array<int, 2>> lines = {};
-  // Unit normals by position; if empty, those of vertex_normals (gpu/triangle_batch.h).
+  // Unit normals by position; if empty, vertex_normals() (gpu/triangle_batch.h) are used.
   std::span<const Vec3> normals = {};
   // If given, the colours of both sides: places in `colour_map` (gpu/colour_map.h) by position,
   // interpolated over triangles. A triangle with a place that is NaN has no_value_colour().

@@ -166,7 +166,7 @@ void Projection::set_up(const BatchTriangle& triangle) {
   }
 }
 
-// Lines fade out where the surface is seen edge-on: they crowd there, and those of the far side
+// Lines fade out where the surface is seen edge-on: lines crowd there, and lines of the far side
 // would show through.
 float Projection::line_darkness(std::uint32_t vertex) const {
   const Vec3 view = perspective_->eye - batch_->vertices[vertex].position().matrix().cast<double>();

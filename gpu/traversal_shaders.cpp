@@ -249,10 +249,10 @@ mat4x3 corners_at_end(uvec4 corner, bool swept) {
 }
 float least(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
 float greatest(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
-// True if a plane proves that the quads end farther apart than the reach of the filter and twice
-// the longest path of their corners (docs/theory.md, "The distance filter"). The plane's normal is
-// that of either quad, or the line between their centres. Normals so short that squares of their
-// components may be flushed to zero prove nothing.
+// True if a plane proves that the quads are farther apart at the ends of their paths than the reach
+// of the filter plus twice the longest path of their corners (docs/theory.md, "The distance
+// filter"). The plane's normal is that of either quad, or the line between their centres. Normals
+// so short that squares of their components may be flushed to zero prove nothing.
 bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   if (query.filter_reach < 0.0) return false;
   bool swept_a = (query.flags & 4u) != 0u, swept_b = (query.flags & 8u) != 0u;

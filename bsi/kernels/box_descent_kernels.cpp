@@ -108,7 +108,8 @@ WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree&
 
 // --- Leaves ---
 
-// Bit 8 i + j is the lane pair (i, j): those with i <= j, or i = j.
+// Bit 8 i + j stands for the lane pair (i, j). The first mask has the pairs with i <= j, the second
+// those with i = j.
 constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
@@ -128,7 +129,8 @@ WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& 
 }
 
 // Decides for which pairs of a list the blocks are neighbours or may share a particle. `round_*` is
-// the distance, in blocks, of neighbours across the seam of a wrapped axis.
+// the difference of the positions of two blocks that are neighbours across the seam of a wrapped
+// axis.
 struct Closeness {
   bool never, always;
   int round_u, round_v;

@@ -35,7 +35,7 @@ struct RoundingOf;
 template <>
 struct RoundingOf<float> {
   static constexpr float unit = 0x1p-24F;
-  static constexpr float smallest_square = 1e-36F;  // above what underflow of a square can lose
+  static constexpr float smallest_square = 1e-36F;  // above the square that underflow can lose
 };
 template <>
 struct RoundingOf<double> {

@@ -9,7 +9,8 @@ namespace {
 
 constexpr int chunk = 64;  // pairs; a multiple of all lane counts
 
-// Corners of pairs, relative to the first corner: the other two of the first triangle, then three.
+// Corners of pairs, relative to the first corner of each pair: two of the first triangle, then
+// three of the second.
 template <class Float, int capacity = chunk>
 struct Staged {
   alignas(64) Float corner[5][capacity][4];

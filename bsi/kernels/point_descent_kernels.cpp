@@ -14,7 +14,7 @@ namespace {
 struct PointLists {
   float* value[3];
   std::int32_t* number;
-  float* half;  // by number: the widening of its box and of those of leaves
+  float* half;  // by number: the half margin of the point
 };
 
 WEFT_INLINE PointLists lists_in(void* workspace) {

@@ -35,9 +35,9 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   }
 }
 
-// Offers the closest points of all pairs of edges. The closest point of the two lines, clamped to
-// the edge of a, gives a point on the edge of b, and this gives the final point on a; both are
-// clamped. Dot products of neighbouring pairs differ by a product of two edges.
+// Offers the closest points of all pairs of edges. First the point of a's line that is closest to
+// b's line, then the closest point on b to it, then the closest point on a to that; each is clamped
+// to its edge. Dot products of neighbouring pairs differ by a product of two edges.
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
   V along_b[3];  // b's edge j . (corner i of a - corner j of b)
@@ -61,8 +61,8 @@ WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Ne
   }
 }
 
-// Offers the corners of one triangle over the interior of the other. The pairs of edges cover its
-// border.
+// Offers the corners of one triangle over the interior of the other. Points on its border are
+// covered by the pairs of edges.
 template <bool corners_of_a, class Float>
 WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
                                const Triangle<Lanes<Float>>& triangle,
@@ -173,10 +173,10 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
-// Decides pairs by comparing the corners of each triangle with the other triangle; pairs of edges
-// are not needed. Upper bound of the distance: from a corner to a point of the triangle near the
-// corner's projection. Lower bounds: the plane of the triangle, and planes through its edges, if
-// all three corners lie beyond one.
+// Decides most pairs of triangles without pairs of edges: only corners are compared with the other
+// triangle. The distance is at most that of a corner from a point of the triangle near its
+// projection. It is at least that of the corners from the triangle's plane, or from a plane through
+// an edge that all three lie beyond.
 struct Sieve {
   using V = Lanes<float>;
   V squared;  // smallest upper bound found so far

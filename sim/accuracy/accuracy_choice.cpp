@@ -16,8 +16,8 @@ namespace weft::sim {
 
 namespace {
 
-// The methods: by tolerance those that time_methods() marks as calibrated, by step euler with one
-// Newton iteration.
+// The methods that take a tolerance are those that time_methods() marks as calibrated; euler with
+// one Newton iteration takes a step.
 const std::vector<CalibratedMethod>& methods() {
   static const std::vector<CalibratedMethod> all = [] {
     std::vector<CalibratedMethod> found;

@@ -17,9 +17,9 @@ struct CalibratedMethod {
 };
 std::span<const CalibratedMethod> calibrated_methods();
 
-// Sets the method and the options that go with its setting. A tolerance becomes that of positions
-// and, in proportion, those of velocities. A step comes with one Newton iteration, whose linear
-// system is solved far more exactly than the step's own error.
+// Sets the method and the options that go with its setting. A tolerance becomes position_tolerance
+// and, in proportion, relative_tolerance (at most 0.1). A step comes with one Newton iteration,
+// whose linear system is solved far more exactly than the step's own error.
 void apply_setting(TimeCase& time, const CalibratedMethod& method, double setting);
 
 // True if bodies may meet something other than themselves. Errors grow faster then, so such scenes
@@ -48,8 +48,8 @@ bool has_chosen_tolerance(const Case& source);
 // Applies `time.accuracy` if it is given and not settled yet. It chooses the cheapest method whose
 // CalibrationRow::factor is at most 3 or, without such a method, the one with the smallest factor.
 // A method that the case names is kept. Writes the choice to Case::accuracy_choice. Tolerances stay
-// within what contact allows. Throws CaseError, with the table's range, for an accuracy outside the
-// table, and for a method that is not in it.
+// below the limit that contact sets. Throws CaseError, with the table's range, for an accuracy
+// outside the table, and for a method that is not in it.
 void choose_accuracy(Case& target);
 
 }  // namespace weft::sim

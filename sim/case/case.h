@@ -164,7 +164,7 @@ struct PinCase {
 struct StartCase {
   std::optional<ShapeCase> shape;     // an image like that of the rest shape
   std::optional<double> bend_radius;  // m: bends upwards if positive, downwards if negative
-  double bend_direction_deg = 0;      // in which the surface curves; from the x towards the y axis
+  double bend_direction_deg = 0;      // direction in which the surface curves, from x towards y
   SourceLocation location;
 };
 

@@ -1,4 +1,4 @@
-// The places in the text of a case from which its keys and values came.
+// The places of a case's keys and values in its text.
 #pragma once
 
 #include <map>

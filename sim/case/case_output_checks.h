@@ -1,4 +1,4 @@
-// The rules of what a case records, between keys of [output] and with the rest of the case.
+// Rules for the keys of [output], among themselves and with the rest of the case.
 #pragma once
 
 #include "sim/case/case.h"

@@ -42,7 +42,7 @@ bool changes_includes(const std::string& override_text) {
 Case parse_case(const std::string& text, const std::string& path,
                 const std::vector<std::string>& overrides) {
   toml::table root = parse_toml(text, path);
-  // Overrides of includes choose the files; all others change what these hold, too.
+  // Overrides of `include` choose the files; all other overrides apply to included tables, too.
   for (const std::string& each : overrides) {
     if (changes_includes(each)) apply_override(root, each);
   }

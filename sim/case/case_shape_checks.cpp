@@ -35,7 +35,7 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-// Returns the size of the image of a block with so many quads along its axes (bsi/shapes.h,
+// Returns the size of the image of a block with x, y and z quads along its axes (bsi/shapes.h,
 // make_box). The products may exceed 64 bits: they are capped far above most_vertices.
 ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   const std::int64_t side = std::gcd(std::gcd(x, y), z);

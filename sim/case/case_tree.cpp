@@ -32,7 +32,8 @@ SourceLocation place_in(const std::string& text, std::size_t byte, const std::st
 }  // namespace
 
 std::size_t find_deep_key(const std::string& text) {
-  // Between two of these separators, only a key contains that many points.
+  // These characters end a key. Between two of them, most_key_parts points occur only in a key that
+  // is too deep.
   constexpr std::string_view separators = "\n=,[]{}#";
   std::size_t start = 0;
   int points = 0;

@@ -35,8 +35,7 @@ SourceLocation location_of(const toml::source_region& source);
 // if there is none. toml++ makes a table for each part and overruns the stack at some ten thousand.
 std::size_t find_deep_key(const std::string& text);
 
-// Returns the key of a table that stands first in the text among those not in `allowed`, or null if
-// there is none.
+// Returns the first key in the text of a table that is not in `allowed`, or null if there is none.
 const toml::key* first_key_beside(const std::vector<std::string>& allowed,
                                   const toml::table& table);
 

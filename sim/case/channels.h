@@ -1,5 +1,5 @@
-// The channels that a case may record beside the positions: what each is called, and the datasets
-// of a trajectory that belong to it.
+// The channels that a case may record beside the positions: their names and their datasets in a
+// trajectory.
 #pragma once
 
 #include <span>
@@ -51,7 +51,7 @@ bool records(const OutputCase& output, ChannelId id);
 std::vector<const Channel*> recorded_channels(const OutputCase& output);
 
 // Returns a reason to refuse a channel: the case cannot compute it, or it would be zero everywhere.
-// Empty if there is none. `hint` receives what would be expected instead.
+// Empty if there is none. `hint` receives the expected alternatives.
 std::string reason_against(const Channel& channel, const Case& source, std::string& hint);
 
 }  // namespace weft::sim

@@ -23,8 +23,7 @@ struct TimeMethodTraits {
   bool finds_equilibria() const { return steps == Steps::loads; }
 };
 
-// True if line i of a table, which has a member `method`, is that of the i-th TimeMethod, and no
-// method is missing.
+// True if a table has one line per TimeMethod, in that order. Lines have a member `method`.
 constexpr bool is_in_order_of_methods(const auto& table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (table[i].method != static_cast<TimeMethod>(i)) return false;

@@ -189,7 +189,7 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
   }
 }
 
-// Sums the forces that pins exert on their particles; those of obstacles are known.
+// Sums the forces that pins exert on their particles; forces of obstacles are known already.
 void RecordedChannels::find_supports(std::span<const Vec3> position) {
   for (Support& support : supports_)
     support.wrench =

@@ -25,9 +25,8 @@ struct ChannelPlace {
 // all fields; those held as a whole and obstacles have their velocity alone, if they move.
 std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase& output);
 
-// The fields and records of a run, and their values in the frame that compute() was last called
-// for. What the case does not record costs nothing.
-// Sleeping bodies count as simulated.
+// The fields and records of a run, and their values in the frame of the last compute(). Only
+// channels that the case records cost anything. Sleeping bodies count as simulated.
 class RecordedChannels {
  public:
   // The simulation must outlive it.

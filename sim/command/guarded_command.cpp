@@ -28,8 +28,8 @@ std::string describe_end(const std::string& path, bool draws, int signal) {
          "); weft info says whether the file is damaged";
 }
 
-// Returns the CPU time that reading a file may take, s: it grows with the file, of which every
-// number may be read.
+// Returns the CPU time (s) that reading a file may take. It grows with the file, because a command
+// may read all of it.
 double limit_of(const std::string& path) {
   constexpr double slowest_reading = 5e6;  // bytes/s; a tenth of the usual with compression
   std::error_code unknown;

@@ -67,7 +67,8 @@ int show_info(const std::string& path, bool crossings, bool json) {
   }
 }
 
-// Says what the colours of pictures stand for, and which bodies keep their own.
+// Prints the range of numbers that the colours of pictures show, and the bodies that keep their own
+// colours.
 void show_colours(const RenderOptions& options, const RenderReport& report) {
   std::cout << "coloured by " << printable(*options.colour_field) << ": "
             << rounded_text(report.least) << " to " << rounded_text(report.most)

@@ -32,7 +32,7 @@ inline constexpr int input_output = 4;
 // standard output, progress and errors to standard error. Returns the exit code: 130 after SIGINT,
 // 143 after SIGTERM.
 int run_case(const RunCommand& command);
-// Prints what the scene needs and skips.
+// Prints what the scene needs, and which parts of the computation it skips.
 int check_case(const RunCommand& command);
 
 }  // namespace weft::sim

@@ -33,7 +33,7 @@ void Contact::with_map(const Use& use) const {
   }
 }
 
-// Obstacles with poses are put in place later, point by point.
+// Points of obstacles with poses are computed later, one by one.
 PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) const {
   const bool has_poses = !now.poses.empty();
   if (scene_.surface_map.is_identity())
@@ -44,7 +44,7 @@ PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) con
 }
 
 // Finds the points of dynamic bodies and, if asked for, of moving obstacles. The first call also
-// finds those of obstacles at rest, which then stay.
+// finds the points of obstacles at rest, which stay valid.
 void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
                          std::vector<Vec3>& to) const {
   const SurfaceMap& map = scene_.surface_map;
@@ -246,7 +246,7 @@ Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) co
   return {pair.nodes, pair.weight, surface_.sliding(pair.sliding).lever};
 }
 
-// Adds up what the four points give to one particle.
+// Sums the shares of a pair's four points by particle.
 Contact::Stencil Contact::joined_stencil(const ContactPair& pair, StencilRoom& room) const {
   const Sliding* const sliding = pair.sliding < 0 ? nullptr : &surface_.sliding(pair.sliding);
   room = {};

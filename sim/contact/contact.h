@@ -68,7 +68,7 @@ class Contact {
   // Adds the wrench of each non-dynamic body on dynamic particles at `position` (m) to its entry of
   // `by_body`.
   void add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const;
-  // Replaces `particles` by those of obstacles on which add_forces() would act, in order.
+  // Replaces `particles` by the particles of obstacles on which add_forces() would act, in order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
   double energy() const;
   // Adds (gamma^2 K + gamma D) * in to `out`.

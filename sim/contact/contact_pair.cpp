@@ -9,8 +9,8 @@ namespace weft::sim {
 
 namespace {
 
-// Below this squared sine the directions of a surface are too near to each other for its turning to
-// be told.
+// Below this squared sine two directions on a surface are too nearly parallel to determine its
+// rotation.
 constexpr double parallel_squared_sine = 1e-12;
 
 Mat3 cross_matrix(const Vec3& v) {

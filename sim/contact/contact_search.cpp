@@ -15,8 +15,8 @@ namespace {
 
 constexpr double lost_distance = 1e15;  // m
 
-// The room that a body has to move in, as a part of its diagonal. More room means more neighbours,
-// less of it more new boxes.
+// Room by which a body's box is widened on every side, as a fraction of its diagonal. More room
+// means more neighbours; less room means that bodies leave their boxes more often.
 constexpr double room = 0.125;
 
 // A quarter of the mean edge: lists are then a few times longer than necessary, and rebuilt every
@@ -543,7 +543,7 @@ void ContactSearch::find_quad_pairs(const PlacedPoints& start, const PlacedPoint
   statistics_.counters.bound_tests += tests.bound_tests;
 }
 
-// Puts the corners of the quads that were found in place, for obstacles with poses.
+// Computes the corners, of obstacles with poses, of the quads that were found.
 void ContactSearch::place_found(const PlacedPoints& start, const PlacedPoints& end) {
   marks_.begin(scene_.point_count);
   for (std::size_t i = 0; i < building_.size(); ++i) {

@@ -126,8 +126,8 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> p
   }
 }
 
-// Joins list `which` of all chunks, sorted by (a, b). Pairs are counted by a, of which there are
-// `count_a`; the few with the same a are then sorted by b.
+// Joins list `which` of all chunks, sorted by (a, b). Pairs are sorted by counting for a (0 ..
+// count_a - 1); the few with the same a are then sorted by b.
 void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a,
                  std::vector<FeaturePair>& out) {
   std::vector<int> start(count_a + 1, 0);

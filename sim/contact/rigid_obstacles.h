@@ -56,7 +56,7 @@ class RigidObstacles {
   std::vector<int> of_body_;
 };
 
-// Positions of all surface points at one time, m. Those of rigid obstacles may be missing: their
+// Positions of all surface points at one time, m. Points of rigid obstacles may be missing: their
 // poses are given instead, and single points are placed when they are needed.
 class PlacedPoints {
  public:

@@ -22,7 +22,7 @@ bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<c
                : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
 }
 
-// Returns the first place from `i` on where a chunk may begin: the pairs of one sample stay
+// Returns the first index from `i` on at which a chunk of pairs may begin: pairs of one sample stay
 // together.
 std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
   while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
@@ -162,8 +162,8 @@ void SurfaceContact::begin_placing() {
   if (obstacles > 0) marks_.begin(scene_.point_count + static_cast<int>(obstacles));
 }
 
-// Puts the obstacles' nodes of a group in place, each once after begin_placing(). Obstacles of few
-// vertices are put in place as a whole, which costs less than to look at every node.
+// Computes the positions of a group's obstacle nodes, each once after begin_placing(). Of obstacles
+// with few vertices it computes all, which costs less than to check every node.
 void SurfaceContact::place_nodes(const PairGroup& group, const PlacedPoints& start,
                                  const PlacedPoints& end) {
   const int number = search_.obstacles().of_body(group.body_b);
@@ -432,8 +432,8 @@ std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, s
                                                        std::span<const Vec3> start,
                                                        std::span<const Vec3> end,
                                                        const PathDemand& demand) const {
-  // Half the thickness: both ends keep all of it, so a path that is refused truly cuts through
-  // something.
+  // On the way only half the thickness is required. Both ends keep all of it, so a refused path
+  // truly cuts through something.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
   const PointStray& stray = demand.stray;
   // The cheap test uses the largest stray of the whole group; that of a single pair may be less.

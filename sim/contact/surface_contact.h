@@ -22,9 +22,8 @@ namespace weft::sim {
 struct ContactFault {
   enum class Kind { not_finite, touching, crossing, in_reach };
   Kind kind = Kind::touching;
-  // The surface points of the pair. A fault of kind not_finite has one number alone: that of a
-  // point if it comes from SurfaceContact, that of a particle if it comes from Contact or its
-  // callers.
+  // The surface points of the pair. A fault of kind not_finite has only one entry: a point if the
+  // fault comes from SurfaceContact, a particle if it comes from Contact or its callers.
   std::array<int, 4> nodes{-1, -1, -1, -1};
   double gap = 0;  // m
   std::string describe(const Scene& scene) const;
@@ -63,7 +62,8 @@ class SurfaceContact {
   // Finds the pairs in reach and their forces. `velocity` is of all surface points (m/s).
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedPoints& now,
                                                      std::span<const Vec3> velocity, int threads);
-  // Results of the last evaluate(); empty after a fault. Pairs with friction name their sliding.
+  // Results of the last evaluate(); empty after a fault. ContactPair::sliding is the argument of
+  // sliding().
   std::span<const ContactPair> pairs() const { return pairs_; }
   const Sliding& sliding(int number) const { return sliding_[number]; }
   bool has_sliding() const { return !sliding_.empty(); }

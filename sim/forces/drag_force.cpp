@@ -116,7 +116,7 @@ class DragForce final : public Force {
   DragNumbers drags_;
   TimeCurve<Vec3> wind_in_time_;
   StencilNumbers normal_, tangential_;  // at the time set
-  Vec3Of<Lanes> wind_;                  // likewise, m/s
+  Vec3Of<Lanes> wind_;                  // m/s, at the time set
 };
 
 // Appends the drag of a body's quads: density times coefficient.

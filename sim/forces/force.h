@@ -36,7 +36,7 @@ struct Derivatives {
   bool is_joined() const { return damping == nullptr; }
 };
 
-// A force (N) at a place (m) that something outside the state exerts on what is simulated.
+// A force (N) that a clamp or tie exerts on the simulated particles, at a place (m).
 struct OuterForce {
   enum class By { clamp, tied_body, tie };
   By by = By::clamp;
@@ -55,7 +55,7 @@ class Force {
   virtual bool is_membrane() const { return false; }
   // True if the force depends on velocities: it then adds to D.
   virtual bool has_damping() const = 0;
-  // True if the force exchanges energy with what is not simulated, such as air.
+  // True if the force exchanges energy with anything outside the simulation, such as air.
   virtual bool is_external() const { return false; }
   // True if its coefficients vary in time.
   virtual bool varies() const { return false; }

@@ -7,8 +7,8 @@
 
 namespace weft::sim {
 
-// The nodes of a quad and its surroundings, numbered as they lie in the rows of an image. Corners
-// are those of sim/forces/quads.h; the image's last row is at the top:
+// The nodes of a quad and those across its sides. Nodes 0 to 2 and 3 to 5 follow each other in rows
+// of the image, whose last row is at the top. The corners are those of sim/forces/quads.h:
 //
 //         7
 //     3 - 4 - 5

@@ -1,4 +1,4 @@
-// The springs of ties (sim/scene/ties.h), by the particles of a scene.
+// The springs of ties (sim/scene/ties.h) between particles of a scene.
 #pragma once
 
 #include <array>

@@ -190,8 +190,8 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   return Trouble::none;
 }
 
-// ARKODE's next step may be longer than the last one, from which `end` is made. Motion limits are
-// therefore evaluated for the later of the two ends.
+// `end` is derived from the length of the last step, but ARKODE's next step may be longer. Motion
+// limits are therefore evaluated for the later of the two ends.
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);

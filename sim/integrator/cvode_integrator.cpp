@@ -222,7 +222,7 @@ std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const bool jumps = start > 0 && motion_limits.jumps_at(start);
   if (jumps) begin_anew();
   dynamics.begin_step(start);
-  // Forces that jump ask for another first step than those at t = 0.
+  // After a jump of the forces, the first step at t = 0 is no guide for the next one.
   if (jumps && dynamics.varies())
     CVodeSetInitStep(cvode, first_step(dynamics, start, accepted.state()));
   double next = 0;

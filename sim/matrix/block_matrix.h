@@ -54,8 +54,8 @@ class BlockPattern {
   std::vector<int> mirror_;       // by block below the diagonal: its mirror image
 };
 
-// A symmetric matrix on a shared pattern. It stores the upper blocks in double or float; sums are
-// in double.
+// A symmetric matrix on a shared pattern. It stores the upper blocks in double or float; products
+// are summed in double.
 template <class Number>
 class SymmetricBlockMatrix {
  public:

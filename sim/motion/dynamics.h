@@ -207,8 +207,8 @@ class Dynamics {
  private:
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces,
            ChosenSearch search);
-  // Returns the state of the dynamic particles, with held ones where they belong, and sets the time
-  // of what varies. Valid as long as y and until the next call.
+  // Returns the state of the dynamic particles, with held ones in their prescribed places, and
+  // calls set_time(). Valid as long as y and until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
   void add_mass_damping();

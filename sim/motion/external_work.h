@@ -16,9 +16,10 @@ namespace weft::sim {
 //   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
 // If forces and power are monotonic in each step, the error of the work is at most the doubt.
 // Internal damping, contact damping and friction turn some of this work into heat, which is not
-// subtracted: on all particles together they only take energy, so the work is an upper bound of
-// what becomes motion and strain. Drag is counted on the free particles themselves, losses
-// included. Where wind or drag jumps between two steps, P is the one on the step's side.
+// subtracted: on all particles together they only take energy, so the work is an upper bound of the
+// energy that becomes motion and strain. Drag is counted on the free particles themselves, losses
+// included. If wind or drag jumps between two steps, each step uses the P on its own side of the
+// jump.
 //
 // Gravity g that varies has no potential. The energy -g . S of the present g, with S = sum m x of
 // the free particles, is corrected so that gravity does the work (g0 + g1) / 2 . (S1 - S0) in a

@@ -169,7 +169,7 @@ void MotionLimits::bound_blocks(int body) {
   }
 }
 
-// Gives the blocks of an obstacle boxes around those that they start in.
+// Sets the boxes of an obstacle's blocks to boxes around their start boxes, moved by its pose.
 void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
   if (is_bounded_[obstacle.body] != 0) return;
   is_bounded_[obstacle.body] = 1;
@@ -186,9 +186,8 @@ void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
   }
 }
 
-// Returns the squared distance of a box to the nearest block of this obstacle. If a lower bound
-// already is no less than `enough`, returns that bound. Only the points of blocks that might be
-// nearest are put in place.
+// Returns the squared distance of a box to the nearest block of this obstacle. If a lower bound is
+// at least `enough`, returns that bound. Computes the points only of blocks that might be nearest.
 double MotionLimits::squared_distance(const Block& block, const RigidObstacle& obstacle,
                                       double enough) {
   std::vector<Block>& others = blocks_[obstacle.body];

@@ -53,7 +53,8 @@ class PrescribedPaths {
 
   const Scene& scene_;
   std::vector<int> motion_of_particle_;  // -1: free, 0: at rest
-  // By surface point, likewise; `several_motions_` where its particles follow different ones.
+  // By surface point, as motion_of_particle_; `several_motions_` if its particles follow different
+  // motions.
   std::vector<int> motion_of_;
   int several_motions_;
   std::vector<Features> features_;  // by body

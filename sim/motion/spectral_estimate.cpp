@@ -84,8 +84,8 @@ Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
   return {radius, place_of_largest(vector)};
 }
 
-// Returns the typical size of a quad, m. Differences are taken over the fraction `part_of_length`
-// of it, which is small enough for forces to be linear.
+// Returns the typical size of a quad, m. Differences of forces are taken over `part_of_length`
+// times this size, over which forces are nearly linear.
 double usual_length(const Scene& scene) {
   Eigen::AlignedBox3d box;
   for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);

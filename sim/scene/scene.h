@@ -20,8 +20,8 @@ namespace weft::sim {
 
 class SplineSurface;
 
-// The surface of a body on which contact acts, where its points are not the particles themselves:
-// an image of points that are combinations of the body's particles.
+// The surface of a body on which contact acts, if its points are not the particles themselves. Each
+// point of its image is a combination of the body's particles.
 struct SampledSurface {
   // Precondition: `map` has one point per point of the atlas; indices are local to the body.
   // `rest`: the body's particles, undeformed. Throws as bsi::build_mesh().

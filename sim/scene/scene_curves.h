@@ -1,4 +1,4 @@
-// The keys of a case that vary in time, and what they act on.
+// The keys of a case that vary in time, and the parts of the scene that they affect.
 #pragma once
 
 #include <string>

@@ -8,8 +8,8 @@
 namespace weft::sim {
 
 // Returns the places (m) of a body's particles at the start in the frame of its shape, before
-// stretch and rotation: the rest shape, or what body.start makes of it. Throws CaseError at the
-// place of start.shape if its image is not like that of the rest shape, and as build_shape().
+// stretch and rotation: the rest shape, or the one that body.start describes. Throws CaseError at
+// the place of start.shape if its image is not like that of the rest shape, and as build_shape().
 std::vector<Vec3> start_shape(const BodyCase& from, const SceneBody& body, const Case& source);
 
 // Bends points (m) onto a cylinder. A point at the distance s from the middle of the body, along

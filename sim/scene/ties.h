@@ -17,12 +17,14 @@ struct TieCase;
 // case, the point is the vertex's own place at t = 0, which the obstacle carries along: the length
 // is zero.
 struct TieSpring {
-  int vertex = 0;                      // particle of the tied body, counted within the body
-  std::array<int, 3> nodes{-1, 0, 0};  // of the triangle of the other body, likewise; -1: obstacle
-  Vec3 weights{0, 0, 0};               // of the nodes in the point
-  Vec3 place{0, 0, 0};                 // m, of the point at t = 0
-  double length = 0;                   // m
-  double share = 0;                    // of the tie's stiffness, by the area around the vertex
+  int vertex = 0;  // particle of the tied body, counted within the body
+  // Corners of the other body's triangle, counted within that body. -1: the other end is an
+  // obstacle.
+  std::array<int, 3> nodes{-1, 0, 0};
+  Vec3 weights{0, 0, 0};  // of the nodes in the point
+  Vec3 place{0, 0, 0};    // m, of the point at t = 0
+  double length = 0;      // m
+  double share = 0;       // of the tie's stiffness, by the area around the vertex
 };
 
 struct Tie {

@@ -12,7 +12,7 @@
 
 namespace weft::sim {
 
-// A value of a case, ready to be asked for at any time.
+// A value of a case that can be evaluated at any time.
 template <class Value>
 class TimeCurve {
  public:

@@ -15,11 +15,11 @@ bool has_timed_pins(const BodyCase& body);
 // particles of moving pins where the motion starts. Throws CaseError as select_pinned() (pins.h).
 void add_timed_pins(Scene& scene);
 
-// Returns what timed pins hold from a change of pins at `event` (s) on. Pins hold from their
-// hold_time to their release_time. Of several pins that name a particle, the first of the case
-// holds it. A pin holds the particles that it takes over where they are: at `position` (m, dynamic
-// particles) at the time `now` (s), within a shortest step of `event`. `before` has the holds until
-// then.
+// Returns the particles that timed pins hold from a change of pins at `event` (s) on. Pins hold
+// from their hold_time to their release_time. Of several pins that name a particle, the first of
+// the case holds it. A pin holds the particles that it takes over where they are: at `position` (m,
+// dynamic particles) at the time `now` (s), within a shortest step of `event`. `before` has the
+// holds until then.
 std::vector<TimedHold> find_holds(const Scene& whole, double event, double now,
                                   std::span<const Vec3> position,
                                   std::span<const TimedHold> before);

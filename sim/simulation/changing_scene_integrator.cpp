@@ -107,7 +107,8 @@ double ChangingSceneIntegrator::breaking_time() const {
 void ChangingSceneIntegrator::break_ties() {
   const double now = breaking_time();
   std::vector<double> y(state().begin(), state().end());
-  if (now < time() && state_at(now, y)) return;  // not reached: breaking_time() has asked for it
+  // This cannot fail: breaking_time() has tried the same state.
+  if (now < time() && state_at(now, y)) return;
   std::string names;
   auto springs = stage_->breakable.begin();
   for (const Tie& tie : stage_->scene.ties) {
@@ -133,7 +134,7 @@ void ChangingSceneIntegrator::begin_stage(double now, std::span<const double> y)
   restart(now, y);
 }
 
-// Makes what simulates the scene from event_ on.
+// Makes the scene, the dynamics and the integrator from event_ on.
 void ChangingSceneIntegrator::build() {
   stage_.reset();
   stage_ = std::make_unique<Stage>(

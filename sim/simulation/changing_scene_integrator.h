@@ -16,12 +16,12 @@ namespace weft::sim {
 // True if the scene changes in the course of a run: it has timed pins, or a tie may break.
 bool changes_in_time(const Scene& scene);
 
-// Integrates a scene that changes. From one change to the next, a dynamics and an integrator of
-// their own simulate the scene with the vertices that pins hold then and the ties that are intact.
-// Steps end at the changes of pins, up to time.minimum_step. A step at whose end a tie carries more
-// than its break_force ends where it reached that force instead, as interpolated within the step.
-// The method begins anew at every change. States are those of the whole scene, with held vertices
-// in their place.
+// Integrates a scene that changes. For the time between two changes it makes a dynamics and an
+// integrator, for the vertices that pins hold then and the ties that are intact. Steps end at the
+// changes of pins, up to time.minimum_step. If a tie carries more than its break_force at the end
+// of a step, the step is shortened to the time when it reached that force, by interpolation. The
+// method begins anew at every change. States are those of the whole scene, with held vertices in
+// their place.
 //
 // A vertex that is let go keeps the velocity of its pin; if that jumps at this time, the velocity
 // before the jump. A vertex that is taken hold of gets the velocity of its pin at once.

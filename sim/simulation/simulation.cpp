@@ -38,8 +38,8 @@ struct Simulation::Implementation {
   }
 
   void make_own_integrator();
-  // The dynamics of what is simulated at the moment, and its state: without bodies that sleep, with
-  // the pins and ties of the time.
+  // The dynamics that simulates at present, and its state: without sleeping bodies, with the
+  // present pins and ties.
   Dynamics& awake() {
     if (sleeping != nullptr) return sleeping->dynamics();
     return changing != nullptr ? changing->dynamics() : dynamics;
@@ -77,7 +77,7 @@ struct Simulation::Implementation {
   std::string decision;
   std::string compute;
   std::size_t contact_pairs = 0;       // in the last force evaluation of the last step
-  std::optional<double> smallest_gap;  // m, likewise
+  std::optional<double> smallest_gap;  // m, in the same evaluation
   std::vector<StepObserver*> observers;
   // The interpolated state within the last step that advance() has reached; empty: the step's end.
   std::vector<double> inner_state;

@@ -36,8 +36,8 @@ std::vector<char> find_moving_pins(const Scene& scene) {
   return has_moving_pin;
 }
 
-// Returns the first body of a body's set. `set` is a forest by body: each names a body of its own
-// set with a number that is no higher, the first one itself.
+// Returns the lowest body in the set of a body (union-find). set[i] is a body of i's set with a
+// number that is not higher; the lowest one has its own.
 int root_of(std::vector<int>& set, int body) {
   while (set[body] != body) body = set[body] = set[set[body]];
   return body;
@@ -155,8 +155,8 @@ int SleepingIntegrator::sleeping_bodies() const {
   return static_cast<int>(std::ranges::count(asleep_, 1));
 }
 
-// Returns, by dynamic body, the first one of those that it is tied to, or in contact with at the
-// last evaluation of the forces, directly or through others.
+// Returns the island of each dynamic body, named by its lowest body. Bodies are in one island if
+// ties, or contacts of the last force evaluation, connect them directly or through others.
 std::vector<int> SleepingIntegrator::find_islands() const {
   std::vector<int> set(scene_.dynamic_bodies);
   std::iota(set.begin(), set.end(), 0);
@@ -183,7 +183,7 @@ std::vector<int> SleepingIntegrator::find_islands() const {
   return set;
 }
 
-// Marks the bodies that sleep or may fall asleep: those whose whole island may.
+// Marks the bodies that sleep, and those that may fall asleep because their whole island may.
 std::vector<char> SleepingIntegrator::bodies_that_may_sleep(const std::vector<int>& islands) const {
   std::vector<char> may_sleep(scene_.dynamic_bodies, 1);
   for (int body = 0; body < scene_.dynamic_bodies; ++body) {

@@ -13,8 +13,8 @@ class CoarseMatrixAge {
  public:
   // Starts a new age: the coarse matrices have just been formed.
   void reset() { iterations_per_digit_ = excess_iterations_ = 0; }
-  // Notes that the present solve starts to use the matrices, after `iterations` of its own and at
-  // this residual.
+  // Notes that the present solve starts to use the matrices after `iterations` iterations, at this
+  // residual.
   void start(int iterations, double residual);
   // True if the extra iterations of finished solves cost more than new matrices.
   bool is_worn_out() const { return excess_iterations_ > rebuild_cost; }

@@ -52,7 +52,7 @@ void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
                                 std::span<const Mat3> inverse_diagonal, std::span<const Vec3> b,
                                 std::span<Vec3> x, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
-  // Later rows count as zero. Those of the same chunk are skipped; those of later chunks are still
+  // Rows not yet visited count as zero. Within a chunk they are skipped; in later chunks x is still
   // zero.
   std::fill(x.begin(), x.end(), Vec3::Zero());
   for (const auto& chunks : colours_) {

@@ -28,9 +28,9 @@ class GaussSeidel {
   void sweep_backward(const SingleBlockMatrix& matrix, std::span<const Mat3> inverse_diagonal,
                       std::span<const Vec3> b, std::span<Vec3> x, std::span<Vec3> change,
                       int threads) const;
-  // Computes the residual r = b - A x from what the last sweep left unsolved. After a forward sweep
-  // that gave x, r = -U x (`upper`). After a backward sweep that changed x by d, r = -L d (`lower`;
-  // pass d as `x`). Reads half of the matrix.
+  // Computes the residual r = b - A x after a sweep. After a forward sweep that gave x, r = -U x
+  // (`upper`). After a backward sweep that changed x by d, r = -L d (`lower`; pass d as `x`). Reads
+  // half of the matrix.
   enum class Half : std::uint8_t { lower, upper };
   void find_residual(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
                      std::span<Vec3> r, int threads) const;

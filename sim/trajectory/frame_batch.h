@@ -9,8 +9,8 @@
 
 namespace weft::sim {
 
-// Frames as the file holds them: the images of a body one after the other, by texel, positions
-// rounded to multiples if that is asked for.
+// Frames as the file holds them: for each body its images one after the other, by texel. Positions
+// are rounded as `rounding` says.
 class FrameBatch {
  public:
   // `bodies` is kept by reference.

@@ -10,7 +10,8 @@ namespace {
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Links of a group below /frame: as many as fit, with their names, into one page of metadata.
+// Largest number of links in a group below /frame. With their names they fit into one page of
+// metadata.
 constexpr int links_per_group = 128;
 constexpr int frame_name_length = 8;
 constexpr int body_name_length = 16;

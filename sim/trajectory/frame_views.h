@@ -31,7 +31,7 @@ class FrameViews {
 
  private:
   XdmfSurface surface_of(const TrajectoryBody& body) const;
-  // Makes the groups above the next frame if it is the first one in them.
+  // Creates the groups that hold the next frame's group, if that frame is the first in them.
   void open_groups();
   // Adds a view of one dataset of the body to the group of that name, and returns its path.
   std::string link_view(hid_t group, const TrajectoryBody& body, const std::string& dataset,

@@ -1,5 +1,4 @@
-// The images of a scene that its trajectory holds: those of the bodies that the case records, whole
-// or in part.
+// The images that a trajectory holds: those of the bodies that the case records, whole or in part.
 #pragma once
 
 #include <span>

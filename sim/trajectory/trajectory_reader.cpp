@@ -138,7 +138,7 @@ void TrajectoryReader::Implementation::read_header() {
   }
 }
 
-// Lists the records in a group and the groups in it, of which there are two levels.
+// Lists the records in a group and in its subgroups; there are two levels of groups.
 void TrajectoryReader::Implementation::find_records(const std::string& group,
                                                     const std::string& channel) {
   const Handle parent = access.open_group(file.get(), group);

@@ -40,7 +40,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// Returns the number with as many digits as tell it from one that is `step` away.
+// Returns the number as text, with enough digits to differ from a number `step` away.
 std::string label_of(double value, double step) {
   const double digits = value == 0 ? 1 : std::ceil(std::log10(std::abs(value) / step)) + 1;
   std::ostringstream text;

@@ -33,7 +33,8 @@ struct Legend {
   std::string units;  // may be empty
   bool magnitude = false;
   ColourScale scale;
-  double least = 0, most = 0;  // of what is drawn, which may lie beyond the ends of the scale
+  // Extremes of the values drawn, which may lie beyond the ends of the scale.
+  double least = 0, most = 0;
 };
 
 // The smallest picture that a legend fits in, pixels.

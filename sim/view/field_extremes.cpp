@@ -16,7 +16,7 @@ void add_value(double value, auto& summary, const auto& describe) {
   summary.has_extremes = true;
 }
 
-// The place of a particle in the body's own image, also if only a part of it is recorded.
+// The place of a particle in the whole image of the body, even if only a part of it is recorded.
 bsi::TexelAddress place_of(const TrajectoryBody& body, int particle) {
   bsi::TexelAddress place = body.atlas.particle_address(particle);
   if (body.is_part()) {

@@ -1,4 +1,4 @@
-// The least and the largest values of what a trajectory records, and where and when they are.
+// The least and the largest recorded values of a trajectory, with their places and times.
 #pragma once
 
 #include <string>
@@ -24,7 +24,7 @@ struct FieldSummary {
   std::string name, units;
   bool magnitude = false;
   bool has_extremes = false;      // false if no value is finite
-  FieldExtreme minimum, maximum;  // the first of equals
+  FieldExtreme minimum, maximum;  // the first of equal ones
   long not_finite = 0;
 };
 

@@ -1,4 +1,5 @@
-// The recorded fields of a trajectory: their names, and the numbers by which they are judged.
+// The recorded fields of a trajectory: their names, and the numbers that represent their values in
+// scales and extremes.
 #pragma once
 
 #include <span>

@@ -31,7 +31,7 @@ struct HeatMap {
 
 std::string svg_of(const HeatMap& map);
 
-// Writes it. Throws FileError, naming the path.
+// Writes the map as an SVG file. Throws FileError, naming the path.
 void write_svg(const HeatMap& map, const std::filesystem::path& path);
 
 }  // namespace weft::sim

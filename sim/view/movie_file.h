@@ -14,7 +14,7 @@ struct MovieResult {
 // Makes directory/movie.mp4 (H.264, yuv420p) of these pictures in their order; they are names of
 // files in the directory. An odd width or height gets a black line, since yuv420p needs even ones.
 // The movie's metadata (comment) says that Weft made it. Runs ffmpeg from PATH, without a shell,
-// and waits for it; what a failed ffmpeg leaves is removed.
+// and waits for it; a file left by a failed ffmpeg is removed.
 MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
                         double frames_per_second);
 

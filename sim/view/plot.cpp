@@ -18,7 +18,7 @@ constexpr double width = 820, height = 520;  // of the picture, pixels
 constexpr double left = 78, right = 190, top = 66, bottom = 58;
 constexpr double legend_x = width - right + 22;
 
-// Colours that even those who cannot tell red from green can tell apart (after Okabe and Ito).
+// Colours that differ for readers with any colour vision (after Okabe and Ito).
 constexpr std::array<const char*, 7> colours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                              "#e69f00", "#56b4e9", "#444444"};
 

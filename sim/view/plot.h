@@ -29,7 +29,7 @@ struct Plot {
 // The chart as text. At least one series must have a point.
 std::string svg_of(const Plot& plot);
 
-// Writes it. Throws FileError, naming the path.
+// Writes the chart as an SVG file. Throws FileError, naming the path.
 void write_svg(const Plot& plot, const std::filesystem::path& path);
 
 // Returns the text escaped for an SVG file.

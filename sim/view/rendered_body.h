@@ -41,7 +41,7 @@ struct RenderedBody {
   bsi::DetailSurface detail;
   std::vector<Vec3> detail_normals;
   std::vector<float> detail_places;
-  // The spheres of a level: those that touch none of another body, and those that do.
+  // The spheres of a level: those that touch no sphere of another body, and those that touch one.
   SphereSurface spheres, touching_spheres;
 };
 
@@ -53,8 +53,8 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
 // std::runtime_error if they are not finite.
 void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body);
 
-// The functions below use the positions read last; for bodies that do not move, they do so once.
-// They throw std::runtime_error, naming the frame, for bodies that are too far away.
+// The functions below use the positions read last. For bodies that do not move, they do their work
+// only once. They throw std::runtime_error, naming the frame, for bodies that are too far away.
 
 // Reduces detail within the tolerance, and by so little that bodies do not show through each other.
 void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,

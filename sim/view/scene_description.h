@@ -7,7 +7,8 @@
 
 namespace weft::sim {
 
-// Returns the text about what the scene needs, what it skips and why.
+// Returns the text of `weft check`: what the scene needs, and which computations it skips for which
+// reason.
 std::string describe_scene(const Scene& scene);
 
 }  // namespace weft::sim

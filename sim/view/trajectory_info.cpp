@@ -195,7 +195,7 @@ std::string last_of(const SeriesSummary& series) {
 // Throws FileError for positions that the referee cannot judge.
 void require_judgeable(const std::string& path, const TrajectoryBody& body, int frame,
                        std::span<const Vec3> positions) {
-  // Magnitudes of a float32, for which the exact determinants are made.
+  // The exact determinants are valid for magnitudes within the range of float32.
   constexpr double least = std::numeric_limits<float>::denorm_min();
   constexpr double most = std::numeric_limits<float>::max();
   const auto is_exact = [](double x) {
