@@ -59,7 +59,7 @@ Atlas::Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle)
     check_axis("rows", patch.rows, patch.wrap_v, i);
     check_axis("columns", patch.cols, patch.wrap_u, i);
     texels += static_cast<std::int64_t>(patch.rows) * patch.cols;
-    // Triangles and their corners, up to 6 per texel, are also numbered by int.
+    // Triangles and their corners, up to 6 per texel, must be numbered by an int, too.
     if (texels > std::numeric_limits<int>::max() / 6) {
       throw std::invalid_argument("the atlas has more vertices than can be numbered");
     }

@@ -235,7 +235,7 @@ void find_triangle_intersections(const TriangleSet& first, const TriangleSet& se
     const auto [a, b] = hits.pairs[k];
     found[k] = intersect_triangles(to_points(corners(first, a)), to_points(corners(second, b)));
   }
-  // A distance can round to 0 although the triangles have no point in common.
+  // Drops pairs without a common point: their distance can still round to 0.
   for (std::size_t k = 0; k < found.size(); ++k)
     if (found[k].kind != IntersectionKind::none) meetings.push_back({hits.pairs[k], found[k]});
 }

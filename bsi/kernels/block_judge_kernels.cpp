@@ -45,8 +45,8 @@ WEFT_INLINE void read_block(const BoxTree& tree, BoxNode node, Block& block) {
   number_leaves(tree, node, true, block.number);
 }
 
-// Several pairs of blocks and their pairs of triangles: entry 64 s + 8 i + j is for leaves i and j
-// of pair s.
+// Several pairs of blocks and their pairs of triangles: entry 64 s + 8 i + j stands for leaves i
+// and j of pair s of blocks.
 constexpr int slots = 32;
 struct Chunk {
   Block a[slots], b[slots];

@@ -12,7 +12,7 @@ namespace weft::sim {
 
 struct PilotOptions {
   // `notice` is called before each stage of the pilot, with a description. `progress` is called
-  // with how far the stage has come (s of simulated time, from 0 to the duration). Both may be
+  // with the simulated time that the stage has reached (s, from 0 to the duration). Both may be
   // empty.
   std::function<void(const std::string& text)> notice;
   std::function<void(double time)> progress;

@@ -84,8 +84,8 @@ class Access {
   // alone. Compressed data may stand for two thousand times their size. Virtual data lie elsewhere
   // and are not checked.
   void require_stored(hid_t dataset, const std::string& name, double entries) const;
-  // Names of the members of a group, in the order they were created; by name where the group does
-  // not know it.
+  // Names of the members of a group in the order of their creation or, if the group has not
+  // recorded that, by name.
   std::vector<std::string> members(hid_t group) const;
 
  private:

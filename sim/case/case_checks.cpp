@@ -166,7 +166,7 @@ class Checker {
     }
   }
 
-  // Refuses a case that needs too much memory, at its largest shape.
+  // Refuses a case that needs too much memory; the error is placed at its largest shape.
   void memory() const {
     const SceneSize size = size_of_case(case_);
     const std::string reason = reason_of_memory(case_, size);

@@ -23,7 +23,8 @@ struct OwnParticles {
 Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search)
     : scene_(scene), surface_(scene, statistics, std::move(search)) {}
 
-// Calls use(map) with the scene's map, or with one that costs nothing.
+// Calls use(map) with the scene's map or, if points are particles, with OwnParticles, which costs
+// nothing.
 template <class Use>
 void Contact::with_map(const Use& use) const {
   if (scene_.surface_map.is_identity()) {

@@ -135,8 +135,8 @@ class Contact {
   struct Points {
     std::vector<Vec3> position, velocity;
   };
-  // A pair as particles feel it: the particles of its four points, each once, with their weights in
-  // the separation of the closest points. With friction, also their levers of sliding.
+  // A pair by particles: those of its four points, each once, with their weights in the separation
+  // of the closest points and, if there is friction, their levers (Sliding).
   struct Stencil {
     std::span<const int> particles;
     std::span<const double> weights;

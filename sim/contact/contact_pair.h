@@ -39,7 +39,7 @@ struct ContactPair {
   std::array<int, 4> nodes{};      // surface points
   std::array<double, 4> weight{};  // of bsi::Closest: sum +1 on the first feature, -1 on the second
   Vec3 normal{0, 0, 0};            // from the second feature's closest point to the first's
-  double coefficient = 1;          // factor of the pair in the sum; negative where others overlap
+  double coefficient = 1;          // factor of the pair in the sum; negative for subtracted terms
   double gap = 0;                  // m
   double energy = 0;               // J
   double push = 0;                 // N along the normal, barrier and damping

@@ -33,7 +33,7 @@ double default_slack(const Scene& scene) {
   return 0.25 * sum / static_cast<double>(count);
 }
 
-// Any sphere around the points will do: this one is only asked how far two bodies are apart.
+// Any sphere around the points will do: it only bounds the distance of two bodies.
 bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> second) {
   Vec3 low = first[0], high = first[0];
   for (const auto& points : {first, second}) {

@@ -119,7 +119,7 @@ class SurfaceContact {
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
-  // The forces that one chunk of the candidates gives.
+  // The results of one chunk of the candidates.
   struct Found {
     std::vector<ContactPair> pairs;
     std::vector<Sliding> sliding;
@@ -161,7 +161,7 @@ class SurfaceContact {
   double stray_of(const Pair& pair, const PointStray& stray) const;
   // The conditions that a path must meet.
   struct PathDemand {
-    bool gap = true;  // half the thickness on the way and all of it at the end
+    bool gap = true;  // require half the thickness on the way and all of it at the end
     PointStray stray;
   };
   std::optional<ContactFault> find_path_fault(const PlacedPoints& start, const PlacedPoints& end,

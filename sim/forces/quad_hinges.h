@@ -1,4 +1,5 @@
-// The hinges that bend a quad, its diagonal and four sides, and the nodes across these.
+// The five hinges that bend a quad (its diagonal and its four sides), and the nodes across its
+// sides.
 #pragma once
 
 #include <array>

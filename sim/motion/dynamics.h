@@ -48,7 +48,8 @@ struct StateSummary {
 // The forces of a state in parts, N, by dynamic particle.
 struct ForceParts {
   std::vector<Vec3> own;  // of their bodies, air, gravity and mass damping
-  // Contact: along the normals, contact damping included, and friction. Zero without contact.
+  // Contact forces along the normals (contact damping included), and friction forces. Zero without
+  // contact.
   std::vector<Vec3> contact, friction;
   std::vector<Vec3> support;  // exerted by pins, with the inertia of what they hold
   // Contact forces of each body of the scene that is not dynamic; zero for others.

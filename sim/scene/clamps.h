@@ -12,8 +12,9 @@ struct PrescribedMotion;
 struct Scene;
 struct SceneBody;
 
-// An edge of a triangle of which a clamp holds both ends, but not the opposite node. A ghost node
-// beyond the edge spans the clamp's tangent plane with it and follows the pin's motion.
+// An edge of a triangle. A clamp holds both ends of the edge, but not the triangle's opposite node.
+// A ghost node beyond the edge spans the clamp's tangent plane with it and follows the pin's
+// motion.
 struct ClampedEdge {
   int triangle = 0;     // index into the body's mesh
   int edge = 0;         // opposite node `edge` of the triangle

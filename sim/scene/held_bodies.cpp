@@ -7,8 +7,8 @@ namespace weft::sim {
 
 namespace {
 
-// Marks, by body, those that are held as a whole. Vertices that follow different motions are no
-// rigid surface, as contact and its friction assume of obstacles.
+// Marks, by body, those that are held as a whole. Vertices that follow different motions form no
+// rigid surface, which contact and its friction require of obstacles.
 std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
   std::vector<char> is_held, moves(scene.bodies.size(), 0);
   std::vector<int> pin_count(scene.bodies.size(), 0);

@@ -98,7 +98,7 @@ struct TimedHold {
 //
 // All pins of a body that has a timed one are timed. In the scene of a case their particles are
 // free. For each time between two changes of pins, hold_timed_pins() (timed_pins.h) makes a scene
-// from it in which they are held; Simulation integrates these scenes.
+// from it in which the pinned particles of that time are held; Simulation integrates these scenes.
 struct Scene {
   Case source;
   std::vector<SceneBody> bodies;  // dynamic ones, then held ones, then obstacles

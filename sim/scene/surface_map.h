@@ -19,7 +19,7 @@ class SurfaceMap {
     double weight = 0;
   };
 
-  // The identity: point i is particle i. It stores nothing, not even their number.
+  // The identity: point i is particle i. It stores nothing, not even the number of points.
   SurfaceMap() = default;
   // Point i has the shares from first_share[i] to first_share[i + 1] - 1: at least one, of
   // different particles.

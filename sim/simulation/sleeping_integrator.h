@@ -69,8 +69,8 @@ class SleepingIntegrator final : public Integrator {
   std::vector<double> awake_part(std::span<const double> y) const;
   // Adds the energies of sleeping bodies to those of the awake ones.
   Energies with_asleep(const Energies& awake) const;
-  // Returns the smaller of the awake bodies' smallest gap (m), which is passed, and that of the
-  // sleeping ones; nothing if there is neither.
+  // Returns the smaller of two smallest gaps (m): that of the awake bodies, which is passed, and
+  // that of the sleeping ones; nothing if there is neither.
   std::optional<double> with_asleep(std::optional<double> smallest_gap) const;
   int sleeping_bodies() const;
   // Returns a failure of the awake bodies with its particle's number in the whole scene.

@@ -18,8 +18,8 @@ class CoarseMatrixAge {
   void start(int iterations, double residual);
   // True if the extra iterations of finished solves cost more than new matrices.
   bool is_worn_out() const { return excess_iterations_ > rebuild_cost; }
-  // True if these and the extra iterations of the present solve, up to this iteration and residual,
-  // cost more than new matrices.
+  // True if the extra iterations of finished solves and of the present one, up to this iteration
+  // and residual, cost more than new matrices.
   bool is_worn_out_by(int iterations, double residual) const;
   // Adds the iterations of a solve that ends with this count and residual.
   void finish(int iterations, double residual);

@@ -28,8 +28,8 @@ class FrameBatch {
   // Returns the memory that the frames take, bytes.
   std::size_t bytes() const;
   const std::vector<double>& times() const { return times_; }
-  // Images of a body, frame by frame; empty for a body that does not move.
-  // These are numbers of the batch's precision; lists of the other one are empty.
+  // Images of a body, frame by frame; empty for a body that does not move. Only the list of the
+  // batch's precision is filled; the other one is empty.
   const std::vector<float>& positions(std::size_t body) const { return positions_[body]; }
   const std::vector<double>& exact_positions(std::size_t body) const {
     return exact_positions_[body];

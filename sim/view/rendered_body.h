@@ -36,7 +36,8 @@ struct RenderedBody {
   std::vector<float> places;
   const gpu::ColourMap* colour_map = nullptr;
   std::optional<bsi::Pyramid> pyramid;  // made when first needed
-  // The body at reduced detail; if `detail` has no triangles, the body is drawn whole.
+  // The members below are for reduced detail; if `detail` has no triangles, the body is drawn
+  // whole.
   double most_deviation = 0;  // m
   bsi::DetailSurface detail;
   std::vector<Vec3> detail_normals;
