@@ -42,6 +42,20 @@ struct TimeCase {
   bool sleep = true;  // bodies at rest are not simulated until something touches them
 };
 
+// The course of an equilibrium's loads, and its action at the end of a stable path.
+enum class Loading { proportional, in_time, arc_length };
+enum class AtLimitPoint { stop, jump };
+
+struct StaticCase {  // of [static]; for time.method = "static"
+  Loading loading = Loading::proportional;
+  AtLimitPoint at_limit_point = AtLimitPoint::stop;
+  bool scale_gravity = false;                  // by the load factor of the path
+  double first_load_factor = 0.1;              // of the first point of the path
+  std::optional<double> largest_step;          // m, RMS of the displacements between two points
+  std::optional<double> largest_load_factor;   // > 0; the path ends there
+  std::optional<double> largest_displacement;  // m, of any vertex; the path ends there
+};
+
 struct WorldCase {
   Varying<Vec3> gravity = Vec3(0, 0, -9.81);  // m/s^2
   Varying<Vec3> wind = Vec3(0, 0, 0);         // m/s
@@ -154,10 +168,15 @@ struct VertexSelection {
 struct PinCase {
   VertexSelection vertices;
   bool clamp = false;                  // holds the surface's tangent plane at the held edges, too
+  std::vector<std::string> axes;       // "x", "y", "z": those held; empty: all
+  std::optional<Vec3> symmetry;        // normal of a plane of symmetry through the vertices
   double hold_time = 0;                // s: the vertices are free before
   std::optional<double> release_time;  // s: the vertices are free from then on
   std::optional<MotionCase> motion;
   SourceLocation location;
+
+  // True if the vertices are held in some directions only.
+  bool slides() const { return !axes.empty() || symmetry.has_value(); }
 };
 
 // The shape in which a body starts, if it is not its rest shape: `shape`, or the rest shape bent.
@@ -192,6 +211,20 @@ struct ObstacleCase {
   Vec3 rotation_deg{0, 0, 0};
   double thickness = 1e-3;
   std::optional<MotionCase> motion;
+  SourceLocation location;
+};
+
+enum class LoadType { point, line, area, pressure, moment };
+
+// Forces that act on a body from outside.
+struct LoadCase {
+  VertexSelection vertices;
+  std::string body;
+  LoadType type = LoadType::point;
+  Varying<Vec3> force = Vec3(0, 0, 0);  // N at each vertex, N/m of an edge, or N/m^2
+  Varying<double> pressure = 0.0;       // Pa
+  Varying<double> moment = 0.0;         // N m/m of an edge
+  bool follower = false;                // the force keeps its components in the surface's frame
   SourceLocation location;
 };
 
@@ -246,6 +279,7 @@ struct ComputeCase {
 struct Case {
   std::string title;
   TimeCase time;
+  StaticCase equilibria;  // [static]
   WorldCase world;
   ContactCase contact;
   OutputCase output;
@@ -256,6 +290,7 @@ struct Case {
   std::vector<BodyCase> body;          // [[body]]
   std::vector<ObstacleCase> obstacle;  // [[obstacle]]
   std::vector<TieCase> tie;            // [[tie]]
+  std::vector<LoadCase> load;
 
   std::string path;  // of the case file; base of relative paths
   // The case as TOML with every default and override, as trajectories store it. The values chosen

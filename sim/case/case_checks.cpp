@@ -11,6 +11,8 @@
 #include "sim/case/case_text.h"
 #include "sim/case/channels.h"
 #include "sim/case/memory_estimate.h"
+#include "sim/case/static_checks.h"
+#include "sim/case/support_checks.h"
 #include "sim/case/time_methods.h"
 
 namespace weft::sim {
@@ -36,7 +38,8 @@ class Checker {
     tolerances();
     names();
     materials();
-    equilibria();
+    check_static(case_, locations_);
+    check_loads_and_supports(case_, locations_);
     supports();
     channels();
     check_output(case_, locations_);
@@ -204,31 +207,6 @@ class Checker {
       fail(join_path(join_path("body", i), "control_net"),
            "a control_net of body " + in_quotes(body.name) + ", which is no shell",
            "expected model = \"shell\" in " + heading(join_path("material", body.material)));
-    }
-  }
-
-  // Refuses settings that change in time if an equilibrium is sought: it has a load instead of a
-  // time.
-  void equilibria() const {
-    if (!traits_of(case_.time.method).finds_equilibria()) return;
-    Case copy = case_;  // describe() takes a case that it could change
-    refuse_varying(describe(copy), "");
-  }
-  void refuse_varying(const Table& table, const std::string& path) const {
-    for (const Field& field : table.fields) {
-      const std::string place = join_path(path, field.key);
-      if (const auto* member = std::get_if<TableMember>(&field.member)) {
-        if (member->present()) refuse_varying(member->open(), place);
-      } else if (const auto* list = std::get_if<TableList>(&field.member)) {
-        for (std::size_t i = 0; i < list->size(); ++i) {
-          const Table entry = list->at(i);
-          refuse_varying(entry, list->named ? join_path(place, *entry.name) : join_path(place, i));
-        }
-      } else if (varies(field)) {
-        fail(place,
-             in_quotes(field.key) + " varies in time, which time.method = \"static\" has not",
-             "expected a constant, or a method that follows the motion in time");
-      }
     }
   }
 

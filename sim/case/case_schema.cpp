@@ -7,49 +7,13 @@ namespace weft::sim {
 
 namespace {
 
-Table describe(TimeCase& target);
-Table describe(WorldCase& target);
-Table describe(ContactCase& target);
-Table describe(OutputPartCase& target);
-Table describe(OutputCase& target);
-Table describe(ComputeCase& target);
-Table describe(IncludeCase& target);
-Table describe(MaterialCase& target);
-Table describe(ShapeCase& target);
-Table describe(KeyframeCase& target);
-Table describe(MotionCase& target);
-Table describe(PinCase& target);
-Table describe(StartCase& target);
-Table describe(BodyCase& target);
-Table describe(ObstacleCase& target);
-Table describe(TieCase& target);
-
 std::vector<NamedValue<TimeMethod>> named_methods() {
   std::vector<NamedValue<TimeMethod>> values;
   for (const TimeMethodTraits& each : time_methods()) values.push_back({each.method, each.name});
   return values;
 }
 
-template <class Struct>
-TableMember table(Struct* target) {
-  return {[] { return true; }, [target] { return describe(*target); }};
-}
-
-template <class Struct>
-TableMember table(std::optional<Struct>* target) {
-  return {[target] { return target->has_value(); },
-          [target] {
-            if (!*target) target->emplace();
-            return describe(**target);
-          }};
-}
-
-template <class Struct>
-TableList tables(std::vector<Struct>* target, bool named = false) {
-  return {named, [target] { return target->size(); },
-          [target](std::size_t index) { return describe((*target)[index]); },
-          [target] { return describe(target->emplace_back()); }};
-}
+}  // namespace
 
 // Every describe() below unpacks its struct by a structured binding. A member that is added to
 // case.h but not described here therefore does not compile.
@@ -403,87 +367,6 @@ Table describe(ShapeCase& target) {
   return result;
 }
 
-Table describe(KeyframeCase& target) {
-  auto& [time, translation, rotation] = target;
-  return {{
-      field("time", &time, "s", not_negative, "Time of the keyframe; later than the one before.")
-          .needed(),
-      field("translation", &translation, "m", any, "Displacement from the start."),
-      field("rotation_deg", &rotation, "degrees", any,
-            "Rotation from the start about the centre: axis times angle."),
-  }};
-}
-
-Table describe(MotionCase& target) {
-  auto& [velocity, angular_velocity, centre, start, stop, keyframes, location] = target;
-  Table result{{
-      field("velocity", &velocity, "m/s", any, "Constant velocity.").not_with("keyframes"),
-      field("angular_velocity_deg", &angular_velocity, "degrees/s", any,
-            "Constant rotation about the centre: axis times rate.")
-          .not_with("keyframes"),
-      field("centre", &centre, "m", any, "Centre of the rotation.")
-          .with_default("the mean of the moved points at the start"),
-      field("start_time", &start, "s", not_negative, "Start of the motion; at rest before.")
-          .not_with("keyframes"),
-      field("stop_time", &stop, "s", positive,
-            "End of the motion, later than start_time; at rest after.")
-          .with_default("never")
-          .not_with("keyframes"),
-      field("keyframes", tables(&keyframes),
-            "Poses to pass through, instead of constant velocities."),
-  }};
-  result.location = &location;
-  return result;
-}
-
-std::vector<Field> fields_of(VertexSelection& target) {
-  auto& [corners, edges, rows, cols, patch, region_min, region_max] = target;
-  return {
-      field("corners", &corners, "Corners of the image, row before column, or all four.")
-          .entries(1, 4)
-          .out_of({"first_first", "first_last", "last_first", "last_last", "all"}),
-      field("edges", &edges, "Borders of the image.")
-          .entries(1, 4)
-          .out_of({"first_row", "last_row", "first_col", "last_col"}),
-      field("rows", &rows, "", any,
-            "First and last row of a block, counted from 0, or from -1 backwards. Without cols: "
-            "whole rows.")
-          .entries(2, 2),
-      field("cols", &cols, "", any,
-            "First and last column of a block, counted from 0, or from -1 backwards. Without rows: "
-            "whole columns.")
-          .entries(2, 2),
-      field("patch", &patch, "", at_least(0),
-            "Patch in which corners, edges, rows and cols are counted."),
-      field("region_min", &region_min, "m", any,
-            "Lower corner of a box in space. It selects all vertices that are in it at the start."),
-      field("region_max", &region_max, "m", any, "Upper corner of the box."),
-  };
-}
-
-Table describe(PinCase& target) {
-  auto& [vertices, clamp, hold_time, release_time, motion, location] = target;
-  Table result{fields_of(vertices)};
-  for (Field& each : std::vector<Field>{
-           field("clamp", &clamp,
-                 "Holds the surface's tangent plane at the held edges, too, as it is when the pin "
-                 "takes hold. Needs a material with bending_stiffness, and an edge of which the "
-                 "pin holds both ends."),
-           field("hold_time", &hold_time, "s", not_negative,
-                 "Time at which the pin takes hold of its vertices where they then are; they are "
-                 "free before. Not with time.method = \"static\"."),
-           field("release_time", &release_time, "s", positive,
-                 "Time at which the pin lets go, later than hold_time; its vertices keep their "
-                 "velocity. Not with time.method = \"static\".")
-               .with_default("never"),
-           field("motion", table(&motion),
-                 "Motion of the held vertices; without it they stay at rest."),
-       })
-    result.fields.push_back(std::move(each));
-  result.location = &location;
-  return result;
-}
-
 Table describe(StartCase& target) {
   auto& [shape, bend_radius, bend_direction, location] = target;
   Table result{{
@@ -556,39 +439,17 @@ Table describe(ObstacleCase& target) {
   return result;
 }
 
-Table describe(TieCase& target) {
-  auto& [vertices, body, to, stiffness, break_force, location] = target;
-  Table result{{
-      field("body", &body, "Name of the body whose vertices are tied.")
-          .needed()
-          .named_with_letters(),
-      field("to", &to,
-            "Name of another body, to whose nearest points the vertices are tied, or of an "
-            "obstacle.")
-          .needed()
-          .named_with_letters(),
-      field("stiffness", &stiffness, "N/m", positive,
-            "Stiffness of all springs of the tie together; each vertex has a part as large as the "
-            "area "
-            "around it."),
-      field("break_force", &break_force, "N", positive,
-            "Sum of the forces of the springs at which the tie breaks. Not with time.method = "
-            "\"static\".")
-          .with_default("never"),
-  }};
-  for (Field& each : fields_of(vertices)) result.fields.push_back(std::move(each));
-  result.location = &location;
-  return result;
-}
-
-}  // namespace
-
 Table describe(Case& target) {
-  auto& [title, time, world, contact, output, compute, include, material, body, obstacle, tie, path,
-         resolved, method_given, method_location, accuracy_location, choice] = target;
+  auto& [title, time, equilibria, world, contact, output, compute, include, material, body,
+         obstacle, tie, load, path, resolved, method_given, method_location, accuracy_location,
+         choice] = target;
   return {{
       field("title", &title, "Short description of the case."),
       field("time", table(&time), "Integration in time: duration, frames, method and tolerances."),
+      field("static",
+            TableMember{[&of = time] { return traits_of(of.method).finds_equilibria(); },
+                        [&of = equilibria] { return describe(of); }},
+            "Equilibria: the course of their loads. Only with time.method = \"static\"."),
       field("world", table(&world), "Gravity and air."),
       field("contact", table(&contact), "Contact between surfaces."),
       field("output", table(&output), "Quantities that are recorded beside the positions."),
@@ -603,6 +464,7 @@ Table describe(Case& target) {
             "Surfaces that stay at rest or follow a prescribed motion."),
       field("tie", tables(&tie),
             "Springs between vertices of a body and another body or an obstacle."),
+      field("load", tables(&load), "Forces that act on bodies from outside."),
   }};
 }
 

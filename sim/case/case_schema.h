@@ -97,6 +97,26 @@ struct Table {
 // lists must not grow except by `append` while the description is in use.
 Table describe(Case& target);
 
+// The fields of the tables of a case.
+Table describe(TimeCase& target);
+Table describe(StaticCase& target);
+Table describe(WorldCase& target);
+Table describe(ContactCase& target);
+Table describe(OutputPartCase& target);
+Table describe(OutputCase& target);
+Table describe(ComputeCase& target);
+Table describe(IncludeCase& target);
+Table describe(MaterialCase& target);
+Table describe(ShapeCase& target);
+Table describe(StartCase& target);
+Table describe(KeyframeCase& target);
+Table describe(MotionCase& target);
+Table describe(PinCase& target);
+Table describe(BodyCase& target);
+Table describe(ObstacleCase& target);
+Table describe(LoadCase& target);
+Table describe(TieCase& target);
+
 // The fields of the tables that can replace the constant of a Varying field: those of a curve, with
 // the field's unit and limits, and those of a gust.
 template <class Value>

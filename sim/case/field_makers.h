@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -50,6 +51,27 @@ Choice choice(Enum* target, std::type_identity_t<std::vector<NamedValue<Enum>>> 
             return static_cast<std::size_t>(found - values.begin());
           },
           [target, values](std::size_t index) { *target = values[index].value; }};
+}
+
+template <class Struct>
+TableMember table(Struct* target) {
+  return {[] { return true; }, [target] { return describe(*target); }};
+}
+
+template <class Struct>
+TableMember table(std::optional<Struct>* target) {
+  return {[target] { return target->has_value(); },
+          [target] {
+            if (!*target) target->emplace();
+            return describe(**target);
+          }};
+}
+
+template <class Struct>
+TableList tables(std::vector<Struct>* target, bool named = false) {
+  return {named, [target] { return target->size(); },
+          [target](std::size_t index) { return describe((*target)[index]); },
+          [target] { return describe(target->emplace_back()); }};
 }
 
 }  // namespace weft::sim

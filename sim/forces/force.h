@@ -57,6 +57,10 @@ class Force {
   virtual bool has_damping() const = 0;
   // True if the force exchanges energy with anything outside the simulation, such as air.
   virtual bool is_external() const { return false; }
+  // True if it is an applied load, which analyses of load paths and of buckling scale.
+  virtual bool is_load() const { return false; }
+  // Multiplies an applied load by this factor from now on; 1 before the first call.
+  virtual void set_load_factor(double /*factor*/) {}
   // True if its coefficients vary in time.
   virtual bool varies() const { return false; }
   // Gives its coefficients their values at a time, for all evaluations until the next call. Called

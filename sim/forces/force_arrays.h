@@ -17,8 +17,10 @@ std::unique_ptr<Force> make_bending_force(
     const Scene& scene);                                      // isotropic bending from edge angles
 std::unique_ptr<Force> make_shell_force(const Scene& scene);  // spline shells
 std::unique_ptr<Force> make_clamp_force(
-    const Scene& scene);                                    // bending at the edges that clamps hold
-std::unique_ptr<Force> make_tie_force(const Scene& scene);  // springs of ties
-std::unique_ptr<Force> make_drag_force(const Scene& scene);  // wind on triangles
+    const Scene& scene);  // bending at the edges that clamps hold
+std::unique_ptr<Force> make_support_force(const Scene& scene);  // springs of sliding supports
+std::unique_ptr<Force> make_tie_force(const Scene& scene);      // springs of ties
+std::unique_ptr<Force> make_drag_force(const Scene& scene);     // wind on triangles
+std::unique_ptr<Force> make_load_force(const Scene& scene);     // loads from outside
 
 }  // namespace weft::sim

@@ -15,6 +15,12 @@
 
 namespace weft::sim {
 
+// A point on a path of equilibria.
+struct PathPoint {
+  double load_factor = 1;       // that scales the applied loads
+  int negative_directions = 0;  // of the tangent stiffness; more than none: unstable
+};
+
 // Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
 // its path. A step that might let surfaces touch or cross is not accepted.
 class Integrator {
@@ -48,6 +54,11 @@ class Integrator {
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
   // Describes what the method has chosen by itself so far; empty if it has no choice.
   virtual std::string decision() const { return {}; }
+  // True if the run has reached an end that the case sets before time.duration, such as the largest
+  // load factor of a path.
+  virtual bool has_ended() const { return false; }
+  // The equilibrium at time(), of methods that factorise the tangent stiffness; else nothing.
+  virtual std::optional<PathPoint> path_point() const { return std::nullopt; }
 
  protected:
   std::optional<Failure> reason_to_stop() const {

@@ -96,12 +96,14 @@ std::optional<Failure> OneStepIntegrator::step() {
     if (trouble == Trouble::surfaces) longest_after_veto_ = size_;
     successes_ = 0;
     patience_ = std::min(2 * patience_, longest_patience);
-    if (size_ < scene_.source.time.minimum_step) {
-      return shortest_step_failure(trouble, {.time = time(), .fault = fault_, .particle = place_},
-                                   scene_);
-    }
+    if (size_ < shortest_step()) return final_failure(trouble);
     if (should_stop()) return stopped_;
   }
+}
+
+Failure OneStepIntegrator::final_failure(Trouble trouble) const {
+  return shortest_step_failure(trouble, {.time = time(), .fault = fault_, .particle = place_},
+                               scene_);
 }
 
 OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time, std::span<const double> y) {

@@ -54,12 +54,18 @@ class OneStepIntegrator : public Integrator {
   // Called before the first step. If it returns a failure, the run does not begin.
   virtual std::optional<Failure> refusal() { return std::nullopt; }
 
+  // Returns the length (s) below which steps are not cut.
+  virtual double shortest_step() const { return scene_.source.time.minimum_step; }
+  // Returns the failure of a step that may not be cut any more, because of this trouble.
+  virtual Failure final_failure(Trouble trouble) const;
+
   bool is_fixed() const { return step_.has_value(); }
   // Sets the length of the next step or trial. Precondition: there is no fixed step.
   void propose(double h) { size_ = h; }
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
   const std::optional<ContactFault>& fault() const { return fault_; }
   void set_place(int particle) { place_ = particle; }
+  int place() const { return place_; }
   // Checks for a reason to stop between the parts of a long trial. If there is one, the trial must
   // end with any trouble, and step() fails with the reason.
   bool should_stop() {

@@ -269,16 +269,59 @@ std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const 
                                                    std::span<Vec3> acceleration) {
   ++statistics_.counters.force_evaluations;
   const Kinematics state = kinematics(time, y);
-  add_forces(state, acceleration);
-  if (contact_) {
-    if (auto fault = evaluate_contact(time)) return fault;
-    contact_->add_forces(acceleration);
-  }
+  if (auto fault = sum_forces(time, state, acceleration)) return fault;
   if (divide_by_mass(state, acceleration)) return std::nullopt;
-  const auto bad = std::find_if(acceleration.begin(), acceleration.end(),
-                                [](const Vec3& a) { return !a.allFinite(); });
-  const auto place = std::min<std::ptrdiff_t>(bad - acceleration.begin(), particle_count() - 1);
-  return ContactFault{ContactFault::Kind::not_finite, {static_cast<int>(place), -1, -1, -1}};
+  return fault_of_first_not_finite(acceleration);
+}
+
+std::optional<ContactFault> Dynamics::sum_forces(double time, const Kinematics& state,
+                                                 std::span<Vec3> force) {
+  add_forces(state, force);
+  if (!contact_) return std::nullopt;
+  if (auto fault = evaluate_contact(time)) return fault;
+  contact_->add_forces(force);
+  return std::nullopt;
+}
+
+ContactFault Dynamics::fault_of_first_not_finite(std::span<const Vec3> vectors) const {
+  const auto bad =
+      std::find_if(vectors.begin(), vectors.end(), [](const Vec3& a) { return !a.allFinite(); });
+  const auto place = std::min<std::ptrdiff_t>(bad - vectors.begin(), particle_count() - 1);
+  return {ContactFault::Kind::not_finite, {static_cast<int>(place), -1, -1, -1}};
+}
+
+std::optional<ContactFault> Dynamics::net_forces(double time, std::span<const double> y,
+                                                 std::span<Vec3> force) {
+  ++statistics_.counters.force_evaluations;
+  const Kinematics state = kinematics(time, y);
+  if (auto fault = sum_forces(time, state, force)) return fault;
+  const Vec3 gravity = load_.value_or(1) * gravity_;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
+    force[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);
+  }
+  if (std::ranges::all_of(force, [](const Vec3& f) { return f.allFinite(); })) return std::nullopt;
+  return fault_of_first_not_finite(force);
+}
+
+void Dynamics::applied_loads(double time, std::span<const double> y, bool with_gravity,
+                             std::span<Vec3> force) {
+  const Kinematics state = kinematics(time, y);
+  for (std::size_t i = 0; i < force.size(); ++i)
+    force[i] = with_gravity ? Vec3(scene_.mass[i] * gravity_) : Vec3(Vec3::Zero());
+  for (const auto& each : forces_) {
+    if (each->is_load()) each->add_forces(state, force, threads_);
+  }
+}
+
+void Dynamics::set_load_factor(double factor) {
+  for (const auto& each : forces_) {
+    if (each->is_load()) each->set_load_factor(factor);
+  }
+}
+
+bool Dynamics::has_loads() const {
+  return std::ranges::any_of(forces_, [](const auto& each) { return each->is_load(); });
 }
 
 void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {

@@ -100,6 +100,19 @@ class Dynamics {
   [[nodiscard]] std::optional<ContactFault> acceleration(double time, std::span<const double> y,
                                                          std::span<Vec3> acceleration);
 
+  // Computes the net forces of a state with contact and gravity, N, by dynamic particle. Those on
+  // held particles are what their supports carry. Returns the fault as rate() does.
+  [[nodiscard]] std::optional<ContactFault> net_forces(double time, std::span<const double> y,
+                                                       std::span<Vec3> force);
+  // Computes the applied loads of a state, N, by dynamic particle: those of Force::is_load() at the
+  // present load factor and, if asked for, gravity in full.
+  void applied_loads(double time, std::span<const double> y, bool with_gravity,
+                     std::span<Vec3> force);
+  // Sets the factor of all forces that are loads.
+  void set_load_factor(double factor);
+  // True if one of the forces is a load.
+  bool has_loads() const;
+
   // Stores K = -dF/dx and D = -dF/dv of all forces except contact. Contact keeps its own matrices,
   // which are always those of the last rate(). Mass damping is part of D.
   void assemble(double time, std::span<const double> y,
@@ -212,6 +225,10 @@ class Dynamics {
   // calls set_time(). Valid as long as y and until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
+  // Sets `force` to the forces of all arrays and of contact.
+  std::optional<ContactFault> sum_forces(double time, const Kinematics& state,
+                                         std::span<Vec3> force);
+  ContactFault fault_of_first_not_finite(std::span<const Vec3> vectors) const;
   void add_mass_damping();
   // Gives everything that varies its value at this time; costs nothing if nothing does.
   void set_time(double time);

@@ -15,10 +15,13 @@ namespace {
 
 constexpr double energy_share = 0.05;
 
-// False for equilibria with wind or prescribed motion: they have no motion that work could become.
+// False for equilibria with wind, prescribed motion or loads of their own: they have no motion that
+// work could become.
 bool can_be_watched(const Dynamics& dynamics) {
   const Scene& scene = dynamics.scene();
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
+  if (scene.source.equilibria.loading != Loading::proportional || dynamics.has_loads())
+    return false;
   const bool moves = std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                                  [](const PrescribedMotion& held) { return held.moves; });
   return !moves && !(dynamics.has_external_forces() && !scene.source.world.wind.is_zero());

@@ -173,7 +173,7 @@ class Run final : private StepObserver {
     std::vector<double> interpolated(simulation_.state().size());
     const double duration = scene_.source.time.duration;
     auto last_look = std::chrono::steady_clock::now();
-    while (simulation_.time() < duration) {
+    while (simulation_.time() < duration && !simulation_.has_ended()) {
       if (is_interrupted()) return interrupt();
       if (const auto failure = simulation_.step()) return end_with(*failure);
       if (const auto failure = record_frames(interpolated)) return fail(*failure);

@@ -10,10 +10,12 @@
 #include "sim/case/case_error.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/scene/held_bodies.h"
+#include "sim/scene/load_points.h"
 #include "sim/scene/pins.h"
 #include "sim/scene/recorded_bodies.h"
 #include "sim/scene/shape_builder.h"
 #include "sim/scene/shell_body.h"
+#include "sim/scene/sliding_supports.h"
 #include "sim/scene/start_shape.h"
 #include "sim/scene/surface_points.h"
 #include "sim/scene/timed_pins.h"
@@ -150,14 +152,19 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   scene.bodies.push_back(std::move(body));
 }
 
-void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
+void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
               std::vector<PrescribedMotion>& pins) {
+  const auto sliding = std::make_shared<SlidingSupports>();
   for (const PinCase& pin : from.pin) {
     const auto positions = std::span<const Vec3>(scene.initial_position)
                                .subspan(body.first_particle, body.particle_count());
     PrescribedMotion held;
     held.pin = static_cast<int>(&pin - from.pin.data());
     std::vector<int> named = select_pinned(pin, body.atlas, positions);
+    if (pin.slides()) {
+      add_sliding_supports(body, pin, held.pin, named, positions, *sliding);
+      continue;
+    }
     if (pin.clamp && body.spline) named = with_clamped_rows(body, pin, std::move(named));
     for (const int local : named) {
       const int particle = body.first_particle + local;
@@ -175,6 +182,18 @@ void add_pins(Scene& scene, const BodyCase& from, const SceneBody& body,
       held.clamped = find_clamped_edges(body, held.particles, scene.initial_position, {});
     if (!body.spline) require_clamped_edges(pin, held.clamped);
     pins.push_back(std::move(held));
+  }
+  if (!sliding->springs.empty()) body.supports = sliding;
+}
+
+void add_loads(Scene& scene) {
+  for (std::size_t i = 0; i < scene.source.load.size(); ++i) {
+    const LoadCase& load = scene.source.load[i];
+    const auto body = std::ranges::find(scene.bodies, load.body, &SceneBody::name);
+    const auto positions = std::span<const Vec3>(scene.initial_position)
+                               .subspan(body->first_particle, body->particle_count());
+    body->loads.push_back({static_cast<int>(i), std::make_shared<const std::vector<LoadPoint>>(
+                                                    find_load_points(*body, load, positions))});
   }
 }
 
@@ -278,6 +297,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   std::ranges::move(pins, std::back_inserter(scene->prescribed));
   apply_initial_motions(*scene);
   add_timed_pins(*scene);
+  add_loads(*scene);
   add_ties(*scene);
   number_surface_points(*scene);
   recorded_bodies(*scene);  // for the checks of parts

@@ -19,6 +19,8 @@
 namespace weft::sim {
 
 class SplineSurface;
+struct LoadPoint;
+struct SlidingSupports;
 
 // The surface of a body on which contact acts, if its points are not the particles themselves. Each
 // point of its image is a combination of the body's particles.
@@ -33,6 +35,12 @@ struct SampledSurface {
   std::vector<Vec3> rest;  // points of the undeformed shape, m
 };
 
+// A load of the case that acts on a body.
+struct SurfaceLoad {
+  int number = 0;  // in Case::load
+  std::shared_ptr<const std::vector<LoadPoint>> points;
+};
+
 // A body of the scene. Its particles are numbered from first_particle to first_particle +
 // atlas.particle_count() - 1, its surface points from first_point on.
 struct SceneBody {
@@ -40,10 +48,12 @@ struct SceneBody {
   bsi::Atlas atlas;
   bsi::Mesh mesh;          // indices local to the body; without contact, only triangles
   std::vector<Vec3> rest;  // the undeformed shape, in its own frame, m
-  Vec3 velocity{0, 0, 0}, spin{0, 0, 0};        // at t = 0: m/s, rad/s about `centre`
-  Vec3 centre{0, 0, 0};                         // m, mean of its particles at t = 0
-  std::optional<SampledSurface> sampled;        // empty: surface points are particles
-  std::shared_ptr<const SplineSurface> spline;  // of shells, whose particles are control points
+  Vec3 velocity{0, 0, 0}, spin{0, 0, 0};            // at t = 0: m/s, rad/s about `centre`
+  Vec3 centre{0, 0, 0};                             // m, mean of its particles at t = 0
+  std::optional<SampledSurface> sampled;            // empty: surface points are particles
+  std::shared_ptr<const SplineSurface> spline;      // of shells, whose particles are control points
+  std::shared_ptr<const SlidingSupports> supports;  // null: none
+  std::vector<SurfaceLoad> loads;
   int first_particle = 0, first_point = 0;
   bool is_obstacle = false;  // the case lists it as an obstacle
   bool dynamic = true;       // false: an obstacle, or a body that is held as a whole

@@ -23,6 +23,7 @@ class CurveFinder {
       if (!case_.contact.enabled) friction->unused = "contact.enabled is false";
     }
     for (const MaterialCase& material : case_.material) add_material(material);
+    for (std::size_t i = 0; i < case_.load.size(); ++i) add_load(case_.load[i], i);
     return std::move(curves_);
   }
 
@@ -46,6 +47,17 @@ class CurveFinder {
         air->moves_materials.push_back(material.name);
     }
     if (air->moves_materials.empty()) air->unused = "nothing has drag";
+  }
+
+  void add_load(const LoadCase& load, std::size_t number) {
+    const std::string path = "load." + std::to_string(number) + '.';
+    const auto body = std::ranges::find(case_.body, load.body, &BodyCase::name);
+    const auto moves = [&](SceneCurve* curve) {
+      if (curve != nullptr) curve->moves_materials.push_back(body->material);
+    };
+    moves(add(path + "force", load.force));
+    moves(add(path + "pressure", load.pressure));
+    moves(add(path + "moment", load.moment));
   }
 
   void add_material(const MaterialCase& material) {

@@ -161,9 +161,8 @@ void sample_shell(SceneBody& body) {
   body.thickness += 2 * largest_deviation(body);
 }
 
-std::vector<int> with_clamped_rows(const SceneBody& body, const PinCase& pin,
-                                   std::vector<int> held) {
-  std::vector<int> added;
+std::vector<BesideBorder> rows_beside_borders(const SceneBody& body, std::span<const int> held) {
+  std::vector<BesideBorder> all;
   const auto is_held = [&](int particle) { return std::ranges::binary_search(held, particle); };
   for (std::size_t p = 0; p < body.atlas.patches().size(); ++p) {
     const bsi::Patch& patch = body.atlas.patches()[p];
@@ -172,7 +171,7 @@ std::vector<int> with_clamped_rows(const SceneBody& body, const PinCase& pin,
       for (int i = 0; i < count; ++i) {
         if (!is_held(particle(border, i))) return;
       }
-      for (int i = 0; i < count; ++i) added.push_back(particle(next, i));
+      for (int i = 0; i < count; ++i) all.push_back({particle(next, i), particle(border, i)});
     };
     const auto in_row = [&](int row, int col) {
       return body.atlas.particle(static_cast<int>(p), row, col);
@@ -187,11 +186,17 @@ std::vector<int> with_clamped_rows(const SceneBody& body, const PinCase& pin,
       add_beside(patch.cols - 1, patch.cols - 2, patch.rows, in_column);
     }
   }
+  return all;
+}
+
+std::vector<int> with_clamped_rows(const SceneBody& body, const PinCase& pin,
+                                   std::vector<int> held) {
+  const std::vector<BesideBorder> added = rows_beside_borders(body, held);
   if (added.empty()) {
     throw CaseError(pin.location, "this clamp holds no edge of the shell",
                     "expected a pin that holds a whole border of a patch");
   }
-  held.insert(held.end(), added.begin(), added.end());
+  for (const BesideBorder& each : added) held.push_back(each.particle);
   std::ranges::sort(held);
   const auto repeated = std::ranges::unique(held);
   held.erase(repeated.begin(), repeated.end());

@@ -27,6 +27,15 @@ std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
 // triangles between these points.
 void sample_shell(SceneBody& body);
 
+// A control point of the row next to a border, and the one beside it on the border: together they
+// span the tangent of the surface across the border.
+struct BesideBorder {
+  int particle = 0, border = 0;
+};
+// Lists the control points next to each border of a patch that `held` (local indices, sorted)
+// contains as a whole.
+std::vector<BesideBorder> rows_beside_borders(const SceneBody& body, std::span<const int> held);
+
 // Adds the control points that a clamp holds beside those that its pin names (local indices,
 // sorted): the row next to each border that it names as a whole. Both rows together span the
 // tangent planes along the border. Throws CaseError at the pin if it names no whole border.

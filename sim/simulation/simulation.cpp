@@ -237,11 +237,12 @@ std::optional<Failure> Simulation::advance(double seconds) {
   double target = time() + seconds;
   if (traits_of(self.scene.source.time.method).finds_equilibria())
     target = std::min(target, self.scene.source.time.duration);
-  while (self.integrator->time() < target) {
+  while (self.integrator->time() < target && !has_ended()) {
     if (auto failure = step()) return failure;
   }
   self.is_expanded = false;
   self.inner_state.clear();
+  target = has_ended() ? std::min(target, self.integrator->time()) : target;
   if (target == self.integrator->time()) return std::nullopt;
   std::vector<double> inner(self.dynamics.state_size());
   if (auto failure = self.integrator->state_at(target, inner)) return failure;
@@ -300,6 +301,8 @@ void Simulation::restore(std::string_view bytes) {
   self.energies.reset();
   self.transfer(archive);
 }
+
+bool Simulation::has_ended() const { return implementation_->integrator->has_ended(); }
 
 IntegratorCounts Simulation::counts() const { return implementation_->integrator->counts(); }
 const Statistics& Simulation::statistics() const { return implementation_->statistics; }

@@ -60,7 +60,8 @@ class Simulation {
   [[nodiscard]] std::optional<Failure> step();
   // Advances by `seconds`. Throws std::invalid_argument unless these are positive and finite. Fails
   // as step() does, and if no interpolated state keeps surfaces apart; time() is then that of the
-  // last good step. `static` ends at time.duration and cannot advance beyond it.
+  // last good step. `static` ends at time.duration, or at has_ended(), and cannot advance beyond
+  // it.
   [[nodiscard]] std::optional<Failure> advance(double seconds);
 
   // Positions (m) and velocities (m/s) of the vertices of a body or obstacle, by particle: one per
@@ -80,6 +81,9 @@ class Simulation {
   // build. After restore() throws, the simulation's state is undefined.
   std::string save() const;
   void restore(std::string_view bytes);
+
+  // True if the run has reached an end that the case sets before time.duration.
+  bool has_ended() const;
 
   IntegratorCounts counts() const;
   const Statistics& statistics() const;

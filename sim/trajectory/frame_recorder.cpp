@@ -152,6 +152,10 @@ std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more)
   series.push_back({"smallest_gap", "m"});
   series.push_back({"largest_stretch", "1"});
   series.push_back({"sleeping_bodies", "1"});
+  if (simulation_.integrator().path_point()) {
+    series.push_back({"load_factor", "1"});
+    series.push_back({"negative_directions", "1"});
+  }
   for (const StatisticColumn& column : statistic_columns)
     series.push_back({column.name, column.units});
   series.insert(series.end(), more.begin(), more.end());
@@ -165,6 +169,10 @@ std::vector<double> FrameRecorder::frame_values(const StateSummary& summary, dou
   values.push_back(or_nan(summary.smallest_gap));
   values.push_back(largest_stretch);
   values.push_back(summary.sleeping_bodies);
+  if (const auto point = simulation_.integrator().path_point()) {
+    values.push_back(point->load_factor);
+    values.push_back(point->negative_directions);
+  }
   for (const StatisticColumn& column : statistic_columns) {
     values.push_back(column.value(dynamics_.statistics(), counts));
   }

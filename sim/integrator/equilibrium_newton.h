@@ -1,0 +1,90 @@
+// Newton's method for equilibria, with the exact tangent and a direct solver.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/base/state_archive.h"
+#include "sim/integrator/safe_path.h"
+#include "sim/motion/dynamics.h"
+#include "sim/solver/tangent_factors.h"
+
+namespace weft::sim {
+
+// Solves F(x) = kept for the free particles; `kept` (N) is zero but in homotopies. A state is an
+// equilibrium once a whole correction moves no particle by more than time.position_tolerance and
+// - the residual is at most 1e-8 of the applied forces: loads, weight and forces on held particles;
+// - or the correction is at most 1e-8 of the size of the bodies. The residual of a thin body stalls
+//   above its limit, because rounded positions stretch its stiff membrane.
+class EquilibriumNewton {
+ public:
+  EquilibriumNewton(const Scene& scene, Dynamics& dynamics);
+
+  enum class End { converged, diverged, singular, blocked, stopped };
+  // The equilibrium that is searched for.
+  struct Goal {
+    double time = 0;  // s
+    // Shortens corrections whose forces push back, and descends where the tangent is indefinite.
+    // It diverges less, and takes more iterations.
+    bool careful = false;
+    std::function<bool()> should_stop;  // ends the search with End::stopped
+  };
+  // Moves the free particles of `y`, 6 * particles doubles, to an equilibrium. `path` has been
+  // moved to `y`. Costs one factorisation and mostly one evaluation of the forces per iteration.
+  End solve(const Goal& goal, std::span<double> y, SafePath& path);
+
+  // The parts of an iteration. They use the load of the dynamics.
+  // Evaluates the residual (N, by dynamic particle; zero for held ones). Returns false and has a
+  // fault() if the forces cannot be evaluated.
+  bool evaluate(double time, std::span<const double> y);
+  // Assembles and factorises the tangent at the place of the last evaluate(). Returns false if it
+  // is singular.
+  bool factorise(double time, std::span<const double> y,
+                 Definiteness definiteness = Definiteness::exact);
+  const std::vector<Vec3>& residual() const { return residual_; }
+  const TangentFactors& factors() const { return factors_; }
+  // True if the last evaluate() and a last correction that moved particles by up to `move` (m)
+  // fulfil the conditions above.
+  bool is_converged(double time, std::span<const double> y, double move);
+
+  // Sets the forces that solve() leaves unbalanced; empty: none.
+  void keep(std::vector<Vec3> forces) { kept_ = std::move(forces); }
+  // Diagonal of the box around the start of the dynamic bodies, m.
+  double size() const { return size_; }
+  const std::optional<ContactFault>& fault() const { return fault_; }
+  // The free particle whose forces are farthest from balance in the last evaluation.
+  int worst_particle() const;
+
+  // Negative directions of the tangent at the last factorisation, and the most since the last
+  // forget_signs().
+  int negative_directions() const { return negative_; }
+  int most_negative_directions() const { return most_negative_; }
+  void forget_signs() { most_negative_ = 0; }
+
+  std::int64_t iterations() const { return iterations_; }
+  std::int64_t factorisations() const { return factorisations_; }
+  void transfer(StateArchive& archive) { archive(iterations_, factorisations_, negative_); }
+
+ private:
+  bool find_way(const Goal& goal, std::span<const double> y);
+  double take_way(const Goal& goal, std::span<double> y, SafePath& path);
+  double pull() const;
+
+  const Scene& scene_;
+  Dynamics& dynamics_;
+  TangentFactors factors_;
+  double size_ = 0;  // m
+  std::vector<Vec3> force_, residual_, way_, applied_, kept_;
+  std::vector<double> reached_;
+  std::optional<ContactFault> fault_;
+  int negative_ = 0, most_negative_ = 0;
+  std::int64_t iterations_ = 0, factorisations_ = 0;
+};
+
+// Returns the largest length of the vectors.
+double largest_length(std::span<const Vec3> vectors);
+
+}  // namespace weft::sim

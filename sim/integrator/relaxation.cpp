@@ -1,0 +1,214 @@
+#include "sim/integrator/relaxation.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/motion/tolerances.h"
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
+constexpr double longest_pseudo_step = 1e4;    // s
+constexpr double shortest_pseudo_step = 1e-6;  // s
+constexpr double newton_step = 1;  // s; from here on the correction measures the distance left
+constexpr double growth = 5;       // after a step that was not shortened
+// Limit of pseudo-steps per load, however small the load: hanging cloth may have to rotate all the
+// way towards gravity. A smaller load would start over.
+constexpr int most_pseudo_steps = 600;
+// Limit of pseudo-steps at full stiffness before bodies are softened. A hanging sheet takes some 30
+// to 100; beyond that, its stiffness slows it down.
+constexpr int patience = 100;
+// Residual acceleration at rest (mass-weighted RMS) as a fraction of gravity, at full stiffness and
+// with softened bodies.
+constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
+// Softening starts at a stiffness of `softest` times the weight of the body per width. Each stage
+// multiplies it by `hardening`.
+constexpr double softest = 100, hardening = 10;
+// Accuracy of the linear solve for a direction: relative error in the norm of the matrix.
+constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
+                                           .scale = VelocitySystem::Goal::Scale::matrix};
+constexpr double shortest_fraction = 1e-6;  // of a step
+// Number of pseudo-steps after an indefinite exact matrix before the next exact one is tried.
+constexpr int exact_interval = 4;
+
+}  // namespace
+
+double applied_acceleration(Dynamics& dynamics, double time, std::span<const double> y) {
+  std::vector<Vec3> force(dynamics.particle_count());
+  dynamics.applied_loads(time, y, true, force);
+  double sum = 0, mass = 0;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    sum += force[i].squaredNorm() / dynamics.scene().mass[i];
+    mass += dynamics.scene().mass[i];
+  }
+  return std::sqrt(sum / mass);
+}
+
+Relaxation::Relaxation(const Scene& scene, Dynamics& dynamics)
+    : scene_(scene),
+      dynamics_(dynamics),
+      system_(dynamics),
+      rate_(dynamics.state_size()),
+      right_(dynamics.state_size()),
+      correction_(dynamics.state_size()),
+      reached_(dynamics.state_size()),
+      weight_(dynamics.state_size(), 1.0) {
+  if (dynamics.contact() != nullptr) dynamics.contact()->keep_matrix_definite();
+  for (const double mass : scene.mass) mass_ += mass;
+}
+
+int Relaxation::worst_particle() const { return sim::worst_particle(rate_, weight_); }
+
+// Relaxes the bodies at full stiffness. If that is slow, it relaxes them again, from softened to
+// full stiffness. Slack stiff bodies rotate by a small angle per pseudo-step, because straight
+// paths stretch them. Softened bodies rotate by large angles. Both reach the same place except
+// for their stretch.
+Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePath& path) {
+  goal_ = &goal;
+  path_ = &path;
+  pseudo_steps_ = indefinite_steps_ = 0;
+  pseudo_step_ = first_pseudo_step;
+  const double least = least_hardness();
+  End end = descend_at(1, y, least < 1 ? patience : most_pseudo_steps);
+  if (end == End::slow && least < 1) {
+    end = End::at_rest;
+    for (double hardness = least; end == End::at_rest; hardness *= hardening) {
+      end = descend_at(std::min(hardness, 1.0), y, most_pseudo_steps);
+      if (hardness >= 1) break;
+    }
+  }
+  if (end == End::slow || end == End::stuck) dynamics_.set_hardness(1);
+  return end;
+}
+
+// Takes pseudo-steps until the forces balance or the load has taken `most_steps`.
+Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int most_steps) {
+  dynamics_.set_hardness(hardness);
+  fault_ = dynamics_.rate(goal_->time, y, rate_);
+  if (fault_) return End::blocked;
+  const double fraction = hardness < 1 ? softened_fraction : residual_fraction;
+  while (pseudo_steps_ < most_steps && !goal_->should_stop()) {
+    ++pseudo_steps_;
+    fault_.reset();
+    const double taken = find_direction(y) ? take_correction(y) : 0;
+    if (taken == 0) {
+      pseudo_step_ /= 4;
+      if (pseudo_step_ < shortest_pseudo_step) return fault_ ? End::blocked : End::stuck;
+      continue;
+    }
+    if (taken == 1 && is_at_rest(fraction, hardness < 1)) return End::at_rest;
+    pseudo_step_ = taken == 1 ? std::min(growth * pseudo_step_, longest_pseudo_step)
+                              : std::max(taken, 0.3) * pseudo_step_;
+  }
+  return End::slow;
+}
+
+// Solves (M + h^2 K) dv = h F, dx = h dv. If conjugate gradients find the exact K indefinite, K
+// is made semi-definite, here and in the next pseudo-steps.
+bool Relaxation::find_direction(std::span<const double> y) {
+  ++newton_iterations_;
+  const double h = pseudo_step_;
+  const std::size_t half = y.size() / 2;
+  std::fill_n(right_.begin(), half, 0.0);
+  for (std::size_t i = half; i < y.size(); ++i) right_[i] = h * rate_[i];
+  if (indefinite_steps_ % exact_interval == 0) {
+    const VelocitySystem::Outcome outcome = solve(y, Definiteness::exact);
+    indefinite_steps_ = outcome.indefinite ? 1 : 0;
+    if (!outcome.indefinite) return outcome.converged;
+  } else {
+    ++indefinite_steps_;
+  }
+  return solve(y, Definiteness::semi_definite).converged;
+}
+VelocitySystem::Outcome Relaxation::solve(std::span<const double> y, Definiteness definiteness) {
+  dynamics_.assemble(goal_->time, y, definiteness);
+  PhaseTimer timer(dynamics_.statistics().phases.linear_solve);
+  system_.set_up(pseudo_step_);
+  const VelocitySystem::Outcome outcome =
+      system_.solve(pseudo_step_, right_, weight_, linear_goal, correction_);
+  linear_iterations_ += outcome.iterations;
+  return outcome;
+}
+
+// Takes the correction, shortened until the forces at its end push back by at most half of their
+// pull at its start. Returns the fraction taken. The work of the forces decides, not their size:
+// a straight path stretches a body that rotates, and the forces of a stiff body grow long before
+// its energy does. Returns 0 if no fraction is accepted; the last evaluation is then at `y`.
+double Relaxation::take_correction(std::span<double> y) {
+  std::copy(y.begin(), y.end(), reached_.begin());
+  const double start = pull();
+  for (double fraction = 1; fraction > shortest_fraction;) {
+    for (std::size_t i = 0; i < y.size() / 2; ++i) y[i] = reached_[i] + fraction * correction_[i];
+    fault_ = dynamics_.rate(goal_->time, y, rate_);
+    const double now = fault_ ? 0 : pull();
+    if (now < -0.5 * start) {
+      // The push grows with the cube of the distance.
+      fraction *= std::clamp(std::cbrt(start / (start - now)), 0.1, 0.8);
+    } else if (fault_ || !path_is_safe(y)) {
+      fraction /= 2;
+    } else {
+      return fraction;
+    }
+  }
+  std::copy(reached_.begin(), reached_.end(), y.begin());
+  static_cast<void>(dynamics_.rate(goal_->time, y, rate_));
+  return 0;
+}
+
+// Returns the work (J) that the present forces would do along the whole correction.
+double Relaxation::pull() const {
+  const StateView way = StateView::of(correction_), force = StateView::of(rate_);
+  double sum = 0;
+  for (std::size_t i = 0; i < way.position.size(); ++i)
+    sum += scene_.mass[i] * way.position[i].dot(force.velocity[i]);
+  return sum;
+}
+
+// Checks the path from the last accepted pseudo-step to `y`. If it is safe, the next path starts
+// at `y`.
+bool Relaxation::path_is_safe(std::span<const double> y) {
+  fault_ = path_->move_to(goal_->time, y);
+  return !fault_;
+}
+
+// Judges rest by the size of the forces and, at full stiffness, by the largest move of the last
+// Newton step.
+bool Relaxation::is_at_rest(double fraction, bool softened) const {
+  if (pseudo_step_ < (goal_->acceleration == 0 ? longest_pseudo_step : newton_step)) return false;
+  if (!softened) {
+    double largest_move = 0;
+    for (const Vec3& way : StateView::of(correction_).position)
+      largest_move = std::max(largest_move, way.norm());
+    if (largest_move > scene_.source.time.position_tolerance) return false;
+  }
+  if (goal_->acceleration == 0) return true;
+  const StateView left = StateView::of(rate_);
+  double force = 0;
+  for (std::size_t i = 0; i < left.velocity.size(); ++i)
+    force += scene_.mass[i] * left.velocity[i].squaredNorm();
+  return std::sqrt(force / mass_) <= fraction * goal_->acceleration;
+}
+
+// Returns the factor of the stiffness at which the stiffest body, hung up, would stretch by a
+// hundredth.
+double Relaxation::least_hardness() const {
+  double hardness = 1;
+  for (int b = 0; b < scene_.dynamic_bodies; ++b) {
+    const SceneBody& body = scene_.bodies[b];
+    const MaterialCase& material = *body.material;
+    if (material.is_shell()) continue;  // only membranes and springs can be softened
+    Eigen::AlignedBox3d box;
+    for (const Vec3& x : body.rest) box.extend(x);
+    const double weight = material.density * goal_->acceleration * box.diagonal().norm();
+    const double stiffness =
+        std::max(material.membrane_stiffness, material.structural_stiffness.value_or(0));
+    if (stiffness > 0) hardness = std::min(hardness, softest * weight / stiffness);
+  }
+  return hardness > 0 ? hardness : 1;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,76 @@
+// The relaxation of bodies to an equilibrium by pseudo-steps of backward Euler.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/base/state_archive.h"
+#include "sim/integrator/safe_path.h"
+#include "sim/motion/dynamics.h"
+#include "sim/solver/velocity_system.h"
+
+namespace weft::sim {
+
+// Returns the root mean square (m/s^2), weighted by mass, of the accelerations that gravity and
+// loads at the present load factor would cause alone.
+double applied_acceleration(Dynamics& dynamics, double time, std::span<const double> y);
+
+// Finds a stable equilibrium that may be far away, as slack cloth has. A pseudo-step is one Newton
+// iteration of backward Euler from rest. Short ones follow the forces; long ones are Newton's
+// method for the equilibrium. If that is slow, it starts again with softened bodies.
+class Relaxation {
+ public:
+  Relaxation(const Scene& scene, Dynamics& dynamics);
+
+  enum class End { at_rest, slow, stuck, blocked };
+  // The equilibrium that is searched for.
+  struct Goal {
+    double time = 0;  // s
+    double acceleration =
+        0;  // m/s^2, of free bodies under the applied loads: measures the residual
+    std::function<bool()> should_stop;  // ends the search
+  };
+  // Relaxes the free particles of `y`, 6 * particles doubles, whose velocities must be zero. `path`
+  // has started at the state before. After End::blocked, fault() has the reason. The dynamics
+  // return to full stiffness.
+  End relax(const Goal& goal, std::span<double> y, SafePath& path);
+
+  const std::optional<ContactFault>& fault() const { return fault_; }
+  // The particle whose forces are farthest from balance in the last evaluation.
+  int worst_particle() const;
+  std::int64_t newton_iterations() const { return newton_iterations_; }
+  std::int64_t linear_iterations() const { return linear_iterations_; }
+  void transfer(StateArchive& archive) {
+    archive(newton_iterations_, linear_iterations_);
+    system_.transfer(archive);
+  }
+
+ private:
+  End descend_at(double hardness, std::span<double> y, int most_steps);
+  bool find_direction(std::span<const double> y);
+  VelocitySystem::Outcome solve(std::span<const double> y, Definiteness definiteness);
+  double take_correction(std::span<double> y);
+  double pull() const;
+  bool path_is_safe(std::span<const double> y);
+  bool is_at_rest(double fraction, bool softened) const;
+  double least_hardness() const;
+
+  const Scene& scene_;
+  Dynamics& dynamics_;
+  VelocitySystem system_;
+  const Goal* goal_ = nullptr;  // of the present search
+  SafePath* path_ = nullptr;
+  std::optional<ContactFault> fault_;
+  double pseudo_step_ = 0;    // s
+  int pseudo_steps_ = 0;      // of the present search
+  int indefinite_steps_ = 0;  // pseudo-steps since an indefinite exact matrix; 0: none
+  std::int64_t newton_iterations_ = 0, linear_iterations_ = 0;
+  std::vector<double> rate_, right_, correction_, reached_;
+  std::vector<double> weight_;  // all 1
+  double mass_ = 0;             // kg
+};
+
+}  // namespace weft::sim

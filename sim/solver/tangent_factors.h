@@ -1,0 +1,41 @@
+// Factors of the tangent stiffness of an equilibrium, which may be indefinite.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "sim/motion/dynamics.h"
+
+namespace weft::sim {
+
+// Factorises K = -dF/dx on the free particles as a sparse L D L^T without pivoting. By Sylvester's
+// law of inertia, K has as many negative eigenvalues as D has negative entries. The order of the
+// unknowns is analysed once for each pattern.
+class TangentFactors {
+ public:
+  explicit TangentFactors(Dynamics& dynamics);
+  ~TangentFactors();
+  TangentFactors(const TangentFactors&) = delete;
+  TangentFactors& operator=(const TangentFactors&) = delete;
+
+  // Factorises the K last assembled and that of the contacts last evaluated. Returns false if K is
+  // singular to working precision. Costs one factorisation.
+  bool factorise();
+  // Number of negative entries of D. Precondition, here and below: factorise() returned true.
+  int negative_directions() const;
+  // Solves K displacement = force. Both have one entry per dynamic particle; displacements of held
+  // particles become zero, and forces on them are not read. Returns false if the displacement is
+  // not finite.
+  bool solve(std::span<const Vec3> force, std::span<Vec3> displacement) const;
+  // The particle whose pivot is the smallest against its own diagonal entry, also after factorise()
+  // returned false: it moves in the direction in which K is weakest. -1 if nothing is free.
+  int weakest_particle() const;
+  std::int64_t factorisations() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace weft::sim
