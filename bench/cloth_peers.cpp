@@ -23,8 +23,8 @@ using namespace sim;
 std::optional<std::string> beyond_peers(const MaterialCase& material) {
   if (material.membrane != MembraneModel::springs) return "its membrane is not made of springs";
   if (material.bending_stiffness != 0) return "it has bending stiffness";
-  if (!material.mass_damping.is_zero() || !material.stiffness_damping.is_zero() ||
-      !material.bending_damping.is_zero())
+  if (!material.mass_damping.is_zero() || !material.membrane_damping_time().is_zero() ||
+      !material.bending_damping_time().is_zero())
     return "it has damping";
   if (!material.normal_drag.is_zero() || !material.tangential_drag.is_zero()) return "it has drag";
   return std::nullopt;

@@ -27,8 +27,8 @@ bool nothing_acts(const Scene& scene) {
 // True if only gravity and the material's own elasticity act, and nothing prescribed moves.
 bool nothing_takes_energy(const Scene& scene) {
   const auto damps = [](const MaterialCase& m) {
-    return !(m.mass_damping.is_zero() && m.stiffness_damping.is_zero() &&
-             m.bending_damping.is_zero() && m.normal_drag.is_zero() && m.tangential_drag.is_zero());
+    return !(m.mass_damping.is_zero() && m.membrane_damping_time().is_zero() &&
+             m.bending_damping_time().is_zero() && m.normal_drag.is_zero() && m.tangential_drag.is_zero());
   };
   for (int b = 0; b < scene.dynamic_bodies; ++b)
     if (damps(*scene.bodies[b].material)) return false;

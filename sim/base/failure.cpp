@@ -17,6 +17,8 @@ const char* kind_name(Failure::Kind kind) {
       return "unstable";
     case Kind::too_many_cuts:
       return "too_many_cuts";
+    case Kind::strain_limit:
+      return "strain_limit";
     case Kind::prescribed_motion:
       return "prescribed_motion";
     case Kind::energy:

@@ -13,6 +13,7 @@ struct Failure {
     not_finite,         // forces or positions are not finite numbers
     unstable,           // explicit steps are too long
     too_many_cuts,      // steps are cut again and again to keep surfaces apart
+    strain_limit,       // no step keeps membranes within their strain_limit
     prescribed_motion,  // it is too fast, or leaves no room
     energy,             // the motion has gained energy
     cpu_limit,          // compute.cpu_limit is reached

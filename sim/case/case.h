@@ -3,6 +3,7 @@
 // description.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -94,11 +95,25 @@ struct MaterialCase {
   Varying<double> mass_damping = 0.0;          // 1/s
   Varying<double> stiffness_damping = 0.0;     // s, of the membrane and its springs
   Varying<double> bending_damping = 0.0;       // s, of bending
+  std::optional<double> loss_factor;           // of membrane and bending, at loss_frequency
+  std::optional<double> loss_frequency;        // Hz
+  std::optional<double> strain_limit;          // of the principal strains, > 0; cloth
+  std::optional<double> yield_curvature;       // 1/m, > 0; cloth
+  double hardening = 0.0;                      // stiffness after yielding over that before, < 1
   Varying<double> normal_drag = 0.0;           // coefficient
   Varying<double> tangential_drag = 0.0;       // coefficient
 
   bool is_shell() const { return model == MaterialModel::shell; }
   double area_density() const { return is_shell() ? volume_density * shell_thickness : density; }
+  // Stiffness (N/m) of cloth against stretching, in its stiffest direction.
+  double tensile_stiffness() const {
+    return std::max(membrane_stiffness, structural_stiffness.value_or(0));
+  }
+  bool yields() const { return yield_curvature.has_value() && bending_stiffness > 0; }
+  // Damping times (s) of the membrane, or its springs, and of bending. A loss factor of eta at the
+  // frequency f is a time of eta / (2 pi f).
+  Varying<double> membrane_damping_time() const;
+  Varying<double> bending_damping_time() const;
 };
 
 enum class ShapeType {
@@ -238,6 +253,28 @@ struct TieCase {
   SourceLocation location;
 };
 
+// The bending of a seam: the surfaces go on across it, or it is a hinge without friction.
+enum class SeamBending { continuous, hinged };
+enum class ImageEdge { first_row, last_row, first_col, last_col };
+
+// Sews a border of a body to a border of another body, or of the same one. A border is one of the
+// edges of an image, or a part of it.
+struct SeamCase {
+  std::string body;
+  ImageEdge edge = ImageEdge::first_row;
+  std::vector<int> range;  // vertices along the edge: [first, last], from 0, or from -1 backwards
+  int patch = 0;
+  std::string to;  // this and the next three: the other side
+  ImageEdge to_edge = ImageEdge::first_row;
+  std::vector<int> to_range;
+  int to_patch = 0;
+  std::optional<double> stiffness;  // N/m^2: force per length of the seam and opening
+  SeamBending bending = SeamBending::continuous;
+  double angle_deg = 0;      // fold of the seam without moment
+  double closing_time = 0;   // s, in which edges that start apart are drawn together
+  SourceLocation location;
+};
+
 // A file with materials and obstacles that belong to the case.
 struct IncludeCase {
   std::string path;  // TOML, relative to the file that includes it
@@ -291,6 +328,7 @@ struct Case {
   std::vector<ObstacleCase> obstacle;  // [[obstacle]]
   std::vector<TieCase> tie;            // [[tie]]
   std::vector<LoadCase> load;
+  std::vector<SeamCase> seam;          // [[seam]]
 
   std::string path;  // of the case file; base of relative paths
   // The case as TOML with every default and override, as trajectories store it. The values chosen

@@ -10,6 +10,7 @@
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
 #include "sim/case/channels.h"
+#include "sim/case/cloth_checks.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/case/static_checks.h"
 #include "sim/case/support_checks.h"
@@ -40,6 +41,7 @@ class Checker {
     materials();
     check_static(case_, locations_);
     check_loads_and_supports(case_, locations_);
+    check_cloth(case_, locations_);
     supports();
     channels();
     check_output(case_, locations_);
@@ -119,9 +121,9 @@ class Checker {
                " with it, or maximum_order = 2");
     }
     for (const MaterialCase& material : case_.material) {
-      if (smallest(material.mass_damping) > 0 || smallest(material.stiffness_damping) > 0) continue;
+      if (smallest(material.mass_damping) > 0 || smallest(material.membrane_damping_time()) > 0) continue;
       fail("time.maximum_order", order + " is wrong without damping",
-           "expected mass_damping or stiffness_damping > 0 in " +
+           "expected mass_damping, stiffness_damping or loss_factor > 0 in " +
                heading(join_path("material", material.name)) + ", or maximum_order = 2");
     }
   }
@@ -224,13 +226,13 @@ class Checker {
       fail(join_path(join_path("body", i), "name"),
            "nothing holds body " + in_quotes(case_.body[i].name) +
                ": under gravity it has no equilibrium (time.method = \"static\")",
-           "expected a pin, a tie, or an obstacle or a pinned body that it can rest on, with "
+           "expected a pin, a tie, a seam, or an obstacle or a pinned body that it can rest on, with "
            "contact");
     }
   }
 
-  // Names the bodies that hang by ties, directly or through others, from a pinned body or an
-  // obstacle.
+  // Names the bodies that hang by ties or seams, directly or through others, from a pinned body or
+  // an obstacle.
   std::vector<std::string> held_by_ties() const {
     std::vector<std::string> held;
     const auto is_held = [&](const std::string& name) {
@@ -241,11 +243,13 @@ class Checker {
     bool found = true;
     while (found) {
       found = false;
-      for (const TieCase& each : case_.tie) {
-        if (is_held(each.body) == is_held(each.to)) continue;
-        held.push_back(is_held(each.body) ? each.to : each.body);
+      const auto add = [&](const auto& joint) {
+        if (is_held(joint.body) == is_held(joint.to)) return;
+        held.push_back(is_held(joint.body) ? joint.to : joint.body);
         found = true;
-      }
+      };
+      for (const TieCase& each : case_.tie) add(each);
+      for (const SeamCase& each : case_.seam) add(each);
     }
     return held;
   }

@@ -213,7 +213,8 @@ Table describe(IncludeCase& target) {
 Table describe(MaterialCase& target) {
   auto& [name, model, density, membrane, membrane_stiffness, poisson_ratio, structural, shear, bend,
          bending_stiffness, youngs_modulus, shell_thickness, volume_density, spline_degree,
-         mass_damping, stiffness_damping, bending_damping, normal_drag, tangential_drag] = target;
+         mass_damping, stiffness_damping, bending_damping, loss_factor, loss_frequency,
+         strain_limit, yield_curvature, hardening, normal_drag, tangential_drag] = target;
   Table result{{
       field("model",
             choice(&model, {{MaterialModel::cloth, "cloth"}, {MaterialModel::shell, "shell"}}),
@@ -259,9 +260,31 @@ Table describe(MaterialCase& target) {
       field("mass_damping", &mass_damping, "1/s", not_negative,
             "Damping force per mass and velocity."),
       field("stiffness_damping", &stiffness_damping, "s", not_negative,
-            "Damping of the membrane, or its springs, as a time times its stiffness."),
+            "Damping of the membrane, or its springs, as a time times its stiffness.")
+          .not_with("loss_factor"),
       field("bending_damping", &bending_damping, "s", not_negative,
-            "Damping of bending as a time times its stiffness."),
+            "Damping of bending as a time times its stiffness.")
+          .not_with("loss_factor"),
+      field("loss_factor", &loss_factor, "", positive,
+            "Measured loss factor of membrane and bending at loss_frequency, in place of the "
+            "damping times: the energy lost in a radian of vibration over the largest elastic "
+            "energy. At other frequencies it is proportional to the frequency.")
+          .with_default("none: damping times as given"),
+      field("loss_frequency", &loss_frequency, "Hz", positive,
+            "Frequency at which the loss_factor holds; needed with it.")
+          .with_default("none"),
+      field("strain_limit", &strain_limit, "", positive,
+            "Largest principal strain of the membrane, as a fraction of the length. From half of "
+            "it on the membrane stiffens without bound: no accepted step exceeds it.")
+          .with_default("no limit")
+          .only_for("model", {"cloth"}),
+      field("yield_curvature", &yield_curvature, "1/m", positive,
+            "Elastic curvature at which bending yields and leaves a crease.")
+          .with_default("never: bending is elastic")
+          .only_for("model", {"cloth"}),
+      field("hardening", &hardening, "", {0, 1, false, true},
+            "Stiffness of bending that yields, as a fraction of bending_stiffness.")
+          .only_for("model", {"cloth"}),
       field("normal_drag", &normal_drag, "", not_negative,
             "Drag coefficient of air that moves across the surface."),
       field("tangential_drag", &tangential_drag, "", not_negative,
@@ -441,7 +464,7 @@ Table describe(ObstacleCase& target) {
 
 Table describe(Case& target) {
   auto& [title, time, equilibria, world, contact, output, compute, include, material, body,
-         obstacle, tie, load, path, resolved, method_given, method_location, accuracy_location,
+         obstacle, tie, load, seam, path, resolved, method_given, method_location, accuracy_location,
          choice] = target;
   return {{
       field("title", &title, "Short description of the case."),
@@ -465,6 +488,7 @@ Table describe(Case& target) {
       field("tie", tables(&tie),
             "Springs between vertices of a body and another body or an obstacle."),
       field("load", tables(&load), "Forces that act on bodies from outside."),
+      field("seam", tables(&seam), "Borders of bodies that are sewn together."),
   }};
 }
 

@@ -116,6 +116,7 @@ Table describe(BodyCase& target);
 Table describe(ObstacleCase& target);
 Table describe(LoadCase& target);
 Table describe(TieCase& target);
+Table describe(SeamCase& target);
 
 // The fields of the tables that can replace the constant of a Varying field: those of a curve, with
 // the field's unit and limits, and those of a gust.

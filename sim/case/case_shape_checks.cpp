@@ -221,11 +221,16 @@ class RangeChecker {
     throw CaseError(locations_.value(join_path(path_, key)), message, hint);
   }
 
+  std::string name_of_item() const {
+    if (key_ == "rows") return "row";
+    return key_ == "cols" ? "column" : "vertex";
+  }
+
   void bounds(std::int64_t size) const {
     for (std::size_t i = 0; i < range_.size(); ++i) {
       if (range_[i] >= -size && range_[i] < size) continue;
       fail(join_path(key_, i),
-           "no " + std::string(key_ == "rows" ? "row " : "column ") + std::to_string(range_[i]),
+           "no " + name_of_item() + ' ' + std::to_string(range_[i]),
            "expected " + std::to_string(-size) + " to " + std::to_string(size - 1));
     }
   }
@@ -377,6 +382,16 @@ void check_start(const StartCase& start, const ShapeCase& rest, const std::strin
 void check_selection(const VertexSelection& vertices, const std::string& owner,
                      const ShapeCase& shape, const std::string& path, const Locations& locations) {
   SelectionChecker(vertices, owner, shape, path, locations).check();
+}
+
+void check_edge_range(const ShapeCase& shape, ImageEdge edge, const std::vector<int>& range,
+                      const std::string& path, const std::string& key,
+                      const Locations& locations) {
+  const std::optional<ImageSize> size = image_size(shape);
+  const bool is_row = edge == ImageEdge::first_row || edge == ImageEdge::last_row;
+  RangeChecker(key, range, size ? std::optional(is_row ? size->cols : size->rows) : std::nullopt,
+               path, locations)
+      .check();
 }
 
 void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,

@@ -36,6 +36,11 @@ void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
                          const std::vector<int>& cols, const std::string& path,
                          const Locations& locations);
 
+// Checks a range [first, last] of vertices along an edge of a shape's image, negative from the end;
+// an empty range passes. The range is the value of `key` in the table at `path`.
+void check_edge_range(const ShapeCase& shape, ImageEdge edge, const std::vector<int>& range,
+                      const std::string& path, const std::string& key, const Locations& locations);
+
 // Number of vertices of a shape; vertices on a seam count once for each patch. Empty for a shape
 // from a file, whose size is known only once the file is opened.
 std::optional<double> vertices_of(const ShapeCase& shape);

@@ -27,6 +27,9 @@ constexpr ChannelDataset curvature[] = {{"bending_curvature_major", "1/m"},
 constexpr ChannelDataset moment[] = {{"bending_moment_major", "N m/m"},
                                      {"bending_moment_minor", "N m/m"},
                                      {"bending_moment_direction", "1", 3}};
+constexpr ChannelDataset crease[] = {{"crease_curvature_major", "1/m"},
+                                     {"crease_curvature_minor", "1/m"},
+                                     {"crease_curvature_direction", "1", 3}};
 constexpr ChannelDataset contact[] = {{"contact_force", "N", 3}};
 constexpr ChannelDataset friction[] = {{"friction_force", "N", 3}};
 constexpr ChannelDataset reactions[] = {{"force", "N", 3}, {"moment", "N m", 3}};
@@ -39,6 +42,7 @@ constexpr Channel table[] = {
     {"membrane_stress", ChannelId::membrane_stress, Home::texels, stress},
     {"bending_curvature", ChannelId::bending_curvature, Home::texels, curvature},
     {"bending_moment", ChannelId::bending_moment, Home::texels, moment},
+    {"crease_curvature", ChannelId::crease_curvature, Home::texels, crease},
     {"contact_force", ChannelId::contact_force, Home::texels, contact},
     {"friction_force", ChannelId::friction_force, Home::texels, friction},
     {"reactions", ChannelId::reactions, Home::supports, reactions},
@@ -64,7 +68,7 @@ const BodyCase* first_body(const Case& source, const Condition& condition) {
 bool is_of_triangles(ChannelId id) {
   return id == ChannelId::membrane_strain || id == ChannelId::membrane_stress ||
          id == ChannelId::bending_curvature || id == ChannelId::bending_moment ||
-         id == ChannelId::body_energy;
+         id == ChannelId::crease_curvature || id == ChannelId::body_energy;
 }
 
 }  // namespace
@@ -118,6 +122,10 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
         return "";
       hint = "expected a material with bending_stiffness > 0, or no " + in_quotes(channel.name);
       return name + " would be zero: no body resists bending";
+    case ChannelId::crease_curvature:
+      if (first_body(source, [](const MaterialCase& m) { return m.yields(); })) return "";
+      hint = "expected a material with yield_curvature, or no " + in_quotes(channel.name);
+      return name + " would be zero: no body yields";
     case ChannelId::contact_force:
     case ChannelId::friction_force:
       if (!source.contact.enabled) {

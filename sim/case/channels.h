@@ -17,6 +17,7 @@ enum class ChannelId {
   membrane_stress,
   bending_curvature,
   bending_moment,
+  crease_curvature,
   contact_force,
   friction_force,
   reactions,

@@ -45,7 +45,7 @@ double channel_bytes(const OutputCase& output) {
   };
   double bytes = channel_values * static_cast<double>(recorded_channels(output).size());
   using enum ChannelId;
-  const bool bends = any_of({bending_curvature, bending_moment, body_energy});
+  const bool bends = any_of({bending_curvature, bending_moment, crease_curvature, body_energy});
   if (bends || any_of({membrane_strain, membrane_stress})) bytes += surface_tensors;
   if (bends) bytes += surface_hinges;
   if (any_of({contact_force, friction_force, reactions})) bytes += force_parts;

@@ -20,6 +20,7 @@ class Checker {
     refuse_varying(describe(copy), "");
     if (case_.equilibria.loading != Loading::arc_length) return;
     refuse_motions();
+    refuse_closing_seams();
     require_load();
   }
 
@@ -80,6 +81,14 @@ class Checker {
       if (!case_.obstacle[i].motion) continue;
       refuse_in_loading(join_path(join_path("obstacle", i), "motion"), "the obstacle moves in time",
                         "an obstacle at rest");
+    }
+  }
+
+  void refuse_closing_seams() const {
+    for (std::size_t i = 0; i < case_.seam.size(); ++i) {
+      if (case_.seam[i].closing_time == 0) continue;
+      refuse_in_loading(join_path(join_path("seam", i), "closing_time"), "the seam closes in time",
+                        "edges that meet at the start");
     }
   }
 

@@ -31,6 +31,13 @@ std::vector<Field> fields_of(VertexSelection& target) {
   };
 }
 
+Choice edge_choice(ImageEdge* target) {
+  return choice(target, {{ImageEdge::first_row, "first_row"},
+                         {ImageEdge::last_row, "last_row"},
+                         {ImageEdge::first_col, "first_col"},
+                         {ImageEdge::last_col, "last_col"}});
+}
+
 }  // namespace
 
 Table describe(KeyframeCase& target) {
@@ -122,6 +129,43 @@ Table describe(TieCase& target) {
           .with_default("never"),
   }};
   for (Field& each : fields_of(vertices)) result.fields.push_back(std::move(each));
+  result.location = &location;
+  return result;
+}
+
+Table describe(SeamCase& target) {
+  auto& [body, edge, range, patch, to, to_edge, to_range, to_patch, stiffness, bending, angle,
+         closing_time, location] = target;
+  Table result{{
+      field("body", &body, "Name of a body, of cloth.").needed().named_with_letters(),
+      field("edge", edge_choice(&edge), "Border of its image that is sewn.").needed(),
+      field("range", &range, "", any,
+            "First and last vertex along the edge, counted from 0, or from -1 backwards.")
+          .entries(2, 2)
+          .with_default("the whole edge"),
+      field("patch", &patch, "", at_least(0), "Patch of the edge."),
+      field("to", &to, "Name of another body, or of the same one.").needed().named_with_letters(),
+      field("to_edge", edge_choice(&to_edge), "Border to which it is sewn.").needed(),
+      field("to_range", &to_range, "", any, "First and last vertex along that edge.")
+          .entries(2, 2)
+          .with_default("the whole edge"),
+      field("to_patch", &to_patch, "", at_least(0), "Patch of that edge."),
+      field("stiffness", &stiffness, "N/m^2", positive,
+            "Force per length of the seam and per opening between the edges.")
+          .with_default("60 times that of the stiffer row of triangles at the seam"),
+      field("bending",
+            choice(&bending,
+                   {{SeamBending::continuous, "continuous"}, {SeamBending::hinged, "hinged"}}),
+            "continuous: the surfaces bend across the seam, each with its own stiffness. hinged: "
+            "the seam turns without resistance."),
+      field("angle_deg", &angle, "degrees", {-180, 180, true, true},
+            "Angle of the fold in which the seam has no moment; positive where the surfaces rise "
+            "to the side of their normals.")
+          .only_for("bending", {"continuous"}),
+      field("closing_time", &closing_time, "s", not_negative,
+            "Time in which edges that start apart are drawn together. At 0 they must meet at the "
+            "start."),
+  }};
   result.location = &location;
   return result;
 }

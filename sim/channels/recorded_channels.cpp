@@ -23,7 +23,8 @@ RecordedChannels::RecordedChannels(const Simulation& simulation)
     : simulation_(simulation), scene_(simulation.scene()) {
   for (const Channel& channel : all_channels())
     records_channel_.push_back(static_cast<char>(sim::records(scene_.source.output, channel.id)));
-  bends_ = has(ChannelId::bending_curvature) || has(ChannelId::bending_moment);
+  bends_ = has(ChannelId::bending_curvature) || has(ChannelId::bending_moment) ||
+           has(ChannelId::crease_curvature);
   const bool energy = has(ChannelId::body_energy);
   if (bends_ || energy || has(ChannelId::membrane_strain) || has(ChannelId::membrane_stress))
     surfaces_.resize(scene_.dynamic_bodies);
@@ -98,7 +99,7 @@ void RecordedChannels::compute(double time, std::span<const double> y,
       has(ChannelId::reactions)) {
     simulation_.dynamics_with_pins().find_force_parts(time, y, forces_);
   }
-  find_surfaces(time, position, velocity);
+  find_surfaces(time, y, position, velocity);
   for (std::size_t i = 0; i < scene_.case_order.size(); ++i) {
     const int b = scene_.case_order[i];
     field_values_[i].clear();
@@ -116,9 +117,10 @@ void RecordedChannels::compute(double time, std::span<const double> y,
 }
 
 // Places the tensors of a body. They are made anew whenever the edges that clamps hold change.
-void RecordedChannels::place_surface(int b, double time, std::span<const Vec3> position,
+void RecordedChannels::place_surface(int b, double time, std::span<const double> y,
+                                     std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
-  const Dynamics& dynamics = simulation_.dynamics_with_pins();
+  Dynamics& dynamics = simulation_.dynamics_with_pins();
   const Instant now = dynamics.instant(time);
   const SceneBody& body = scene_.bodies[b];
   const MaterialCase& material = *body.material;
@@ -146,18 +148,22 @@ void RecordedChannels::place_surface(int b, double time, std::span<const Vec3> p
   }
   surface.tensors->place(
       places, rates,
-      {TimeCurve(material.stiffness_damping).at(now), TimeCurve(material.bending_damping).at(now)});
+      {TimeCurve(material.membrane_damping_time()).at(now),
+       TimeCurve(material.bending_damping_time()).at(now)},
+      material.yields() ? dynamics.creases_of(time, y, b) : CreaseHistory::Creases());
 }
 
-void RecordedChannels::find_surfaces(double time, std::span<const Vec3> position,
+void RecordedChannels::find_surfaces(double time, std::span<const double> y,
+                                     std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
   for (std::size_t b = 0; b < surfaces_.size(); ++b) {
-    place_surface(static_cast<int>(b), time, position, velocity);
+    place_surface(static_cast<int>(b), time, y, position, velocity);
     Surface& surface = surfaces_[b];
     if (has(ChannelId::membrane_strain)) surface.tensors->find_strain(surface.strain);
     if (has(ChannelId::membrane_stress)) surface.tensors->find_stress(surface.stress);
     if (has(ChannelId::bending_curvature)) surface.tensors->find_curvature(surface.curvature);
     if (has(ChannelId::bending_moment)) surface.tensors->find_moment(surface.moment);
+    if (has(ChannelId::crease_curvature)) surface.tensors->find_crease(surface.crease);
   }
 }
 
@@ -180,6 +186,8 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
       return of_tensor(&Surface::curvature);
     case ChannelId::bending_moment:
       return of_tensor(&Surface::moment);
+    case ChannelId::crease_curvature:
+      return of_tensor(&Surface::crease);
     case ChannelId::contact_force:
       return numbers_of(part_of(forces_.contact, body));
     case ChannelId::friction_force:

@@ -63,7 +63,7 @@ class RecordedChannels {
   struct Surface {
     std::optional<SurfaceTensors> tensors;
     std::vector<ClampedBy> clamped;  // clamped edges that the tensors allow for
-    PrincipalValues strain, stress, curvature, moment;
+    PrincipalValues strain, stress, curvature, moment, crease;
   };
 
   bool has(ChannelId id) const { return records_channel_[static_cast<std::size_t>(id)] != 0; }
@@ -71,9 +71,10 @@ class RecordedChannels {
   void list_records();
   void add_record(const Channel& channel, const std::string& path);
   std::string home_of(const Support& support) const;
-  void place_surface(int body, double time, std::span<const Vec3> position,
+  void place_surface(int body, double time, std::span<const double> y,
+                     std::span<const Vec3> position, std::span<const Vec3> velocity);
+  void find_surfaces(double time, std::span<const double> y, std::span<const Vec3> position,
                      std::span<const Vec3> velocity);
-  void find_surfaces(double time, std::span<const Vec3> position, std::span<const Vec3> velocity);
   void find_supports(std::span<const Vec3> position);
   std::span<const double> values_of(int body, const ChannelPlace& place,
                                     std::span<const Vec3> velocity) const;

@@ -182,8 +182,10 @@ Nodes4 SurfaceTensors::hinge_nodes(std::size_t triangle, int i, std::span<const 
 }
 
 void SurfaceTensors::place(std::span<const Vec3> position, std::span<const Vec3> velocity,
-                           const DampingTimes& damping) {
+                           const DampingTimes& damping,
+                           std::vector<materials::Crease> creases) {
   damping_ = damping;
+  creases_ = std::move(creases);
   position_.assign(position.begin(), position.end());
   velocity_.assign(velocity.begin(), velocity.end());
   parallel_chunks(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
@@ -245,6 +247,24 @@ PlaneTensor SurfaceTensors::curvature_of(int t, double damping_time) const {
   return sum;
 }
 
+PlaneTensor SurfaceTensors::crease_of(int t) const {
+  PlaneTensor sum;
+  if (creases_.empty()) return sum;
+  const Hinges& hinges = hinges_[t];
+  for (int i = 0; i < 3; ++i) {
+    // At a clamp, `curvature` is that of half the angle by which the triangle bends.
+    const bool is_ghost = hinges.across[i] >= body_.particle_count();
+    sum += ((is_ghost ? 0.5 : 1.0) * creases_[t].angles[i]) * hinges.curvature[i];
+  }
+  return sum;
+}
+
+PlaneTensor SurfaceTensors::elastic_curvature_of(int t, double damping_time) const {
+  PlaneTensor curvature = curvature_of(t, damping_time);
+  curvature += -1.0 * crease_of(t);
+  return curvature;
+}
+
 // Turns a tensor of the rest plane as the triangle has turned, without stretching it.
 PlaneTensor SurfaceTensors::in_space(int t, const PlaneTensor& at_rest) const {
   const auto [cosine, sine] = rotation_of(placed_[t].gradient);
@@ -271,11 +291,18 @@ void SurfaceTensors::find_curvature(PrincipalValues& values) const {
   average([&](int t) { return in_space(t, curvature_of(t, 0)); }, values);
 }
 
+void SurfaceTensors::find_crease(PrincipalValues& values) const {
+  average([&](int t) { return in_space(t, crease_of(t)); }, values);
+}
+
 void SurfaceTensors::find_moment(PrincipalValues& values) const {
   const MaterialCase& material = *body_.material;
   const PlateModuli moduli{material.bending_stiffness, material.poisson_ratio};
-  average([&](int t) { return in_space(t, moduli.response(curvature_of(t, damping_.bending))); },
-          values);
+  average(
+      [&](int t) {
+        return in_space(t, moduli.response(elastic_curvature_of(t, damping_.bending)));
+      },
+      values);
 }
 
 double SurfaceTensors::elastic_energy() const {
@@ -287,7 +314,7 @@ double SurfaceTensors::elastic_energy() const {
       const PlaneTensor strain = strain_of(t, 0);
       double density = product(strain, membrane.response(strain));
       if (bending.stiffness > 0) {
-        const PlaneTensor curvature = curvature_of(t, 0);
+        const PlaneTensor curvature = elastic_curvature_of(t, 0);
         density += product(curvature, bending.response(curvature));
       }
       sum += 0.5 * triangles_[t].area * density;

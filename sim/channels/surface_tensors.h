@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "materials/crease.h"
 #include "materials/types.h"
 #include "sim/scene/scene.h"
 
@@ -53,10 +54,11 @@ class SurfaceTensors {
                  std::span<const ClampedEdge> clamped = {}, std::span<const char> held = {});
 
   // Finds the deformation at the positions (m) and velocities (m/s) of the body's particles,
-  // followed by those of the ghosts of clamped edges. The functions below describe this
+  // followed by those of the ghosts of clamped edges. `creases` are those of the triangles, or none.
+  // The functions below describe this
   // deformation; each costs O(particles).
   void place(std::span<const Vec3> position, std::span<const Vec3> velocity,
-             const DampingTimes& damping);
+             const DampingTimes& damping, std::vector<materials::Crease> creases = {});
   // Green strain, (F^T F - 1) / 2.
   void find_strain(PrincipalValues& values) const;
   // Cauchy tension, N/m: force per current length, damping included. Zero for a membrane of
@@ -65,7 +67,9 @@ class SurfaceTensors {
   // Change of curvature since rest, 1/m: positive where the surface has become hollow on the side
   // of its normals.
   void find_curvature(PrincipalValues& values) const;
-  // Bending moment per rest length, N m/m, damping included; of the sign of the curvature.
+  // The plastic part of this curvature, which creases keep.
+  void find_crease(PrincipalValues& values) const;
+  // Bending moment per rest length, N m/m, damping included; of the sign of the elastic curvature.
   void find_moment(PrincipalValues& values) const;
   // Elastic energy of the triangles, J: of a membrane of triangles and of bending.
   double elastic_energy() const;
@@ -97,6 +101,8 @@ class SurfaceTensors {
   PlateModuli membrane_moduli() const;
   PlaneTensor strain_of(int triangle, double damping_time) const;
   PlaneTensor curvature_of(int triangle, double damping_time) const;
+  PlaneTensor crease_of(int triangle) const;
+  PlaneTensor elastic_curvature_of(int triangle, double damping_time) const;
   PlaneTensor in_space(int triangle, const PlaneTensor& at_rest) const;
   template <class TensorOf>
   void average(const TensorOf& tensor_of, PrincipalValues& values) const;
@@ -111,6 +117,7 @@ class SurfaceTensors {
   std::vector<int> around_;        // triangles
   std::vector<Placed> placed_;     // by triangle
   std::vector<Vec3> position_, velocity_;
+  std::vector<materials::Crease> creases_;  // by triangle; empty: none
   DampingTimes damping_;
   mutable std::vector<PlaneTensor> tensors_;  // by triangle, of the last average()
 };

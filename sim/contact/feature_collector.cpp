@@ -77,7 +77,7 @@ class Gatherer {
       for (int t : {2 * triangle_quad, 2 * triangle_quad + 1}) {
         const auto [x1, x2, x3] = triangles.triangle(t);
         if (x0 == x1 || x0 == x2 || x0 == x3) continue;
-        add({x0, x1, x2, x3}, v, t, out);
+        add({x0, x1, x2, x3}, 1, v, t, out);
       }
     }
   }
@@ -90,12 +90,14 @@ class Gatherer {
         const auto [x2, x3] = b_.edge(f);
         if (x0 == x2 || x0 == x3 || x1 == x2 || x1 == x3) continue;
         const bool swap = self_ && f < e;
-        add({x0, x1, x2, x3}, swap ? f : e, swap ? e : f, batches_[edge_edge]);
+        add({x0, x1, x2, x3}, 2, swap ? f : e, swap ? e : f, batches_[edge_edge]);
       }
     }
   }
 
-  void add(const FourParticles& points, int a, int b, Batch& out) const {
+  // The first `split` points are those of the first feature.
+  void add(const FourParticles& points, int split, int a, int b, Batch& out) const {
+    if (!scene_.sewn.is_empty() && scene_.sewn.are_joined(points, split)) return;
     const bool free = std::any_of(points.begin(), points.end(),
                                   [&](int point) { return scene_.is_free_point(point); });
     if (free) out.add(points, a, b);

@@ -71,12 +71,15 @@ std::string ContactFault::describe(const Scene& scene) const {
     case Kind::crossing:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " would pass through each other";
+    case Kind::overstretched:
+      return "the membrane would exceed its strain_limit at " + scene.describe_particle(nodes[0]);
   }
   return "";
 }
 
 int ContactFault::particle(const Scene& scene) const {
-  return kind == Kind::not_finite ? nodes[0] : scene.main_particle(nodes[0]);
+  const bool is_particle = kind == Kind::not_finite || kind == Kind::overstretched;
+  return is_particle ? nodes[0] : scene.main_particle(nodes[0]);
 }
 
 SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, ChosenSearch search)

@@ -20,10 +20,11 @@ namespace weft::sim {
 
 // Why a state or a step cannot be taken.
 struct ContactFault {
-  enum class Kind { not_finite, touching, crossing, in_reach };
+  enum class Kind { not_finite, touching, crossing, in_reach, overstretched };
   Kind kind = Kind::touching;
   // The surface points of the pair. A fault of kind not_finite has only one entry: a point if the
-  // fault comes from SurfaceContact, a particle if it comes from Contact or its callers.
+  // fault comes from SurfaceContact, a particle if it comes from Contact or its callers. A fault of
+  // kind overstretched, which only Dynamics finds, has a particle.
   std::array<int, 4> nodes{-1, -1, -1, -1};
   double gap = 0;  // m
   std::string describe(const Scene& scene) const;

@@ -12,6 +12,7 @@ namespace weft::sim {
 
 struct Scene;
 struct Instant;
+class CreaseHistory;
 
 // Positions and velocities of every particle of the dynamic bodies (m, m/s).
 struct Kinematics {
@@ -73,6 +74,17 @@ class Force {
   // True if the force has moving points outside the state, such as those to which vertices are
   // tied.
   virtual bool has_moving_points() const { return false; }
+  // True if there are states in which no accepted step may end.
+  virtual bool has_limits() const { return false; }
+  // Returns a particle at which the state is not allowed, or -1.
+  virtual int find_beyond_limit(std::span<const Vec3> /*position*/) const { return -1; }
+  // From now on the plastic state of bending is that of `creases`, which must outlive the force.
+  virtual void use_creases(CreaseHistory& /*creases*/) {}
+  // Sets `into`.advanced() of its triangles to the creases that follow from a state.
+  virtual void advance_creases(const Kinematics& /*state*/, CreaseHistory& /*into*/,
+                               int /*threads*/) {}
+  // The energy (J) that creases have dissipated up to this state.
+  virtual double dissipated(const Kinematics& /*state*/, int /*threads*/) { return 0; }
   // Appends the forces of points outside the state and of ties.
   virtual void list_outer_forces(const Kinematics& /*state*/, std::vector<OuterForce>& /*all*/) {}
   // Power (W) that moving points put into the force's energy.

@@ -233,8 +233,8 @@ MembraneQuads quads_of(const Scene& scene) {
     if (material.is_shell() || material.membrane != MembraneModel::triangles ||
         material.membrane_stiffness == 0)
       continue;
-    quads.damping_times.append(quad_count(body), material.stiffness_damping);
-    quads.is_damped |= !material.stiffness_damping.is_zero();
+    quads.damping_times.append(quad_count(body), material.membrane_damping_time());
+    quads.is_damped |= !material.membrane_damping_time().is_zero();
     for (int q = 0; q < quad_count(body); ++q) {
       const Quad corners = quad_corners(body, q);
       Nodes4 rest;
@@ -243,7 +243,7 @@ MembraneQuads quads_of(const Scene& scene) {
       for (int k = 0; k < 2; ++k) {
         membranes[k] = materials::make_triangle_membrane(
             triangle_nodes(rest, k), material.membrane_stiffness, material.poisson_ratio,
-            material.stiffness_damping.constant_or_zero());
+            material.membrane_damping_time().constant_or_zero());
       }
       Quad& global = quads.corners.emplace_back(corners);
       for (int& corner : global) corner += body.first_particle;

@@ -18,6 +18,15 @@ int MovingPoints::add(const PrescribedMotion* held, const Vec3& start) {
   return static_cast<int>(start_.size()) - 1;
 }
 
+int MovingPoints::add_on_body(const Scene& scene, const SceneBody& body, const Vec3& place) {
+  const auto found = std::ranges::find_if(scene.prescribed, [&](const PrescribedMotion& held) {
+    return held.moves && !held.particles.empty() &&
+           &scene.body_of_particle(held.particles.front()) == &body;
+  });
+  if (found == scene.prescribed.end()) return add(nullptr, place);
+  return add(&*found, found->motion.pose(0).start_of(place));
+}
+
 void MovingPoints::set_time(const Instant& now) {
   std::vector<RigidPose> poses;
   for (const PrescribedMotion* held : motions_)

@@ -17,6 +17,9 @@ class MovingPoints {
     return add(held.moves ? &held : nullptr, start);
   }
   int add(const PrescribedMotion* held, const Vec3& start);
+  // Adds a point that a body which is not simulated carries along, and which is at `place` (m) at
+  // the start of the scene. Returns its number. The scene must outlive this object.
+  int add_on_body(const Scene& scene, const SceneBody& body, const Vec3& place);
   // True if a point moves.
   bool move() const { return !motions_.empty(); }
   // Puts the points where they are at a time. Called before the first use if they move.

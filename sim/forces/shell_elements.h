@@ -34,10 +34,10 @@ class ShellElements {
     for (std::size_t p = 0; p < body.spline->patches().size(); ++p)
       add_patch(body, static_cast<int>(p));
     const int added = static_cast<int>(stencils_.size()) - first;
-    stretch_damping_.append(added, body.material->stiffness_damping);
-    bend_damping_.append(added, body.material->bending_damping);
+    stretch_damping_.append(added, body.material->membrane_damping_time());
+    bend_damping_.append(added, body.material->bending_damping_time());
     is_damped_ |=
-        !body.material->stiffness_damping.is_zero() || !body.material->bending_damping.is_zero();
+        !body.material->membrane_damping_time().is_zero() || !body.material->bending_damping_time().is_zero();
   }
   // Must be called once, after the last body.
   void finish(int particle_count) {

@@ -141,7 +141,7 @@ SpringNetwork springs_of(const Scene& scene) {
     const double shear = material.shear_stiffness.value_or(0.5 * structural);
     const double bend = material.bend_stiffness.value_or(0.0);
     const auto first = static_cast<int>(network.springs.size());
-    SpringCollector collector(body, material.stiffness_damping.constant_or_zero(), network);
+    SpringCollector collector(body, material.membrane_damping_time().constant_or_zero(), network);
     collector.add(0, 1, structural);
     collector.add(1, 0, structural);
     collector.add(1, 1, shear);
@@ -149,8 +149,8 @@ SpringNetwork springs_of(const Scene& scene) {
     collector.add(0, 2, bend);
     collector.add(2, 0, bend);
     network.damping_times.append(static_cast<int>(network.springs.size()) - first,
-                                 material.stiffness_damping);
-    network.is_damped |= !material.stiffness_damping.is_zero();
+                                 material.membrane_damping_time());
+    network.is_damped |= !material.membrane_damping_time().is_zero();
   }
   return network;
 }

@@ -1,4 +1,4 @@
-// The forces of ties. They act along the line between a vertex and its point, on the nodes around
+// The forces of ties and seams. They act along the line between a vertex and its point, on the nodes around
 // the point by their weights: momentum and angular momentum are conserved.
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/tie_springs.h"
@@ -9,13 +9,13 @@ namespace {
 
 class TieForce final : public Force {
  public:
-  explicit TieForce(TieSprings springs) : springs_(std::move(springs)) {}
+  TieForce(std::string_view name, TieSprings springs) : name_(name), springs_(std::move(springs)) {}
 
-  std::string_view name() const override { return "ties"; }
+  std::string_view name() const override { return name_; }
   bool has_damping() const override { return false; }
-  bool varies() const override { return springs_.anchors().move(); }
-  bool has_moving_points() const override { return springs_.anchors().move(); }
-  void set_time(const Instant& now) override { springs_.anchors().set_time(now); }
+  bool varies() const override { return springs_.vary(); }
+  bool has_moving_points() const override { return springs_.vary(); }
+  void set_time(const Instant& now) override { springs_.set_time(now); }
   double evaluation_work() const override { return 0.1; }
 
   double energy(const Kinematics& state, int /*threads*/) override {
@@ -30,6 +30,10 @@ class TieForce final : public Force {
   double power_of_moving_points(const Kinematics& state) override {
     double power = 0;
     for (const SpringEnds& spring : springs_.springs()) {
+      if (spring.length_rate != 0) {
+        const double strain = springs_.between(spring, state.position).norm() - spring.length;
+        power -= spring.stiffness * strain * spring.length_rate;
+      }
       if (spring.anchor < 0) continue;
       power += spring.anchor_coefficient *
                slope(spring, state.position).dot(springs_.anchors().velocity(spring.anchor));
@@ -40,15 +44,7 @@ class TieForce final : public Force {
   void list_outer_forces(const Kinematics& state, std::vector<OuterForce>& all) override {
     for (const SpringEnds& spring : springs_.springs()) {
       const Vec3 pull = slope(spring, state.position);
-      OuterForce& tie = all.emplace_back();
-      tie.by = OuterForce::By::tie;
-      tie.tie = spring.tie;
-      tie.force = -pull;
-      if (spring.anchor < 0 || spring.anchor_coefficient < 0) {
-        tie.place = state.position[spring.particle[0]];
-      } else {
-        tie.place = springs_.anchors().position(spring.anchor);
-      }
+      if (spring.tie >= 0) list_tie(spring, pull, state, all);
       if (spring.anchor < 0) continue;
       OuterForce& body = all.emplace_back();
       body.by = OuterForce::By::tied_body;
@@ -95,6 +91,19 @@ class TieForce final : public Force {
   }
 
  private:
+  void list_tie(const SpringEnds& spring, const Vec3& pull, const Kinematics& state,
+                std::vector<OuterForce>& all) const {
+    OuterForce& tie = all.emplace_back();
+    tie.by = OuterForce::By::tie;
+    tie.tie = spring.tie;
+    tie.force = -pull;
+    if (spring.anchor < 0 || spring.anchor_coefficient < 0) {
+      tie.place = state.position[spring.particle[0]];
+    } else {
+      tie.place = springs_.anchors().position(spring.anchor);
+    }
+  }
+
   // dW/dd, N. Points that coincide have no direction, and no force unless the length is zero.
   Vec3 slope(const SpringEnds& spring, std::span<const Vec3> position) const {
     const Vec3 d = springs_.between(spring, position);
@@ -117,6 +126,7 @@ class TieForce final : public Force {
     return spring.stiffness * (along + (leaves_out ? 0.0 : across) * (Mat3::Identity() - along));
   }
 
+  std::string_view name_;
   TieSprings springs_;
 };
 
@@ -126,7 +136,13 @@ class TieForce final : public Force {
 // their names.
 std::unique_ptr<Force> make_tie_force(const Scene& scene) {
   if (scene.source.tie.empty()) return nullptr;
-  return std::make_unique<TieForce>(TieSprings(scene, scene.ties));
+  return std::make_unique<TieForce>("ties", TieSprings(scene, scene.ties));
+}
+
+// Likewise while all sewn bodies sleep.
+std::unique_ptr<Force> make_seam_force(const Scene& scene) {
+  if (scene.seams.empty()) return nullptr;
+  return std::make_unique<TieForce>("seams", TieSprings(scene, scene.seams));
 }
 
 }  // namespace weft::sim

@@ -3,20 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/scene/easing.h"
+
 namespace weft::sim {
-
-namespace {
-
-// Returns the motion of a body that is not simulated; null if it rests.
-const PrescribedMotion* motion_of(const Scene& scene, const SceneBody& body) {
-  const auto found = std::ranges::find_if(scene.prescribed, [&](const PrescribedMotion& held) {
-    return held.moves && !held.particles.empty() &&
-           &scene.body_of_particle(held.particles.front()) == &body;
-  });
-  return found == scene.prescribed.end() ? nullptr : &*found;
-}
-
-}  // namespace
 
 TieSprings::TieSprings(const Scene& scene, std::span<const Tie> ties) {
   for (const Tie& tie : ties) {
@@ -34,13 +23,48 @@ TieSprings::TieSprings(const Scene& scene, std::span<const Tie> ties) {
   }
 }
 
+TieSprings::TieSprings(const Scene& scene, std::span<const Seam> seams) {
+  for (const Seam& seam : seams) {
+    const SceneBody& body = scene.bodies[scene.case_order[seam.body]];
+    const SceneBody& other = scene.bodies[scene.case_order[seam.to]];
+    for (const Stitch& from : seam.stitches) {
+      SpringEnds spring;
+      spring.stiffness = seam.stiffness * from.length;
+      spring.closing_time = seam.source->closing_time;
+      spring.first_length = spring.closing_time > 0 ? from.gap : 0;
+      spring.length = spring.first_length;
+      close_ |= spring.first_length > 0;
+      const auto place = [&](const SceneBody& of, int vertex) {
+        return scene.initial_position[of.first_particle + vertex];
+      };
+      const Vec3 weights(from.weight, 1 - from.weight, 0);
+      const Vec3 point =
+          weights[0] * place(other, from.nodes[0]) + weights[1] * place(other, from.nodes[1]);
+      add_point(scene, seam.body, 1, {&from.vertex, 1}, Vec3::UnitX(), place(body, from.vertex),
+                spring);
+      add_point(scene, seam.to, -1, from.nodes, weights, point, spring);
+      if (spring.count > 0) springs_.push_back(spring);
+    }
+  }
+}
+
+void TieSprings::set_time(const Instant& now) {
+  if (anchors_.move()) anchors_.set_time(now);
+  if (!close_) return;
+  for (SpringEnds& spring : springs_) {
+    if (spring.first_length == 0) continue;
+    const double part = std::min(now.time / spring.closing_time, 1.0);
+    spring.length = spring.first_length * (1 - eased(part));
+    spring.length_rate = -spring.first_length * eased_slope(part) / spring.closing_time;
+  }
+}
+
 // Adds `sign` times a point of a body to the vector between a spring's points.
 void TieSprings::add_point(const Scene& scene, int case_body, double sign,
                            std::span<const int> nodes, const Vec3& weights, const Vec3& place,
                            SpringEnds& spring) {
   const SceneBody& body = scene.bodies[scene.case_order[case_body]];
   if (!body.dynamic) {
-    const PrescribedMotion* held = motion_of(scene, body);
     // A body that sleeps, or is held at rest, may be elsewhere than at t = 0.
     Vec3 now = place;
     if (!body.is_obstacle) {
@@ -49,7 +73,7 @@ void TieSprings::add_point(const Scene& scene, int case_body, double sign,
         now +=
             weights[static_cast<int>(i)] * scene.initial_position[body.first_particle + nodes[i]];
     }
-    spring.anchor = anchors_.add(held, held != nullptr ? held->motion.pose(0).start_of(now) : now);
+    spring.anchor = anchors_.add_on_body(scene, body, now);
     spring.anchor_coefficient = sign;
     spring.anchor_body = scene.case_order[case_body];
     return;

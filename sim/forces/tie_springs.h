@@ -1,4 +1,4 @@
-// The springs of ties (sim/scene/ties.h) between particles of a scene.
+// The springs of ties (sim/scene/ties.h) and seams (sim/scene/seams.h) between particles of a scene.
 #pragma once
 
 #include <array>
@@ -20,23 +20,30 @@ struct SpringEnds {
   int anchor = -1;  // number in MovingPoints; -1: none
   double anchor_coefficient = 0;
   int anchor_body = -1;  // index into Scene::bodies
-  int tie = 0;           // number
+  int tie = -1;          // number; -1: of a seam
   double stiffness = 0;  // k, N/m
-  double length = 0;     // L, m
+  double length = 0;     // L, m, at the time set
+  // The length of a seam that closes falls from `first_length` (m) to zero in `closing_time` (s).
+  double first_length = 0, closing_time = 0;
+  double length_rate = 0;  // m/s, at the time set
 };
 
-// Springs of the given ties with at least one simulated end.
+// Springs of the given ties or seams with at least one simulated end.
 class TieSprings {
  public:
   // `scene` must outlive the springs if an anchor moves.
   TieSprings(const Scene& scene, std::span<const Tie> ties);
+  TieSprings(const Scene& scene, std::span<const Seam> seams);
 
   const std::vector<SpringEnds>& springs() const { return springs_; }
   const MovingPoints& anchors() const { return anchors_; }
-  MovingPoints& anchors() { return anchors_; }
+  // True if an anchor moves or a length changes.
+  bool vary() const { return anchors_.move() || close_; }
+  // Gives anchors their places and springs their lengths. Called before the first use if they vary.
+  void set_time(const Instant& now);
   // The vector between a spring's points, m.
   Vec3 between(const SpringEnds& spring, std::span<const Vec3> position) const;
-  // The sum of the springs' forces, N. Precondition: MovingPoints::set_time() if anchors move.
+  // The sum of the springs' forces, N. Precondition: set_time() if they vary.
   double load(std::span<const Vec3> position) const;
 
  private:
@@ -45,6 +52,7 @@ class TieSprings {
 
   std::vector<SpringEnds> springs_;
   MovingPoints anchors_;
+  bool close_ = false;
 };
 
 }  // namespace weft::sim

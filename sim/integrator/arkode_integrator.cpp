@@ -213,8 +213,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
   ARKStepGetCurrentStep(arkode_, &tried);
   end = time() + std::min(tried, end - time());
   if (fault_in_step_) {
-    return fault_in_step_->kind == ContactFault::Kind::not_finite ? Trouble::not_finite
-                                                                  : Trouble::surfaces;
+    return sim::trouble_of(*fault_in_step_);
   }
   set_place(worst_particle(arkode_, y_, ARKStepGetEstLocalErrors, ARKStepGetErrWeights));
   end = time();

@@ -152,7 +152,7 @@ void CvodeIntegrator::Implementation::set_options() {
       nullptr);
   CVodeSetEpsLin(cvode, linear_tolerance_factor);
   CVodeSetLSetupFrequency(cvode, matrix_interval);
-  if (dynamics.contact() == nullptr) return;
+  if (dynamics.contact() == nullptr && !dynamics.has_limits()) return;
   CVodeSetProjFn(
       cvode, [](realtype t, N_Vector state, N_Vector correction, realtype, N_Vector, void* self) {
         N_VConst(0, correction);
@@ -245,8 +245,11 @@ void CvodeIntegrator::Implementation::begin_anew() {
 }
 
 int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
-  accepted.place_trial(t, values(state));
-  const auto fault = accepted.check_trial_path(t);
+  auto fault = dynamics.check_limits(t, values(state));
+  if (!fault && dynamics.contact() != nullptr) {
+    accepted.place_trial(t, values(state));
+    fault = accepted.check_trial_path(t);
+  }
   if (!fault) return 0;
   ++vetoes;
   veto_window.add_veto(fault);
@@ -281,7 +284,8 @@ Failure CvodeIntegrator::Implementation::failure(int flag) const {
     }
     case CV_REPTD_PROJFUNC_ERR:
     case CV_PROJFUNC_FAIL:
-      return shortest_step_failure(StepTrouble::surfaces, place, scene);
+      return shortest_step_failure(last_fault ? trouble_of(*last_fault) : StepTrouble::surfaces,
+                                   place, scene);
     default: {
       char* name = CVodeGetReturnFlagName(flag);
       const std::string text = "CVODE stopped with " + std::string(name);

@@ -23,6 +23,11 @@ constexpr double growth_after_veto = 1.2;
 // two mean steps within their limits count instead.
 constexpr int most_vetoes = 100, many_vetoes = 8;
 
+// True if it is a state or path that is refused, whatever its error.
+bool is_veto(StepTrouble trouble) {
+  return trouble == StepTrouble::surfaces || trouble == StepTrouble::overstretched;
+}
+
 }  // namespace
 
 OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -93,7 +98,7 @@ std::optional<Failure> OneStepIntegrator::step() {
     count(trouble);
     // After a failed error test, the method has already proposed the next length.
     if (trouble != Trouble::error_too_large) size_ = (end - time()) / 2;
-    if (trouble == Trouble::surfaces) longest_after_veto_ = size_;
+    if (is_veto(trouble)) longest_after_veto_ = size_;
     successes_ = 0;
     patience_ = std::min(2 * patience_, longest_patience);
     if (size_ < shortest_step()) return final_failure(trouble);
@@ -107,13 +112,16 @@ Failure OneStepIntegrator::final_failure(Trouble trouble) const {
 }
 
 OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time, std::span<const double> y) {
-  if (dynamics_.contact() == nullptr) return Trouble::none;
-  accepted_.place_trial(time, y);
-  if (checks_its_own_path()) return Trouble::none;
-  const auto fault = accepted_.check_trial_path(time);
+  auto fault = dynamics_.check_limits(time, y);
+  if (!fault && dynamics_.contact() == nullptr) return Trouble::none;
+  if (!fault) {
+    accepted_.place_trial(time, y);
+    if (checks_its_own_path()) return Trouble::none;
+    fault = accepted_.check_trial_path(time);
+  }
   if (!fault) return Trouble::none;
   fault_ = fault;
-  return fault->kind == ContactFault::Kind::not_finite ? Trouble::not_finite : Trouble::surfaces;
+  return trouble_of(*fault);
 }
 
 void OneStepIntegrator::accept(double time) {
@@ -139,6 +147,7 @@ void OneStepIntegrator::count(Trouble trouble) {
       ++counts_.error_test_failures;
       break;
     case Trouble::surfaces:
+    case Trouble::overstretched:
       ++counts_.vetoed_steps;
       veto_window_.add_veto(fault_);
       break;

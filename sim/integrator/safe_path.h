@@ -9,7 +9,8 @@
 
 namespace weft::sim {
 
-// Checks the straight way from iterate to iterate with contact; without contact every way is safe.
+// Checks the straight way from iterate to iterate with contact, and its end if membranes have a
+// strain_limit. Otherwise every way is safe.
 class SafePath {
  public:
   explicit SafePath(Dynamics& dynamics) : dynamics_(dynamics) {}
@@ -23,6 +24,7 @@ class SafePath {
   // Moves to the state `y` at `time`. Returns the fault if the way there might let surfaces touch;
   // the path then stays where it was.
   [[nodiscard]] std::optional<ContactFault> move_to(double time, std::span<const double> y) {
+    if (auto fault = dynamics_.check_limits(time, y)) return fault;
     if (dynamics_.contact() == nullptr) return std::nullopt;
     dynamics_.expand(time, y, to_, velocity_);
     if (auto fault = dynamics_.check_path(time_, from_, time, to_)) return fault;

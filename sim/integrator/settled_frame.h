@@ -19,7 +19,8 @@ struct StepEnds {
 };
 
 // Checks the path to `y`, interpolated at `part` (0 .. 1) of a step, if contact is on. If it might
-// let surfaces touch, `y` becomes the point on the straight line between the step's ends. Fails if
+// let surfaces touch, or if `y` exceeds a strain_limit, `y` becomes the point on the straight line
+// between the step's ends. Fails if
 // prescribed points block that line, too, at `time`. `position` and `velocity` are scratch for all
 // particles. Costs one path check or two.
 [[nodiscard]] std::optional<Failure> settle_frame(Dynamics& dynamics, double time, double part,

@@ -17,6 +17,9 @@ Reason reason_of_steps(StepTrouble trouble, const std::string& shortest) {
   switch (trouble) {
     case StepTrouble::surfaces:
       return {Failure::Kind::surfaces, "no step down to " + shortest + " keeps the surfaces apart"};
+    case StepTrouble::overstretched:
+      return {Failure::Kind::strain_limit,
+              "no step down to " + shortest + " keeps the membranes within their limit"};
     case StepTrouble::error_too_large:
       return {Failure::Kind::error_tolerance,
               "no step down to " + shortest + " meets the error tolerance"};
@@ -37,6 +40,9 @@ Reason reason_of_loads(StepTrouble trouble) {
   switch (trouble) {
     case StepTrouble::surfaces:
       return {Failure::Kind::surfaces, "the surfaces cannot be kept apart beyond the load"};
+    case StepTrouble::overstretched:
+      return {Failure::Kind::strain_limit,
+              "the membranes cannot be kept within their limit beyond the load"};
     case StepTrouble::not_finite:
       return {Failure::Kind::not_finite, "the forces cannot be evaluated beyond the load"};
     default:
@@ -52,6 +58,17 @@ std::string words_of_place(Failure::Kind kind, const Scene& scene) {
 }
 
 }  // namespace
+
+StepTrouble trouble_of(const ContactFault& fault) {
+  switch (fault.kind) {
+    case ContactFault::Kind::not_finite:
+      return StepTrouble::not_finite;
+    case ContactFault::Kind::overstretched:
+      return StepTrouble::overstretched;
+    default:
+      return StepTrouble::surfaces;
+  }
+}
 
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene) {

@@ -10,7 +10,18 @@
 namespace weft::sim {
 
 // The reason why a trial of a step fails.
-enum class StepTrouble { none, not_converged, surfaces, not_finite, error_too_large, unstable };
+enum class StepTrouble {
+  none,
+  not_converged,
+  surfaces,
+  overstretched,
+  not_finite,
+  error_too_large,
+  unstable
+};
+
+// Returns the trouble that a fault of a state or a path is.
+StepTrouble trouble_of(const ContactFault& fault);
 
 // Time and place of a failure: a fault or, without one, a particle.
 struct FailurePlace {

@@ -202,7 +202,7 @@ class VerletIntegrator final : public OneStepIntegrator {
 
   Trouble trouble_of(const ContactFault& fault) {
     set_fault(fault);
-    return fault.kind == ContactFault::Kind::not_finite ? Trouble::not_finite : Trouble::surfaces;
+    return sim::trouble_of(fault);
   }
 
   bool needs_velocities_;  // for forces that depend on them

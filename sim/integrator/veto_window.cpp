@@ -20,10 +20,16 @@ std::optional<std::int64_t> VetoWindow::add_step() {
 
 Failure VetoWindow::failure(std::int64_t vetoes, double time, const char* remedy,
                             const Scene& scene) const {
+  const bool is_stretched =
+      last_fault_ && last_fault_->kind == ContactFault::Kind::overstretched;
   return {Failure::Kind::too_many_cuts, time, last_fault_ ? last_fault_->particle(scene) : -1,
           number_text(static_cast<double>(vetoes)) + " steps had to be cut in the last " +
-              number_text(length) + " to keep surfaces apart at t = " + rounded_text(time) + " s" +
-              (last_fault_ ? ": " + last_fault_->describe(scene) : "") + " (" + remedy +
+              number_text(length) + " to keep " +
+              (is_stretched ? "membranes within their limit" : "surfaces apart") +
+              " at t = " + rounded_text(time) + " s" +
+              (last_fault_ ? ": " + last_fault_->describe(scene) : "") + " (" +
+              (is_stretched ? "time.step or the tolerances are too large for this strain_limit"
+                            : remedy) +
               ", or a prescribed motion leaves no room)"};
 }
 

@@ -53,6 +53,12 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   has_damping_ = !mass_damping_.empty() || std::ranges::any_of(forces_, [](const auto& force) {
     return force->has_damping();
   });
+  has_limits_ =
+      std::ranges::any_of(forces_, [](const auto& force) { return force->has_limits(); });
+  if (has_yielding_bodies(scene)) {
+    creases_ = std::make_shared<CreaseHistory>(scene);
+    for (const auto& force : forces_) force->use_creases(*creases_);
+  }
   varies_ = gravity_curve_.varies() || mass_damping_curves_.varies() ||
             (contact_ && friction_curve_.varies()) ||
             std::ranges::any_of(forces_, [](const auto& force) { return force->varies(); });
@@ -70,7 +76,45 @@ void Dynamics::add_mass_damping() {
   }
 }
 
+void Dynamics::share_creases(const Dynamics& other) {
+  if (!other.creases_) return;
+  creases_ = other.creases_;
+  for (const auto& force : forces_) force->use_creases(*creases_);
+}
+
+void Dynamics::accept_creases(double time, std::span<const double> y) {
+  if (!creases_) return;
+  const Kinematics state = kinematics(time, y);
+  creases_->begin_accept(time);
+  for (const auto& force : forces_) force->advance_creases(state, *creases_, threads_);
+  creases_->end_accept();
+}
+
+CreaseHistory::Creases Dynamics::creases_of(double time, std::span<const double> y, int body) {
+  if (!creases_) return {};
+  const Kinematics state = kinematics(time, y);
+  CreaseHistory advanced = *creases_;
+  for (const auto& force : forces_) force->advance_creases(state, advanced, threads_);
+  const auto creases = advanced.advanced(scene_.case_index(body));
+  return {creases.begin(), creases.end()};
+}
+
+void Dynamics::restart_creases(double time, std::span<const double> y) {
+  if (creases_ && creases_->take_back(time)) accept_creases(time, y);
+}
+
+std::optional<ContactFault> Dynamics::check_limits(double time, std::span<const double> y) {
+  if (!has_limits_) return std::nullopt;
+  const Kinematics state = kinematics(time, y);
+  for (const auto& force : forces_) {
+    const int particle = force->find_beyond_limit(state.position);
+    if (particle >= 0) return ContactFault{ContactFault::Kind::overstretched, {particle}};
+  }
+  return std::nullopt;
+}
+
 void Dynamics::set_time(double time) {
+  if (creases_) creases_->choose(time);
   if (!varies_) return;
   const Instant now = instant(time);
   gravity_ = gravity_curve_.at(now);
@@ -93,6 +137,10 @@ bool Dynamics::has_external_forces() const {
   return std::ranges::any_of(forces_, [](const auto& force) {
     return force->is_external() || force->has_moving_points();
   });
+}
+
+bool Dynamics::has_moving_points() const {
+  return std::ranges::any_of(forces_, [](const auto& force) { return force->has_moving_points(); });
 }
 
 std::vector<double> Dynamics::initial_state() const {
@@ -395,6 +443,7 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
 
 void Dynamics::note_place(double time, std::span<const double> y, Definiteness definiteness,
                           double gamma) {
+  if (creases_) creases_->choose(time);
   linearisation_.time = time;
   linearisation_.step_start = step_start_;
   linearisation_.state.assign(y.begin(), y.end());
@@ -402,6 +451,7 @@ void Dynamics::note_place(double time, std::span<const double> y, Definiteness d
   linearisation_.gamma = gamma;
   linearisation_.load = load_;
   linearisation_.hardness = hardness_;
+  if (creases_) linearisation_.creases = creases_->selected();
 }
 
 void Dynamics::assemble_again(const Linearisation& place) {
@@ -409,11 +459,16 @@ void Dynamics::assemble_again(const Linearisation& place) {
   load_ = kept.load;
   hardness_ = kept.hardness;
   step_start_ = kept.step_start;
+  if (creases_) creases_->fix(&kept.creases);
   std::vector<double> unused(kept.state.size());
   static_cast<void>(rate(kept.time, kept.state, unused));  // evaluates contact's matrices
-  if (kept.gamma == 0) return assemble(kept.time, kept.state, kept.definiteness);
-  const std::vector<Vec3> residual(particle_count(), Vec3::Zero());
-  assemble_joined(kept.time, kept.state, kept.definiteness, kept.gamma, residual);
+  if (kept.gamma == 0) {
+    assemble(kept.time, kept.state, kept.definiteness);
+  } else {
+    const std::vector<Vec3> residual(particle_count(), Vec3::Zero());
+    assemble_joined(kept.time, kept.state, kept.definiteness, kept.gamma, residual);
+  }
+  if (creases_) creases_->fix(nullptr);
 }
 
 std::vector<std::string> Dynamics::force_names() const {
@@ -428,8 +483,10 @@ Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y)
   Energies energies;
   energies.kinetic = 0.5 * mass_product(scene_.mass, state.velocity, state.velocity);
   energies.gravitational = -gravity_.dot(mass_moment(scene_.mass, state.position));
+  if (creases_) energies.dissipated = 0;
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
+    if (creases_) *energies.dissipated += force->dissipated(state, threads_);
   }
   if (contact_) energies.contact = contact_->energy();
   return energies;

@@ -11,6 +11,7 @@
 
 #include "sim/base/statistics.h"
 #include "sim/contact/contact.h"
+#include "sim/forces/crease_history.h"
 #include "sim/forces/force.h"
 #include "sim/forces/varying_numbers.h"
 #include "sim/matrix/block_matrix.h"
@@ -34,6 +35,7 @@ struct Energies {
   double kinetic = 0;                                   // J
   double gravitational = 0;                             // J, zero at the origin
   double contact = 0;                                   // J
+  std::optional<double> dissipated;  // J, by creases so far; not in the total; empty: none yields
   std::vector<std::pair<std::string, double>> elastic;  // by force, J
   double total() const;
 };
@@ -66,6 +68,7 @@ struct Linearisation {
   double gamma = 0;  // s, of a joined assembly; 0: K and D are separate
   std::optional<double> load;
   double hardness = 1;
+  CreaseHistory::Creases creases;
 };
 
 // Evaluates forces and their derivatives at states that the caller holds. It keeps only the results
@@ -175,6 +178,27 @@ class Dynamics {
                                                                 std::span<const Vec3> end,
                                                                 bool gap);
 
+  // True if a force has states in which no accepted step may end.
+  bool has_limits() const { return has_limits_; }
+  // Returns a fault if the state must not be accepted: a membrane exceeds its strain_limit. Costs
+  // nothing without has_limits(). States that are allowed form a convex set, pins apart.
+  [[nodiscard]] std::optional<ContactFault> check_limits(double time, std::span<const double> y);
+
+  // True if bending may yield.
+  bool has_creases() const { return creases_ != nullptr; }
+  // Uses the plastic state of `other`, whose scene is made from the same case.
+  void share_creases(const Dynamics& other);
+  // Advances the plastic state to an accepted state.
+  void accept_creases(double time, std::span<const double> y);
+  // Takes the plastic state to a state from which the run goes on: within the last step, at its
+  // end or later.
+  void restart_creases(double time, std::span<const double> y);
+  // Returns the creases that follow from a state, by triangle of a body; empty if it does not yield.
+  CreaseHistory::Creases creases_of(double time, std::span<const double> y, int body);
+  void transfer_creases(StateArchive& archive) {
+    if (creases_) creases_->transfer(archive);
+  }
+
   // Writes positions and velocities of all particles, prescribed ones included. Entries of moving
   // obstacles stay as they are. Both lists must be empty or come from an earlier call: obstacles at
   // rest are written only once.
@@ -194,6 +218,8 @@ class Dynamics {
   // one evaluation of those forces alone.
   double external_power(double time, std::span<const double> y);
   bool has_external_forces() const;
+  // True if a force has points outside the state that move.
+  bool has_moving_points() const;
   // Gravity (m/s^2) at a time, on the side of a jump that begin_step() implies.
   Vec3 gravity(double time) const { return gravity_curve_.at(instant(time)); }
   // True if gravity, friction or a coefficient of a force varies in time.
@@ -259,6 +285,8 @@ class Dynamics {
   Statistics& statistics_;
   int threads_ = 1;
   std::vector<std::unique_ptr<Force>> forces_;
+  std::shared_ptr<CreaseHistory> creases_;  // null: no bending yields
+  bool has_limits_ = false;
   bool pins_move_ = false;
   std::vector<int> held_;  // dynamic particles that are pinned
   std::optional<Contact> contact_;

@@ -46,6 +46,7 @@ EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start, doub
   const Energies energies = dynamics.energies(start_time, start);
   start_ =
       energies.total() - external_.held_kinetic_energy() - external_.held_gravitational_energy();
+  start_dissipated_ = energies.dissipated.value_or(0);
   start_kinetic_ = energies.kinetic - external_.held_kinetic_energy();
 }
 
@@ -64,7 +65,7 @@ double EnergyWatch::fall_energy(double time) const {
 }
 
 void EnergyWatch::transfer(StateArchive& archive) {
-  archive(start_time_, start_, start_kinetic_, most_, largest_share_);
+  archive(start_time_, start_, start_dissipated_, start_kinetic_, most_, largest_share_);
   external_.transfer(archive);
 }
 
@@ -75,7 +76,8 @@ std::optional<Failure> EnergyWatch::check(double time, std::span<const double> y
   const double within =
       now.total() - now.gravitational - now.contact - external_.held_kinetic_energy();
   const double gravitational = now.gravitational - external_.held_gravitational_energy();
-  const double put_in = start_ - gravitational + external_.work();
+  const double put_in =
+      start_ - gravitational + external_.work() - (now.dissipated.value_or(0) - start_dissipated_);
   most_ = std::max({most_, put_in, start_kinetic_ + fall_energy(time)});
   const TimeCase& options = scene_.source.time;
   const double error = std::sqrt(1.5 * mass_) * velocity_tolerance(options) +

@@ -21,7 +21,8 @@ ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double
     obstacles_move_ |= !is_pin;
   }
   counts_external_ =
-      dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.is_zero());
+      (dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.is_zero())) ||
+      dynamics.has_moving_points();
   gravity_varies_ = scene.source.world.gravity.varies();
   for (const MotionEvent& event : SceneCurves(scene.source).events()) {
     if (event.jumps) jumps_.push_back(event.time);

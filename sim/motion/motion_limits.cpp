@@ -21,9 +21,10 @@ constexpr double shortening = 0.8;
 constexpr double rounding_part = 1e-9;
 
 bool is_tied_to(const Scene& scene, int body) {
-  return std::ranges::any_of(scene.ties, [&](const Tie& tie) {
-    return scene.case_order[tie.body] == body || scene.case_order[tie.to] == body;
-  });
+  const auto has_body = [&](const auto& joint) {
+    return scene.case_order[joint.body] == body || scene.case_order[joint.to] == body;
+  };
+  return std::ranges::any_of(scene.ties, has_body) || std::ranges::any_of(scene.seams, has_body);
 }
 
 }  // namespace
@@ -49,6 +50,9 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
   }
   const SceneCurves curves(scene.source);
   for (const MotionEvent& event : curves.events()) events_.push_back(event);
+  for (const Seam& seam : scene.seams) {
+    if (seam.source->closing_time > 0) events_.push_back({seam.source->closing_time, false});
+  }
   longest_step_ = curves.longest_step();
   if (std::isfinite(scene.pins_change_at)) events_.push_back({scene.pins_change_at, true});
   std::sort(events_.begin(), events_.end(),

@@ -261,6 +261,7 @@ std::optional<ContactFault> PrescribedPaths::check_kind(bool edges, const std::v
       if (!swept_box(one).intersects(other_box)) continue;
       const std::array<int, 4> nodes = joined(one, other);
       if (is_rigid(nodes) || share_a_vertex(nodes, edges ? 2 : 1)) continue;
+      if (!scene_.sewn.is_empty() && scene_.sewn.are_joined(nodes, edges ? 2 : 1)) continue;
       bsi::FourPoints from, to;
       for (int k = 0; k < 4; ++k) {
         from[k] = start_[nodes[k]];

@@ -7,6 +7,7 @@
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
 #include "sim/contact/contact.h"
+#include "sim/forces/force.h"
 #include "sim/view/crossings.h"
 
 namespace weft::sim {
@@ -18,6 +19,17 @@ constexpr std::size_t listed_places = 10;
 std::string describe_triangle(const Scene& scene, int body, int triangle) {
   const SceneBody& owner = scene.bodies[body];
   return scene.describe_point(owner.surface_mesh().triangles[triangle][0] + owner.first_point);
+}
+
+// True if the triangles have points that seams hold together: these touch.
+bool are_sewn(const Scene& scene, const Crossing& crossing) {
+  const SceneBody &one = scene.bodies[crossing.surface_a], &other = scene.bodies[crossing.surface_b];
+  for (const int a : one.surface_mesh().triangles[crossing.triangle_a]) {
+    for (const int b : other.surface_mesh().triangles[crossing.triangle_b]) {
+      if (scene.sewn.are_joined(one.first_point + a, other.first_point + b)) return true;
+    }
+  }
+  return false;
 }
 
 void refuse_crossings(const Scene& scene) {
@@ -34,6 +46,8 @@ void refuse_crossings(const Scene& scene) {
   std::erase_if(crossings, [&](const Crossing& c) {
     return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
   });
+  if (!scene.sewn.is_empty())
+    std::erase_if(crossings, [&](const Crossing& c) { return are_sewn(scene, c); });
   if (crossings.empty()) return;
   // A pair of quads of which several triangles cross is listed once.
   std::vector<std::string> places;
@@ -85,9 +99,24 @@ void refuse_missing_gaps(const Scene& scene) {
   }
 }
 
+void refuse_strain(const Scene& scene) {
+  const auto start =
+      std::span(scene.initial_position).first(static_cast<std::size_t>(scene.dynamic_particles));
+  for (const auto& force : make_forces(scene)) {
+    const int particle = force->find_beyond_limit(start);
+    if (particle < 0) continue;
+    const int body = scene.case_index(scene.body_index_of_particle(particle));
+    throw CaseError(scene.source.body[body].location,
+                    "at the start the membrane exceeds its strain_limit at " +
+                        scene.describe_particle(particle),
+                    "expected a larger strain_limit, or a start that is stretched less");
+  }
+}
+
 }  // namespace
 
 void check_initial_state(const Scene& scene) {
+  refuse_strain(scene);
   if (!scene.source.contact.enabled) return;
   refuse_crossings(scene);
   refuse_missing_gaps(scene);

@@ -53,6 +53,15 @@ std::vector<char> triangles_at_clamps(const Scene& scene, int body) {
   return marks;
 }
 
+std::vector<char> triangles_at_edges(const Scene& scene, int body) {
+  std::vector<char> marks = triangles_at_clamps(scene, body);
+  for (const SeamFold* fold : seam_folds_of(scene, body)) {
+    marks.resize(scene.bodies[body].mesh.triangles.size(), 0);
+    marks[fold->triangle] = 1;
+  }
+  return marks;
+}
+
 void require_clamped_edges(const PinCase& pin, const std::vector<ClampedEdge>& edges) {
   if (!pin.clamp || !edges.empty()) return;
   throw CaseError(pin.location, "this clamp holds no edge of the surface",

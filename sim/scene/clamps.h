@@ -39,6 +39,8 @@ std::vector<ClampedBy> clamped_edges_of(const Scene& scene, int body);
 // Marks the triangles of a dynamic body whose bending the clamps take over: those with a clamped
 // edge, and those that a clamp holds as a whole. Empty if the body has no clamped edge.
 std::vector<char> triangles_at_clamps(const Scene& scene, int body);
+// Marks these and the triangles whose bending seams take over. Empty if there are none.
+std::vector<char> triangles_at_edges(const Scene& scene, int body);
 
 // Throws CaseError at the pin if it is a clamp and holds no edge.
 void require_clamped_edges(const PinCase& pin, const std::vector<ClampedEdge>& edges);

@@ -243,6 +243,10 @@ SampledSurface::SampledSurface(bsi::Atlas image, SurfaceMap particles_to_points,
       map(std::move(particles_to_points)),
       rest(points_of(map, particles, atlas.particle_count())) {}
 
+int Scene::case_index(int body) const {
+  return static_cast<int>(std::ranges::find(case_order, body) - case_order.begin());
+}
+
 int Scene::body_index_of_particle(int particle) const {
   return body_index_of(bodies, &SceneBody::first_particle, particle);
 }
@@ -299,6 +303,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   add_timed_pins(*scene);
   add_loads(*scene);
   add_ties(*scene);
+  add_seams(*scene);
   number_surface_points(*scene);
   recorded_bodies(*scene);  // for the checks of parts
   return scene;

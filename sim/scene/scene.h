@@ -13,6 +13,8 @@
 #include "sim/case/case.h"
 #include "sim/scene/clamps.h"
 #include "sim/scene/motion.h"
+#include "sim/scene/seams.h"
+#include "sim/scene/sewn_points.h"
 #include "sim/scene/surface_map.h"
 #include "sim/scene/ties.h"
 
@@ -128,6 +130,8 @@ struct Scene {
   std::vector<char> pinned;            // dynamic particles: 1 where prescribed
   std::vector<PrescribedMotion> prescribed;
   std::vector<Tie> ties;
+  std::vector<Seam> seams;
+  SewnPoints sewn;                     // surface points that seams hold together
   std::vector<TimedPin> timed_pins;    // by body, in the order of the case
   std::vector<TimedHold> first_holds;  // of timed pins at t = 0
   double pins_change_at = std::numeric_limits<double>::infinity();  // s: a step ends there
@@ -142,6 +146,8 @@ struct Scene {
     return std::ranges::any_of(surface_map.shares(point),
                                [&](const auto& share) { return is_free(share.particle); });
   }
+  // The number of a body or obstacle in the order of the case.
+  int case_index(int body) const;
   const SceneBody& body_of_particle(int particle) const;
   int body_index_of_particle(int particle) const;
   int body_index_of_point(int point) const;

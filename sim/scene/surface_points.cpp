@@ -51,6 +51,7 @@ void number_surface_points(Scene& scene) {
     scene.contact_area.insert(scene.contact_area.end(), area.begin(), area.end());
   }
   scene.surface_map = joined_map(scene.bodies);
+  scene.sewn = scene.seams.empty() ? SewnPoints() : SewnPoints(scene);
 }
 
 }  // namespace weft::sim

@@ -32,8 +32,9 @@ bool changes_in_time(const Scene& scene) {
   return !scene.timed_pins.empty() || has_breakable_ties(scene);
 }
 
-ChangingSceneIntegrator::Stage::Stage(Scene now, Statistics& statistics)
-    : scene(std::move(now)), dynamics(scene, statistics) {
+ChangingSceneIntegrator::Stage::Stage(Scene now, Dynamics& whole)
+    : scene(std::move(now)), dynamics(scene, whole.statistics()) {
+  dynamics.share_creases(whole);
   for (const Tie& tie : scene.ties) {
     if (tie.source->break_force) breakable.emplace_back(scene, std::span(&tie, 1));
   }
@@ -82,7 +83,7 @@ double ChangingSceneIntegrator::overload(double time, std::span<const double> y)
   auto springs = stage_->breakable.begin();
   for (const Tie& tie : stage_->scene.ties) {
     if (!tie.source->break_force) continue;
-    springs->anchors().set_time({time, time});
+    springs->set_time({time, time});
     most = std::max(most, springs->load(StateView::of(y).position) / *tie.source->break_force - 1);
     ++springs;
   }
@@ -113,7 +114,7 @@ void ChangingSceneIntegrator::break_ties() {
   auto springs = stage_->breakable.begin();
   for (const Tie& tie : stage_->scene.ties) {
     if (!tie.source->break_force) continue;
-    springs->anchors().set_time({now, now});
+    springs->set_time({now, now});
     if (springs->load(StateView::of(y).position) >= *tie.source->break_force) {
       broken_.push_back(tie.number);
       names += (names.empty() ? "" : ", ") + in_quotes(tie.source->body) + " to " +
@@ -138,8 +139,7 @@ void ChangingSceneIntegrator::begin_stage(double now, std::span<const double> y)
 void ChangingSceneIntegrator::build() {
   stage_.reset();
   stage_ = std::make_unique<Stage>(
-      scene_without(hold_timed_pins(scene_, holds_, event_, built_at_), broken_),
-      whole_.statistics());
+      scene_without(hold_timed_pins(scene_, holds_, event_, built_at_), broken_), whole_);
   if (may_sleep(stage_->scene)) {
     auto made = std::make_unique<SleepingIntegrator>(stage_->scene, stage_->dynamics);
     stage_->sleeping = made.get();

@@ -58,7 +58,7 @@ class ChangingSceneIntegrator final : public Integrator {
 
  private:
   struct Stage {
-    Stage(Scene now, Statistics& statistics);
+    Stage(Scene now, Dynamics& whole);
     Scene scene;
     Dynamics dynamics;
     mutable std::vector<TieSprings> breakable;  // of the scene's ties with a break_force, in order

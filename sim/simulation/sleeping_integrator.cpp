@@ -26,13 +26,15 @@ std::vector<char> find_moving_pins(const Scene& scene) {
     const double last = std::max(pin.source->hold_time, pin.source->release_time.value_or(0));
     if (last >= scene.pins_change_at) has_moving_pin[pin.body] = 1;
   }
-  for (const Tie& tie : scene.ties) {
-    const int body = scene.case_order[tie.body], other = scene.case_order[tie.to];
+  const auto add_joint = [&](const auto& joint) {
+    const int body = scene.case_order[joint.body], other = scene.case_order[joint.to];
     if (scene.bodies[body].dynamic && scene.bodies[other].moves && !scene.bodies[other].dynamic)
       has_moving_pin[body] = 1;
     if (scene.bodies[other].dynamic && scene.bodies[body].moves && !scene.bodies[body].dynamic)
       has_moving_pin[other] = 1;
-  }
+  };
+  for (const Tie& tie : scene.ties) add_joint(tie);
+  for (const Seam& seam : scene.seams) add_joint(seam);
   return has_moving_pin;
 }
 
@@ -54,6 +56,7 @@ Energies sum_of(Energies a, double factor, const Energies& b) {
   a.kinetic += factor * b.kinetic;
   a.gravitational += factor * b.gravitational;
   a.contact += factor * b.contact;
+  if (b.dissipated) a.dissipated = a.dissipated.value_or(0) + factor * *b.dissipated;
   for (auto& [name, value] : a.elastic) {
     for (const auto& [other, more] : b.elastic) {
       if (other == name) value += factor * more;
@@ -125,7 +128,7 @@ void SleepingIntegrator::restart(double time, std::span<const double> y) {
 
 bool SleepingIntegrator::transfer(StateArchive& archive) {
   archive(asleep_, island_, built_at_, state_, frozen_.kinetic, frozen_.gravitational,
-          frozen_.contact, frozen_gap_, earlier_);
+          frozen_.contact, frozen_.dissipated, frozen_gap_, earlier_);
   for (auto& [name, energy] : frozen_.elastic) archive(energy);
   rest_.transfer(archive);
   if (archive.reads()) {
@@ -156,7 +159,7 @@ int SleepingIntegrator::sleeping_bodies() const {
 }
 
 // Returns the island of each dynamic body, named by its lowest body. Bodies are in one island if
-// ties, or contacts of the last force evaluation, connect them directly or through others.
+// ties, seams or contacts of the last force evaluation, connect them directly or through others.
 std::vector<int> SleepingIntegrator::find_islands() const {
   std::vector<int> set(scene_.dynamic_bodies);
   std::iota(set.begin(), set.end(), 0);
@@ -173,12 +176,14 @@ std::vector<int> SleepingIntegrator::find_islands() const {
       set[std::max(a, b)] = std::min(a, b);
     }
   }
-  for (const Tie& tie : scene_.ties) {
-    const int body = scene_.case_order[tie.body], other = scene_.case_order[tie.to];
-    if (std::max(body, other) >= scene_.dynamic_bodies) continue;
+  const auto join = [&](const auto& joint) {
+    const int body = scene_.case_order[joint.body], other = scene_.case_order[joint.to];
+    if (std::max(body, other) >= scene_.dynamic_bodies) return;
     const int a = root_of(set, body), b = root_of(set, other);
     set[std::max(a, b)] = std::min(a, b);
-  }
+  };
+  for (const Tie& tie : scene_.ties) join(tie);
+  for (const Seam& seam : scene_.seams) join(seam);
   for (int body = 0; body < scene_.dynamic_bodies; ++body) set[body] = root_of(set, body);
   return set;
 }
@@ -231,12 +236,13 @@ void SleepingIntegrator::fall_asleep() {
 }
 
 // True if a curve that can move the body at rest changes in a step, or in several, between these
-// times. A jump at the start counts, also within the shortest step after it; one at the end does
+// times, or a seam of it is closing. A jump at the start counts, also within the shortest step after it; one at the end does
 // not.
 bool SleepingIntegrator::is_driven(int body, double from, double to) const {
   const MaterialCase* material = scene_.bodies[body].material;
   const double nearby = scene_.source.time.minimum_step;
-  return curves_.may_move(material->name, from - nearby, to - 0.5 * nearby);
+  return curves_.may_move(material->name, from - nearby, to - 0.5 * nearby) ||
+         closes_after(scene_, body, from);
 }
 
 // Returns the islands that must wake, since the step from `from` to time(), or a try at it, touched
@@ -292,7 +298,7 @@ void SleepingIntegrator::build() {
   integrator_.reset();
   awake_.reset();
   if (sleeping_bodies() > 0)
-    awake_ = std::make_unique<Awake>(scene_, asleep_, built_at_, whole_.statistics());
+    awake_ = std::make_unique<Awake>(scene_, asleep_, built_at_, whole_);
   integrator_ = make_integrator(dynamics().scene(), dynamics());
   integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
 }

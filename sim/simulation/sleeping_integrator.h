@@ -25,7 +25,7 @@ bool may_sleep(const Scene& scene);
 // A body may sleep if it is at rest (rest_watch.h), none of its pins moves or is still to take hold
 // or let go, it is not tied to anything whose motion is prescribed, no obstacle moves near it and
 // no curve that acts on it (scene_curves.h) changes within the next half second. Bodies in contact
-// with each other, or tied to each other, fall asleep and wake together. At least one body stays
+// with each other, or tied or sewn to each other, fall asleep and wake together. At least one body stays
 // awake. Bodies fall asleep only if they make up at least a tenth of the awake vertices, since the
 // method then begins anew.
 //
@@ -79,8 +79,10 @@ class SleepingIntegrator final : public Integrator {
  private:
   struct Awake {
     Awake(const Scene& whole, std::span<const char> asleep, std::span<const Vec3> position,
-          Statistics& statistics)
-        : part(whole, asleep, position), dynamics(part.scene(), statistics) {}
+          Dynamics& of_whole)
+        : part(whole, asleep, position), dynamics(part.scene(), of_whole.statistics()) {
+      dynamics.share_creases(of_whole);
+    }
     AwakeScene part;
     Dynamics dynamics;
   };

@@ -85,6 +85,7 @@ std::vector<Series> energy_series(const Dynamics& dynamics) {
       {"energy_kinetic", "J"}, {"energy_gravitational", "J"}, {"energy_contact", "J"}};
   for (const std::string& name : dynamics.force_names()) series.push_back({"energy_" + name, "J"});
   series.push_back({"energy_total", "J"});
+  if (dynamics.has_creases()) series.push_back({"dissipated_by_creases", "J"});
   return series;
 }
 
@@ -111,6 +112,7 @@ std::vector<std::pair<std::string, double>> named(const Energies& energies) {
       {"energy_contact", energies.contact}};
   for (const auto& [name, value] : energies.elastic) values.emplace_back("energy_" + name, value);
   values.emplace_back("energy_total", energies.total());
+  if (energies.dissipated) values.emplace_back("dissipated_by_creases", *energies.dissipated);
   return values;
 }
 
@@ -118,6 +120,7 @@ void append_energies(const Energies& energies, std::vector<double>& values) {
   values.insert(values.end(), {energies.kinetic, energies.gravitational, energies.contact});
   for (const auto& [name, value] : energies.elastic) values.push_back(value);
   values.push_back(energies.total());
+  if (energies.dissipated) values.push_back(*energies.dissipated);
 }
 
 double or_nan(std::optional<double> gap) {
@@ -141,6 +144,7 @@ FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& pa
                .force = force,
                .step_series = step_series(dynamics_),
                .records = trajectory_records(channels_),
+               .sewn = images_.sewn(),
                .precision = scene_.source.output.precision,
                .compression = scene_.source.output.compression,
                .compression_error = scene_.source.output.compression_error,

@@ -1,5 +1,7 @@
 #include "sim/trajectory/recorded_images.h"
 
+#include <algorithm>
+
 namespace weft::sim {
 
 RecordedImages::RecordedImages(const Scene& scene, const RecordedChannels& channels)
@@ -38,6 +40,24 @@ std::vector<TrajectoryBody> RecordedImages::bodies() const {
     written.part_cols = recorded.part->cols;
   }
   return bodies;
+}
+
+std::vector<SewnParticles> RecordedImages::sewn() const {
+  std::vector<SewnParticles> pairs;
+  const auto find = [&](int point, int& particle) {
+    const int body = scene_.body_index_of_point(point);
+    const auto found = std::ranges::find(recorded_, body, &RecordedBody::body);
+    if (found == recorded_.end() || found->part) return -1;
+    particle = point - scene_.bodies[body].first_point;
+    return static_cast<int>(found - recorded_.begin());
+  };
+  scene_.sewn.visit_pairs([&](int point, int other) {
+    SewnParticles pair;
+    pair.body = find(point, pair.particle);
+    pair.other_body = find(other, pair.other_particle);
+    if (pair.body >= 0 && pair.other_body >= 0) pairs.push_back(pair);
+  });
+  return pairs;
 }
 
 const std::vector<std::span<const Vec3>>& RecordedImages::positions(std::span<const Vec3> all) {

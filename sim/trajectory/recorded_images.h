@@ -17,6 +17,8 @@ class RecordedImages {
 
   // The bodies with their fields, as the trajectory knows them.
   std::vector<TrajectoryBody> bodies() const;
+  // The particles of these bodies that seams hold together; without those of parts.
+  std::vector<SewnParticles> sewn() const;
   // Positions of these bodies by their particles, from those of all particles of the scene. Spans
   // last until the next call, and as long as `all`.
   const std::vector<std::span<const Vec3>>& positions(std::span<const Vec3> all);

@@ -17,6 +17,12 @@
 
 namespace weft::sim {
 
+// Two particles that a seam holds together, by body in the order of the trajectory.
+struct SewnParticles {
+  int body = 0, particle = 0;
+  int other_body = 0, other_particle = 0;
+};
+
 // Values beside the positions: one number or vector per texel and frame.
 struct TrajectoryField {
   std::string name;  // of the dataset
@@ -82,6 +88,8 @@ struct RunEnd {
 //   /CHANNEL/.../NAME        float64, on request: [N] or [N, 3]; attributes units and channel
 //   /body/NAME/particle      int32 [patches, rows, cols]: particle of each texel (sewn bodies only)
 //   /body/NAME/triangles     int32 [triangles, 3]: texels, by the rule of bsi::quad_triangles
+//   /sewn                    int32 [pairs, 4]: body, particle, body, particle that seams hold
+//                            together (only with seams)
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
 //   /steps/NAME[S]           float64, attribute units: one entry per accepted step, written
 //                            with the frame that follows it; the first /series/steps[n] precede
@@ -102,6 +110,7 @@ class TrajectoryWriter {
     bool force = false;        // overwrite
     std::vector<Series> step_series = {};
     std::vector<TrajectoryRecord> records = {};
+    std::vector<SewnParticles> sewn = {};
     Precision precision = Precision::float32;     // of positions
     Compression compression = Compression::none;  // of frames: positions and fields
     double compression_error = 1e-6;  // m, > 0: of coordinates with Compression::bounded, beyond
@@ -178,6 +187,8 @@ class TrajectoryReader {
   // Values of a field of the body by particle, `components` numbers each. Throws FileError for a
   // field that the body does not have.
   std::vector<double> field_values(int body, const std::string& field, int frame) const;
+  // The particles that seams hold together: where they are, triangles touch.
+  const std::vector<SewnParticles>& sewn() const;
   // Records, by channel in the order of the file.
   const std::vector<TrajectoryRecord>& records() const;
   // Values of a record, `components` numbers per frame. Throws FileError for an unknown path.

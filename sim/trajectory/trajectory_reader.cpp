@@ -79,6 +79,7 @@ struct TrajectoryReader::Implementation {
   std::vector<TrajectoryField> read_fields(hid_t group, std::size_t axes) const;
   void find_records(const std::string& group, const std::string& channel);
   std::vector<int> read_particles(hid_t group, std::size_t texels) const;
+  void read_sewn();
   std::vector<double> read_list(const std::string& name, hsize_t count, int components = 1) const;
   std::vector<double> read_image(int body, int frame, const std::string& name,
                                  int components) const;
@@ -91,6 +92,7 @@ struct TrajectoryReader::Implementation {
   std::optional<RunEnd> end;
   std::vector<TrajectoryBody> bodies;
   std::vector<TrajectoryRecord> records;
+  std::vector<SewnParticles> sewn;
   std::vector<TrajectoryWriter::Series> series;
 };
 
@@ -127,6 +129,7 @@ void TrajectoryReader::Implementation::read_header() {
   for (const std::string& name : access.members(body_group.get())) {
     bodies.push_back(read_body(name));
   }
+  read_sewn();
   const Handle series_group = access.open_group(file.get(), "series");
   for (const std::string& name : access.members(series_group.get())) {
     const Handle dataset = access.open_dataset(series_group.get(), name);
@@ -135,6 +138,28 @@ void TrajectoryReader::Implementation::read_header() {
   for (const Channel& channel : all_channels()) {
     if (channel.home != Channel::Home::texels && has(file.get(), channel.name))
       find_records(channel.name, channel.name);
+  }
+}
+
+void TrajectoryReader::Implementation::read_sewn() {
+  if (!has(file.get(), "sewn")) return;
+  const Handle dataset = access.open_dataset(file.get(), "sewn");
+  const std::vector<hsize_t> shape = access.dimensions(dataset.get());
+  if (shape.size() != 2 || shape[1] != 4 || !hdf5::holds_numbers(dataset.get()))
+    access.reject("dataset sewn is not a list of pairs");
+  access.require_stored(dataset.get(), "sewn", static_cast<double>(4 * shape[0]));
+  std::vector<int> numbers(4 * shape[0]);
+  access.check(
+      H5Dread(dataset.get(), H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()),
+      "read sewn");
+  const auto is_there = [&](int body, int particle) {
+    return body >= 0 && body < static_cast<int>(bodies.size()) && particle >= 0 &&
+           particle < bodies[body].atlas.particle_count();
+  };
+  for (std::size_t i = 0; i < numbers.size(); i += 4) {
+    if (!is_there(numbers[i], numbers[i + 1]) || !is_there(numbers[i + 2], numbers[i + 3]))
+      access.reject("dataset sewn names a particle that is not there");
+    sewn.push_back({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]});
   }
 }
 
@@ -381,6 +406,8 @@ std::vector<double> TrajectoryReader::field_values(int body, const std::string& 
     return implementation_->read_image(body, frame, field, found->components);
   });
 }
+
+const std::vector<SewnParticles>& TrajectoryReader::sewn() const { return implementation_->sewn; }
 
 const std::vector<TrajectoryRecord>& TrajectoryReader::records() const {
   return implementation_->records;

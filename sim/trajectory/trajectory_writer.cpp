@@ -127,6 +127,7 @@ struct TrajectoryWriter::Implementation {
 
   void create_file();
   void create_root();
+  void write_sewn();
   void create_body(const TrajectoryBody& body, std::span<const Vec3> initial_positions);
   Handle make_group(hid_t parent, const std::string& name, const Handle& properties) const;
   Handle create_frames(hid_t group, const std::string& name, hid_t type,
@@ -227,6 +228,16 @@ void TrajectoryWriter::Implementation::create_root() {
   series_group = make_group(file.get(), "series", ordered);
   step_group = make_group(file.get(), "steps", ordered);
   views.emplace(access, file.get(), bodies, options.precision);
+  write_sewn();
+}
+
+void TrajectoryWriter::Implementation::write_sewn() {
+  if (options.sewn.empty()) return;
+  std::vector<int> numbers;
+  for (const auto& [body, particle, other_body, other_particle] : options.sewn)
+    numbers.insert(numbers.end(), {body, particle, other_body, other_particle});
+  write_whole(file.get(), "sewn", H5T_STD_I32LE, H5T_NATIVE_INT, {options.sewn.size(), 4},
+              numbers.data(), "");
 }
 
 Handle TrajectoryWriter::Implementation::make_group(hid_t parent, const std::string& name,

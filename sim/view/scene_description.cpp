@@ -141,6 +141,20 @@ void describe_ties(const Scene& scene, std::ostream& out) {
   }
 }
 
+void describe_seams(const Scene& scene, std::ostream& out) {
+  for (const Seam& seam : scene.seams) {
+    const SeamCase& source = *seam.source;
+    out << "seam      " << source.body << " to " << source.to << ": "
+        << counted(seam.stitches.size(), "stitch", "stitches") << ", " << seam.stiffness
+        << " N/m^2";
+    if (source.closing_time > 0)
+      out << ", closes by " << 1e3 * seam.largest_gap << " mm in " << source.closing_time << " s";
+    out << '\n';
+    if (seam.folds.empty() && source.bending == SeamBending::continuous)
+      out << "  skipped bending across the seam: a side has no bending_stiffness\n";
+  }
+}
+
 void describe_bodies(const Scene& scene, std::ostream& out) {
   for (const bool obstacles : {false, true}) {
     const auto bodies =
@@ -177,8 +191,8 @@ void describe_forces(const Scene& scene, std::ostream& out) {
   describe_lack(
       scene,
       [](const MaterialCase& m) {
-        return m.mass_damping.is_zero() && m.stiffness_damping.is_zero() &&
-               m.bending_damping.is_zero();
+        return m.mass_damping.is_zero() && m.membrane_damping_time().is_zero() &&
+               m.bending_damping_time().is_zero();
       },
       "material damping", "every damping is 0", "its damping is 0", "their damping is 0", out);
 }
@@ -326,6 +340,7 @@ std::string describe_scene(const Scene& scene) {
   out << printable(scene.source.title.empty() ? scene.source.path : scene.source.title) << '\n';
   describe_bodies(scene, out);
   describe_ties(scene, out);
+  describe_seams(scene, out);
   describe_start(scene, out);
   describe_forces(scene, out);
   describe_contact(scene, out);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <span>
 #include <sstream>
 
@@ -355,6 +356,20 @@ std::vector<FrameCrossings> count_crossings(const std::string& path) {
   const auto place = [&](int body, int triangle) {
     return CrossingPlace{bodies[body].name, bodies[body].atlas.quad_address(triangle / 2)};
   };
+  std::set<std::array<int, 4>> sewn;
+  for (const auto& [body, particle, other_body, other_particle] : reader.sewn()) {
+    sewn.insert({body, particle, other_body, other_particle});
+    sewn.insert({other_body, other_particle, body, particle});
+  }
+  // Triangles with particles that are sewn together touch.
+  const auto are_sewn = [&](const Crossing& crossing) {
+    for (const int a : meshes[crossing.surface_a].triangles[crossing.triangle_a]) {
+      for (const int b : meshes[crossing.surface_b].triangles[crossing.triangle_b]) {
+        if (sewn.contains({crossing.surface_a, a, crossing.surface_b, b})) return true;
+      }
+    }
+    return false;
+  };
   std::vector<FrameCrossings> result;
   std::vector<std::vector<Vec3>> positions(bodies.size());
   for (int f = 0; f < reader.frames(); ++f) {
@@ -370,6 +385,7 @@ std::vector<FrameCrossings> count_crossings(const std::string& path) {
     std::erase_if(crossings, [&](const Crossing& crossing) {
       return bodies[crossing.surface_a].is_obstacle && bodies[crossing.surface_b].is_obstacle;
     });
+    if (!sewn.empty()) std::erase_if(crossings, are_sewn);
     FrameCrossings& frame = result.emplace_back();
     frame.frame = f;
     frame.time = reader.time(f);

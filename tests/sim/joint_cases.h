@@ -27,8 +27,8 @@ inline Vec3 mean_of(const std::vector<Vec3>& all) {
   return sum / static_cast<double>(all.size());
 }
 
-// Compares a scene's forces with differences of their energies, and their matrices with differences
-// of their forces, at a random state near the start and at `time`. Precondition: without contact
+// Compares a scene's forces with differences of their energies, together with what creases have
+// dissipated, and their matrices with differences of their forces, at a random state near the start and at `time`. Precondition: without contact
 // and mass damping; moving pins rest at `time`.
 inline void expect_consistent_forces(const std::string& text, double time) {
   const auto scene = build_scene(parse_case(text, "test.toml", {}));
@@ -63,9 +63,11 @@ inline void expect_consistent_forces(const std::string& text, double time) {
   // a part out.
   std::fill(y.begin() + static_cast<std::ptrdiff_t>(half), y.end(), 0.0);
   constexpr double step = 1e-6;
-  const double slope = (dynamics.energies(time, moved(0, step)).total() -
-                        dynamics.energies(time, moved(0, -step)).total()) /
-                       (2 * step);
+  const auto potential = [&](double by) {
+    const Energies energies = dynamics.energies(time, moved(0, by));
+    return energies.total() + energies.dissipated.value_or(0);
+  };
+  const double slope = (potential(step) - potential(-step)) / (2 * step);
   EXPECT_NEAR(product(forces(y)), -slope, 1e-6 * std::abs(slope) + 1e-9);
   const auto expect_matrix = [&](const BlockMatrix& matrix, std::size_t offset) {
     std::vector<Vec3> in(scene->mass.size()), out(scene->mass.size());

@@ -1,0 +1,60 @@
+// Bending of single triangles that have an edge at which something beyond their image decides the
+// angle: a clamp, or a surface sewn to it.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "materials/crease.h"
+#include "sim/forces/force.h"
+#include "sim/forces/moving_points.h"
+#include "sim/forces/varying_numbers.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+inline constexpr int no_particle = -1;
+
+// A triangle with an edge at a clamp or a seam. Node i + 3 is across edge i, which is opposite node
+// i. Beyond a clamped edge the surface is the mirror image of the triangle in the clamp's tangent
+// plane, so the angle there is twice the angle to that plane. Beyond a sewn edge it is the triangle
+// of the other surface.
+struct BorderTriangle {
+  std::array<int, 6> particles;  // global; no_particle: a ghost, or beyond a border
+  std::array<int, 3> ghosts{no_particle, no_particle, no_particle};  // by edge
+  std::array<int, 3> pins{-1, -1, -1};    // of the ghosts of clamps, in the list of the body
+  std::array<int, 3> bodies{-1, -1, -1};  // of the ghosts of seams: indices into Scene::bodies
+  std::array<bool, 3> is_sewn{};
+  int body = 0;           // index into Scene::bodies
+  int case_body = 0;      // in the order of the case
+  int triangle = 0;       // of the body's mesh
+  Vec3 factors{1, 1, 1};  // of the angles to the nodes across
+  Vec3 rest_angles{0, 0, 0};
+  Eigen::Matrix3d modulus = Eigen::Matrix3d::Zero();  // N m, over the angles
+  double damping_time = 0;                            // s, at the time set
+  materials::YieldLaw law;
+};
+
+// Triangles of this kind, and what they need. Ghosts are nodes across edges that are no particles.
+struct BorderTriangles {
+  std::vector<BorderTriangle> triangles;
+  VaryingNumbers damping_times;  // s
+  bool is_damped = false;        // at any time
+  MovingPoints ghosts;
+};
+
+// Makes a triangle with the nodes across its edges that its own body has.
+BorderTriangle border_triangle(const Scene& scene, int body, const bsi::Mesh& mesh, int index);
+// Lets the triangle bend against the other side of its seams.
+void join_folds(const Scene& scene, BorderTriangle& triangle, MovingPoints& ghosts);
+// Sets the modulus and the law of yielding. Must be called once all nodes across edges are known.
+void find_modulus(const Scene& scene, const bsi::Mesh& mesh, BorderTriangle& triangle);
+
+// The force of these triangles; its energy has this name.
+std::unique_ptr<Force> make_border_bending(std::string_view name, BorderTriangles triangles,
+                                           const Scene& scene);
+
+}  // namespace weft::sim

@@ -1,0 +1,230 @@
+// Limits of principal stretches: held by every method, reported when nothing can hold them.
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+
+#include "sim/base/failure.h"
+#include "sim/case/case_error.h"
+#include "sim/run/initial_state.h"
+#include "tests/sim/bad_case.h"
+#include "tests/sim/joint_cases.h"
+
+namespace weft::sim {
+namespace {
+
+// A soft sheet that hangs by two corners under ten times its weight: without a limit it would
+// stretch by a third.
+constexpr const char* heavy_sheet = R"(
+[time]
+duration = 0.15
+frames_per_second = 60
+[world]
+gravity = [0, 0, -98.1]
+[contact]
+enabled = false
+[material.soft]
+density = 0.2
+membrane_stiffness = 100
+bending_stiffness = 1e-5
+stiffness_damping = 1e-3
+strain_limit = 0.05
+[[body]]
+name = "sheet"
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [9, 9] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)";
+
+// The largest principal strain of all triangles, from singular values.
+double largest_strain(const Scene& scene, std::span<const Vec3> position) {
+  double largest = -1;
+  for (const SceneBody& body : scene.bodies) {
+    if (!body.dynamic) continue;
+    for (const auto& [a, b, c] : body.mesh.triangles) {
+      const auto sides_of = [&](const auto& x, int first) {
+        Eigen::Matrix<double, 3, 2> sides;
+        sides << x[first + b] - x[first + a], x[first + c] - x[first + a];
+        return sides;
+      };
+      const Eigen::Matrix<double, 3, 2> rest = sides_of(body.rest, 0);
+      const Vec3 along = rest.col(0).normalized();
+      const Vec3 normal = along.cross(rest.col(1)).normalized();
+      Eigen::Matrix<double, 3, 2> frame;
+      frame << along, normal.cross(along);
+      const Eigen::Matrix2d in_plane = frame.transpose() * rest;
+      const Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>> decomposed(
+          sides_of(position, body.first_particle) * in_plane.inverse());
+      largest = std::max(largest, decomposed.singularValues()[0] - 1);
+    }
+  }
+  return largest;
+}
+
+double strain_of(Simulation& simulation, std::span<const double> y, double time) {
+  std::vector<Vec3> position, velocity;
+  simulation.dynamics().expand_all(time, y, position, velocity);
+  return largest_strain(simulation.scene(), position);
+}
+
+struct Method {
+  std::string name;
+  Overrides more;
+};
+const std::vector<Method> all_methods = {
+    {"cvode", {}},
+    {"arkode", {}},
+    {"euler", {"time.step=0.005"}},
+    {"euler", {"time.step=0.005", "time.newton=1"}},
+    {"euler", {"time.position_tolerance=1e-4"}},
+    {"implicit_midpoint", {"time.step=0.001"}},
+    {"verlet", {"material.soft.stiffness_damping=0"}},
+    {"static", {"time.frames_per_second=30"}}};
+
+// Two edges are drawn apart by a tenth of the sheet: no state keeps within the limit.
+constexpr const char* drawn_sheet = R"(
+[time]
+duration = 0.2
+frames_per_second = 50
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.soft]
+density = 0.2
+membrane_stiffness = 100
+stiffness_damping = 1e-3
+strain_limit = 0.05
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [5, 5] }
+[[body.pin]]
+edges = ["first_col"]
+[[body.pin]]
+edges = ["last_col"]
+motion = { keyframes = [{ time = 0.2, translation = [0.05, 0, 0] }] }
+)";
+
+}  // namespace
+
+TEST(StrainLimit, HoldsUnderTenTimesTheWeightByEveryMethod) {
+  for (const auto& [name, more] : all_methods) {
+    SCOPED_TRACE(name + (more.empty() ? "" : ", " + more.back()));
+    Simulation simulation = simulation_of(heavy_sheet, method(name, more));
+    double largest = 0;
+    std::vector<double> y(simulation.state().size());
+    while (simulation.time() < 0.15) {
+      if (const auto failure = simulation.step()) FAIL() << failure->text;
+      const double strain = strain_of(simulation, simulation.state(), simulation.time());
+      EXPECT_LT(strain, 0.05) << "at the end of the step to " << simulation.time() << " s";
+      largest = std::max(largest, strain);
+      const double middle = simulation.time() - 0.5 * simulation.integrator().last_step();
+      ASSERT_FALSE(simulation.state_at(middle, y));
+      EXPECT_LT(strain_of(simulation, y, middle), 0.05) << "within the step";
+    }
+    EXPECT_GT(largest, 0.04);  // it was put to the test
+  }
+}
+
+TEST(StrainLimit, WithoutItTheSheetStretchesFurther) {
+  std::string text = heavy_sheet;
+  text.erase(text.find("strain_limit"), std::string("strain_limit = 0.05\n").size());
+  Simulation simulation = simulation_of(text, method("static", {"time.frames_per_second=30"}));
+  advance_to(simulation, 0.15);
+  EXPECT_GT(strain_of(simulation, simulation.state(), 0.15), 0.3);
+  const std::vector<std::string> names = simulation.dynamics().force_names();
+  EXPECT_EQ(std::ranges::count(names, "strain_limit"), 0);
+}
+
+// In equilibrium the same limit gives the same shape, whatever the method that led there.
+TEST(StrainLimit, EquilibriaAgree) {
+  Simulation relaxed = simulation_of(heavy_sheet, method("static", {"time.frames_per_second=30"}));
+  Simulation stepped = simulation_of(
+      heavy_sheet, method("euler", {"time.step=0.01", "time.duration=3",
+                                    "material.soft.stiffness_damping=0.02"}));
+  advance_to(relaxed, 0.15);
+  advance_to(stepped, 3);
+  const std::vector<Vec3> one = relaxed.position("sheet"), other = stepped.position("sheet");
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT((one[i] - other[i]).norm(), 1e-4) << i;
+}
+
+TEST(StrainLimit, ForcesAreSlopesOfTheEnergy) {
+  const std::string stretched = R"(
+[time]
+duration = 1
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.soft]
+membrane_stiffness = 100
+strain_limit = 0.2
+[[body]]
+name = "sheet"
+stretch = [1.15, 1.12, 1]
+shape = { type = "rectangle", size = [1, 1], resolution = [5, 6] }
+)";
+  expect_consistent_forces(stretched, 0);
+}
+
+// Pins can stretch a sheet beyond any limit: the run ends at the limit and says so.
+TEST(StrainLimit, EndsWhenPinsLeaveNoStateWithin) {
+  for (const Method& each :
+       std::vector<Method>{{"cvode", {}},
+                           {"arkode", {}},
+                           {"euler", {"time.step=0.005"}},
+                           {"static", {}},
+                           {"static", {"static.loading=\"in_time\""}}}) {
+    SCOPED_TRACE(each.name + (each.more.empty() ? "" : ", " + each.more.back()));
+    Simulation simulation = simulation_of(drawn_sheet, method(each.name, each.more));
+    std::optional<Failure> failure;
+    while (simulation.time() < 0.2 && !failure) failure = simulation.step();
+    ASSERT_TRUE(failure);
+    EXPECT_EQ(failure->kind, Failure::Kind::strain_limit) << failure->text;
+    EXPECT_NE(failure->text.find("the membrane would exceed its strain_limit at body \"sheet\""),
+              std::string::npos)
+        << failure->text;
+    const double strain = strain_of(simulation, simulation.state(), simulation.time());
+    EXPECT_LT(strain, 0.05);
+    EXPECT_GT(strain, 0.03);
+  }
+}
+
+TEST(StrainLimit, RefusesAStartBeyondIt) {
+  const auto scene =
+      build_scene(parse_case(heavy_sheet, "test.toml", {"body.sheet.stretch=[1.06,1,1]"}));
+  try {
+    check_initial_state(*scene);
+    FAIL() << "accepted";
+  } catch (const CaseError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "test.toml:15:1: at the start the membrane exceeds its strain_limit at body "
+              "\"sheet\", row 0, column 0\n"
+              "  expected a larger strain_limit, or a start that is stretched less");
+  }
+}
+
+// Springs along rows, columns and diagonals are limited by the triangles between them.
+TEST(StrainLimit, HoldsSpringsToo) {
+  Simulation simulation = simulation_of(
+      heavy_sheet, method("euler", {"time.step=0.005", "material.soft.membrane=\"springs\""}));
+  while (simulation.time() < 0.15) {
+    if (const auto failure = simulation.step()) FAIL() << failure->text;
+    EXPECT_LT(strain_of(simulation, simulation.state(), simulation.time()), 0.05);
+  }
+}
+
+// The same bits for any number of threads.
+TEST(StrainLimit, DoesNotDependOnThreads) {
+  std::vector<std::vector<double>> ends;
+  for (const char* threads : {"compute.threads=1", "compute.threads=3"}) {
+    Simulation simulation =
+        simulation_of(heavy_sheet, method("euler", {"time.step=0.01", threads,
+                                                    "body.sheet.shape.resolution=[33,33]"}));
+    for (int i = 0; i < 4; ++i) ASSERT_FALSE(simulation.step());
+    ends.emplace_back(simulation.state().begin(), simulation.state().end());
+  }
+  EXPECT_EQ(ends[0], ends[1]);
+}
+
+}  // namespace weft::sim
