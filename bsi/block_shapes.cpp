@@ -118,7 +118,7 @@ Surface make_box(const Vec3& size, const std::array<int, 3>& vertices) {
   }
   return make_block(quads, square_tile(quads), [&](const Label& point) {
     Vec3 position;
-    // The factor 0.5 is exact, so the corners lie at exactly half the size.
+    // Multiplying by 0.5 is exact, so the corners lie at exactly half the size.
     for (int axis = 0; axis < 3; ++axis)
       position[axis] = size[axis] * (0.5 * point[axis] / quads[axis]);
     return position;

@@ -10,8 +10,8 @@ namespace weft::bsi {
 namespace {
 
 constexpr int most_queries = 512;
-// Fractions of the starting gap. A path that is not safe to its end is cut at `left_part`. The
-// search for a proof stops at `hopeless_part`.
+// Fractions of the starting gap. A path that is not safe to its end is cut where `left_part` of the
+// gap remains. The search for a proof gives up where `hopeless_part` remains.
 constexpr double left_part = 0.1;
 constexpr double hopeless_part = 0.01;
 // Each advance stops where the projected gap has shrunk to this fraction of the present gap.

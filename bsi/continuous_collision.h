@@ -23,7 +23,7 @@ namespace weft::bsi {
 //
 // Most paths without contact take one closest-point query; paths with contact take a few tens.
 // After 512 queries (long paths that rotate at a tiny gap) the result is the fraction proved safe
-// so far. No allocation; 60 ns for one query, a few hundred for paths with contact.
+// so far. No allocation; 60 ns for one query, a few hundred ns for paths with contact.
 double safe_fraction_vertex_triangle(const FourPoints& start, const FourPoints& end,
                                      double minimum_separation);
 double safe_fraction_edge_edge(const FourPoints& start, const FourPoints& end,

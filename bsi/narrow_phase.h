@@ -77,7 +77,7 @@ struct TriangleMeeting {
 
 // Appends the pairs that have a common point, in the order of the candidates, with their
 // intersections. Both are exact for coordinates as in exact_predicates.h. find_triangle_hits() with
-// a margin of 0 selects pairs that are then intersected one by one. `threads` as in
+// a margin of 0 selects the pairs, which are then intersected one by one. `threads` as in
 // NarrowPhaseOptions.
 void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,
                                  std::span<const LeafPair> candidates, int threads,

@@ -18,7 +18,8 @@ namespace weft::bsi {
 
 namespace {
 
-// Rows are padded to a multiple of this, so that a vector load does not straddle two rows.
+// Rows are padded to a multiple of this many floats, so that a vector load does not straddle two
+// rows.
 constexpr std::size_t row_alignment = plane_padding;
 
 std::size_t aligned(std::size_t count) {

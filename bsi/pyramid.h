@@ -31,20 +31,21 @@ struct PatchBlock {
 
 struct PyramidParts {
   // Bounds of the differences between adjacent vertices (steps). Self traversals use them to skip
-  // whole blocks that cannot touch themselves (docs/theory.md, "The tangent certificate"). They
-  // take more than half of the time of a rebuild.
+  // whole blocks that cannot touch themselves (docs/theory.md, "The tangent certificate").
+  // Computing them takes more than half of the time of a rebuild.
   bool tangents = true;
   // Spheres, for pictures and for traversals whose bound is not `box`.
   bool spheres = false;
 };
 
-// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks. Along each axis the
-// splitting stops at blocks of one or two quads. Block boundaries are block_boundary(k, quads,
-// log). The last level holds the leaf blocks. No block is empty.
+// A pyramid of bounds over the patches of a body. Level l of a patch splits its quads into up to
+// 2^l x 2^l nested blocks. Along each axis the splitting stops at blocks of one or two quads. Block
+// boundaries are block_boundary(k, quads, log). The last level holds the leaf blocks. No block is
+// empty.
 //
 // A body of several patches has groups above its patches. Group level k has 2^k groups, whose
 // numbers of patches differ by at most one. A group is split along the longest side of the box
-// around its patches' centres. The positions at the first rebuild decide.
+// around its patches' centres. The positions at the first rebuild determine the groups.
 //
 // The pyramid holds a box for every block, the vertices in float32, and the parts that PyramidParts
 // selects. A box lies exactly inside its parent's box, because minima and maxima round nothing.
@@ -74,8 +75,9 @@ class Pyramid {
   // coordinate_limit), if any. The pyramid is then unusable until the next rebuild.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
                                                     int threads = 0);
-  // Does the same for straight paths, m: bounds every vertex at both ends, and hence all along its
-  // path. The first call allocates a second image of vertices.
+  // Rebuilds everything for straight paths start -> end, m: bounds every vertex at both ends, and
+  // hence all along its path. Otherwise like rebuild(). The first call allocates a second image of
+  // vertices.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
                                                           std::span<const Vec3> end,
                                                           int threads = 0);
@@ -113,7 +115,8 @@ class Pyramid {
   const BoxTree& tree() const { return tree_; }
 
  private:
-  // Consecutive rows of leaf blocks of a patch, bounded by one thread, with the rows in progress.
+  // Consecutive rows of leaf blocks of a patch, bounded by one thread, with scratch memory for rows
+  // of bounds.
   struct Strip {
     int patch = 0;
     int index = 0;
@@ -129,7 +132,7 @@ class Pyramid {
     std::size_t groups = 0;
     std::size_t tangents = 0;
   };
-  // The index of a block among the children of its parent.
+  // The place of a block: its parent, and its number among the parent's children.
   struct ChildPlace {
     std::size_t parent = 0;  // index in the level above
     int child = 0;

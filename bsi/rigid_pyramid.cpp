@@ -75,7 +75,8 @@ void RigidPyramid::place(std::span<const RigidFrame> ends, PlacedTree& placed) c
   const RigidFrame &first = ends.front(), &last = ends.back();
   const double way = (last.rotation - first.rotation).norm() * radius_ +
                      (last.translation - first.translation).norm();
-  // Each coordinate of a leaf's box is within this distance of that of each vertex of the leaf.
+  // Along each axis, every point of a leaf's box is within this distance of every vertex of the
+  // leaf at the last frame.
   const double side = largest_quad_ + way;
   placed.beyond_spheres = static_cast<double>(root_of_three) * side * (1 + 0x1p-40) +
                           2 * static_cast<double>(placement.rounding);

@@ -66,8 +66,8 @@ class RigidPyramid {
   double largest_quad_ = 0;  // m, largest distance of two corners of a quad
 };
 
-// Returns a box in space around the placed box `own` of the frame. It also contains the box that
-// the kernels compute for `own`.
+// Returns a box in space that contains the box `own` of the frame once it is placed. It also
+// contains the box that the kernels compute for `own`.
 Box placed_box(const BoxTree& tree, const Box& own);
 
 }  // namespace weft::bsi

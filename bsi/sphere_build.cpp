@@ -56,8 +56,8 @@ float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
 // too.
 constexpr int tight_level = 5;
 
-// Returns the radius around `centre` that contains the spheres below block (u, v) of `level`, on
-// the level whose parents are `parents`.
+// Returns the radius around `centre` that contains all spheres below block (u, v) of `level` on one
+// finer level. `parents` is the level above these spheres.
 float reach_of_descendants(const BoxLevel& level, const BoxLevel& parents, int u, int v,
                            const float (&centre)[3]) {
   const int log_u = parents.log_u - level.log_u, log_v = parents.log_v - level.log_v;

@@ -342,8 +342,8 @@ void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQ
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
   margin = largest_margin_that_counts(margin);
-  // Rounding moves a coordinate by at most 2^-24 of the magnitude, or by 2^-126 if it is flushed to
-  // zero.
+  // Rounding moves a coordinate of a vertex by at most 2^-24 of the magnitude, or by 2^-126 if it
+  // is flushed to zero.
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
   return rounded_up(0.5 * (margin + rounding));

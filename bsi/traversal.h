@@ -32,9 +32,9 @@ struct TraversalCounters {
   std::int64_t certified = 0;          // number of these tests that proved the absence of contact
 };
 
-// Returns half of the margin in float32, rounded up and increased to cover all rounding. If points
-// of the float64 surfaces come within `margin` of each other, their float32 boxes overlap when each
-// is widened by the result. `magnitude_*` is Pyramid::magnitude() of the two bodies, m.
+// Returns half of the margin in float32, increased to cover all rounding. If points of the float64
+// surfaces come within `margin` of each other, their float32 boxes overlap when each is widened by
+// the result. `magnitude_*` is Pyramid::magnitude() of the two bodies, m.
 float half_margin(double margin, float magnitude_a, float magnitude_b);
 
 // Returns an upper bound (m) of the distance between two boxes that overlap when each is widened by
@@ -46,10 +46,11 @@ float sphere_reach(float half, float magnitude_a, float magnitude_b);
 // amount by which rounding can have shortened a distance.
 double certificate_margin(double margin, float magnitude);
 
-// All traversals find the pairs of leaves whose widened boxes overlap or touch. The bounds above
-// the leaves do not change this result. The box of a leaf bounds its vertices rounded to float32,
-// at both ends of the path in a swept pyramid. It is widened to low - h and high + h in float32,
-// with h = half_margin(...). Every pair within the margin is therefore found.
+// All traversals find the pairs of leaves whose widened boxes overlap or touch. (Self traversals
+// leave out those that the certificate excludes.) The bounds above the leaves do not change this
+// result. The box of a leaf bounds its vertices rounded to float32, at both ends of the path in a
+// swept pyramid. It is widened to low - h and high + h in float32, with h = half_margin(...). Every
+// pair within the margin is therefore found.
 //
 // Preconditions: the pyramids are built (Pyramid::is_built), each plain or swept. Results are
 // appended, without repetition. Their order depends on the pyramids and the bound, not on the

@@ -19,7 +19,7 @@ int projected_orientation(const Point3& a, const Point3& b, const Point3& c, int
                      projected(c, dropped_axis));
 }
 
-// Returns true if the box of the segment p-q overlaps that of the other points.
+// Returns true if the box of the segment p-q overlaps the box of `points`.
 template <class Points>
 bool boxes_overlap(const Point3& p, const Point3& q, const Points& points) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -268,8 +268,9 @@ class CommonPoints {
     }
   }
 
-  // Adds the points where an edge passes through the interior of the triangle. Its line does if it
-  // passes all three edges of the triangle on the same side.
+  // Adds the points where an edge passes through the interior of the triangle. Such an edge has its
+  // ends on two sides of the plane, and its line passes all three edges of the triangle on the same
+  // side.
   void add_piercings(const Triangle3& edges, const Border& border, const std::array<int, 3>& sides,
                      const Triangle3& triangle, const int (&volume)[3][3]) {
     for (int i = 0; i < border.count; ++i) {

@@ -27,7 +27,7 @@ struct QuadRange {
 };
 
 // One level of a patch: 2^log_u x 2^log_v blocks (u along columns, v along rows), numbered row by
-// row from `first`. The levels of a patch are numbered one after another, patch by patch.
+// row from `first`. The numbers continue from level to level, and from patch to patch.
 struct BlockLevel {
   std::size_t first = 0;
   int log_u = 0;

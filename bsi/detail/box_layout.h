@@ -54,7 +54,7 @@ struct BoxPatch {
   std::int32_t wrap_u, wrap_v;  // 1 or 0
   std::int32_t first_level;     // index in BoxTree::levels
   std::int32_t level_count;
-  std::int32_t first_quad;  // in the atlas' numbers
+  std::int32_t first_quad;  // numbers in the atlas
   std::int32_t first_texel;
   std::int32_t rows, cols;  // of the image
 };

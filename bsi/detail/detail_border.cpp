@@ -140,8 +140,8 @@ void Borders::keep_ends() {
     if (!side.is_closed) kept_[side.particles.front()] = kept_[side.particles.back()] = 1;
   }
   keep_junctions();
-  // A ring without a kept particle keeps that with the lowest index, which is the same for every
-  // patch.
+  // A ring without a kept particle keeps its particle with the lowest index, which is the same for
+  // every patch.
   for (const Side& side : sides_) {
     const bool is_ring = std::ranges::none_of(side.particles, [&](int p) { return kept_[p] != 0; });
     if (is_ring) kept_[std::ranges::min(side.particles)] = 1;

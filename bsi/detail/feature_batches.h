@@ -25,9 +25,9 @@ struct PairInReach {
 
 // Appends, in order, each pair whose distance at `positions` is at most `reach` + `path`, with
 // distance - path (at least 0) as PairInReach::distance. `path` is twice the longest path length
-// (m, by particle) of the four particles, or 0 if `path_lengths` is empty. Every pair is therefore
-// kept that can come within `reach` while particles move by no more than their path lengths. 8 ns
-// per pair out of reach.
+// (m, by particle) of the four particles, or 0 if `path_lengths` is empty. The result therefore
+// includes every pair that can come within `reach` when particles move no farther than their path
+// lengths. 8 ns per pair out of reach.
 void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
                    std::span<const double> path_lengths, std::span<const FourParticles> pairs,
                    double reach, std::vector<PairInReach>& in_reach);

@@ -16,7 +16,7 @@ namespace weft::bsi {
 
 enum class InstructionSet {
   portable,  // plain code for the oldest processor that the compiler targets
-  avx2,  // the processor must have fused multiply-add, but it rounds differently and is not used
+  avx2,      // requires fused multiply-add but does not use it, because it rounds differently
   avx512,
 };
 

@@ -18,8 +18,8 @@ inline constexpr float box_rounding = 2 * centre_rounding;
 // Added to every radius, m, for underflow: far below any physical length. Squares of lengths below
 // 1e-22 m underflow, and squares of lengths below 1e-19 m may be flushed to zero.
 inline constexpr float radius_floor = 1e-18F;
-// If one computed float32 distance of a vertex exceeds another by this factor, its vertex is
-// certain to be farther. The factor covers twice the 3.5 u above, a sum and a product.
+// If the computed float32 distance of one vertex exceeds that of another by this factor, the first
+// vertex is certainly farther. The factor covers twice the 3.5 u above, a sum and a product.
 inline constexpr float prune_factor = 1 + 0x1p-20F;
 // Two spheres count as touching if the computed distance of their centres is at most this factor
 // times the sum of their radii (squares are compared). The squared distance is accurate to 5 u of

@@ -28,10 +28,10 @@ struct SurfaceTerm {
 // the nearest point always counts once.
 //
 // Features whose closest points coincide cancel. Over a face only the term of that face remains.
-// Over a convex ridge the edge or vertex remains in whose wedge x lies. In a valley two faces
-// remain, less the edge between them. Each term is the distance to a convex set, so the sum is as
-// smooth as b of a single distance. (Inclusion-exclusion as in Li et al. 2023, "Convergent
-// Incremental Potential Contact", section 4.)
+// Over a convex ridge, the remaining term is the edge or vertex in whose wedge x lies. In a valley,
+// two faces remain, less the edge between them. Each term is the distance to a convex set, so the
+// sum is as smooth as b of a single distance. (Inclusion-exclusion as in Li et al. 2023,
+// "Convergent Incremental Potential Contact", section 4.)
 class SurfaceTerms {
  public:
   // The mesh must outlive the object. O(mesh).

@@ -16,11 +16,11 @@ inline constexpr PlaneRange box_planes{0, 6};
 inline constexpr PlaneRange step_planes{6, 18};
 
 struct BoxBuildKernels {
-  // Bounds each column of vertices over two or three rows, in the planes of boxes. With `join` the
-  // bounds also include the previous contents of `out`.
+  // Bounds each column of vertices over two or three rows, into the box planes of `out`. With
+  // `join` the bounds also include the previous contents of `out`.
   void (*bound_columns)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
-  // Bounds the steps of two to five rows: along u from each column to the next, and along v within
-  // each column. `join` as above.
+  // Bounds the steps of two to five rows, into the step planes of `out`: along u from each column
+  // to the next, and along v within each column. `join` as above.
   void (*bound_steps)(const VertexRows& rows, int quad_cols, bool join, BoundRow out);
   // Bounds leaf blocks from bounded columns. Block u spans the quads [boundary[u], boundary[u +
   // 1]).

@@ -1,4 +1,5 @@
-// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
+// Loops that descend box pyramids. Compiled once per instruction set: see
+// bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/box_descent_kernels.h"
 
 #include "bsi/kernels/leaf_blocks.h"
@@ -32,7 +33,7 @@ WEFT_INLINE Place place_of(BoxNode node) { return node.u | static_cast<Place>(no
 struct PairList {
   const BoxLevel *a, *b;
   std::int32_t level_a, level_b;  // numbers of these levels
-  Places split;                   // all bits set in the coordinates that the next level doubles
+  Places split;                   // mask of the coordinates that the next level doubles
   Places* pairs;
   int count;
 };
@@ -114,7 +115,7 @@ constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
 // Returns `near` without the pairs of triangles that share a particle. Within one block it keeps
-// only one of each two pairs (i, j) and (j, i). Precondition: the blocks are close (are_close).
+// one of the pairs (i, j) and (j, i). Precondition: the blocks are close (are_close).
 WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& pair,
                                      LanePairs near) {
   const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
@@ -139,7 +140,7 @@ struct Closeness {
 WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& list) {
   const BoxPatch& patch = query.a->patches[list.a->patch];
   const bool sewn = query.a->texel_to_particle != nullptr;
-  return {!query.self || (!sewn && list.level_a != list.level_b),  // different patches, not sewn
+  return {!query.self || (!sewn && list.level_a != list.level_b),  // two bodies or unsewn patches
           sewn, patch.wrap_u != 0 ? (1 << list.a->log_u) - 1 : 1,
           patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }

@@ -18,7 +18,7 @@ struct DescentQuery {
   const BoxTree* b;           // equals `a` in a self traversal; only b may have a placement
   double certificate_margin;  // negative: the certificate is not used
   float half_margin;          // m, added on all sides of every box
-  float sphere_reach;         // m; leaves of spheres farther apart do not overlap when widened
+  float sphere_reach;  // m; spheres farther apart contain no leaves whose widened boxes overlap
   Bound bound;
   bool self;
   bool triangles;        // leaves are triangles, not quads
@@ -44,7 +44,7 @@ struct BlockSink {
 inline constexpr int largest_expansion = 16;
 
 // Bytes of the workspace of a thread's descents. It holds the leaf boxes used last, on both sides,
-// and one list of pairs per level. It must be aligned to 64 bytes, and zero when new.
+// and one list of pairs per level. It must be aligned to 64 bytes, and filled with zeros when new.
 inline constexpr std::size_t leaf_cache_size = 2048;
 inline constexpr int pair_list_size = 1104, list_limit = 18;
 inline constexpr std::size_t descent_workspace =
@@ -52,11 +52,11 @@ inline constexpr std::size_t descent_workspace =
 
 struct DescentKernels {
   // Writes the pairs of children of two blocks whose bounds overlap to next[0 .. 15] and returns
-  // their number. It is 0 if the certificate proves that the blocks cannot touch, and -1 for two
-  // leaf blocks.
+  // their number. The number is 0 if the certificate proves that the blocks cannot touch, and -1
+  // for two leaf blocks.
   int (*expand)(const DescentQuery& query, const NodePair& pair, NodePair* next,
                 DescentCounters& counters);
-  // Finds all pairs of leaves below a pair of blocks whose widened boxes overlap.
+  // Finds, below a pair of blocks, all pairs of leaves whose widened boxes overlap.
   void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
   // Converts `count` pairs of leaf blocks to pairs of leaf numbers, in order, and returns the

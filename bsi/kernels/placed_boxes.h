@@ -86,7 +86,7 @@ struct PlacedVertices {
 }
 
 // Returns the group itself if the tree was built in space. Otherwise places the group in `room` and
-// returns that.
+// returns `room`.
 WEFT_INLINE const BoxGroup& in_space(const BoxTree& tree, const BoxGroup& group, BoxGroup& room) {
   if (__builtin_expect(static_cast<long>(tree.placement == nullptr), 1) != 0) return group;
   place_boxes(tree, group, room);

@@ -1,4 +1,5 @@
-// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
+// The loop that descends a box pyramid with points. Compiled once per instruction set: see
+// bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/point_descent_kernels.h"
 
 #include "bsi/kernels/leaf_blocks.h"

@@ -7,8 +7,8 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// One number for each of three sides of a hexagon, whose other sides are opposite to them. The
-// fourth lane is unused.
+// One number per side for three sides of a hexagon; the other three are their opposites. The fourth
+// lane is unused.
 typedef double Sides __attribute__((vector_size(32)));
 struct Sides3 {
   Sides x, y, z;
@@ -48,7 +48,7 @@ WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3
   const Sides reach_p = dot(normal, p) - dot(magnitudes, stray_p);
   const Sides reach_q = dot(normal, q) - dot(magnitudes, stray_q);
   const Sides reach = reach_p < reach_q ? reach_p : reach_q;
-  // The last term exceeds the rounding of this inequality.
+  // The last term exceeds all rounding in the comparison below.
   const Sides least = square_root(dot(normal, normal)) * margin + 0x1p-46 * dot(magnitudes, size);
   const auto beyond = reach > least;
   return (beyond[0] & beyond[1] & beyond[2]) != 0;

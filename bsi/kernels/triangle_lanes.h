@@ -63,7 +63,7 @@ WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Ne
 }
 
 // Offers the vectors from the corners of one triangle to their projections inside the other
-// triangle. Pairs of edges cover its border.
+// triangle. Pairs of edges cover the border.
 template <bool corners_of_a, class Float>
 WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
                                const Triangle<Lanes<Float>>& triangle,
@@ -175,9 +175,9 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
 }
 
 // Decides most pairs of triangles without pairs of edges: only the corners are compared with the
-// other triangle. Upper bound of the distance: from a corner to a point of the other triangle near
-// its projection. Lower bound: from the corners to the triangle's plane, or to a plane through an
-// edge beyond which all three corners lie.
+// other triangle. The distance is at most that of a corner from a point of the other triangle near
+// its projection. It is at least the distance of the corners from the triangle's plane, or from a
+// plane through an edge beyond which all three corners lie.
 struct Sieve {
   using V = Lanes<float>;
   V squared;  // smallest upper bound found so far

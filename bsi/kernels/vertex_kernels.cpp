@@ -1,4 +1,5 @@
-// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
+// Loops that read the vertices of pyramids. Compiled once per instruction set: see
+// bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/vertex_kernels.h"
 
 #include "bsi/kernels/wide_lanes.h"
