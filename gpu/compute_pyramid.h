@@ -76,8 +76,8 @@ class ComputePyramid {
   // one dispatch per two levels and one per level of groups, for any number of bodies. Returns
   // without waiting for the device.
   void rebuild(std::span<const BodyImage> images);
-  // Bounds the same bodies again from the positions already on the device. Benchmarks measure the
-  // device's part of a rebuild with it.
+  // Bounds the same bodies again from the positions already on the device. Benchmarks use this to
+  // measure the device's part of a rebuild.
   void rebuild_there();
   // Returns the first texel whose position is not finite or reaches bsi::Pyramid::coordinate_limit,
   // in the first body that has such a texel. Until the next rebuild of that body, no result that

@@ -23,12 +23,12 @@ struct Level {
   std::uint32_t quad_rows = 0, quad_cols = 0;
   std::uint32_t rows = 0, cols = 0;  // of the image
   std::uint32_t first_vertex =
-      0;                        // of the body's particles; of the patch's, where particle == texel
+      0;  // first vertex of the body or, if particles are texels, of the patch
   std::uint32_t first_map = 0;  // index in the map from texels to particles, or no_map
-  std::uint32_t first_quad = 0, first_texel = 0;  // in the atlas' numbers
+  std::uint32_t first_quad = 0, first_texel = 0;  // numbers in the atlas
   std::uint32_t body = 0;
   std::uint32_t first_tangent =
-      0;  // of the bounds of the steps of its blocks; none on a last level
+      0;  // index of the bounds of its first block's steps; unused on the last level of a patch
   // Indices in the table of the two children of a group of patches, which are groups or patch tops.
   // They are equal if the group has one child. A level of a patch has no_child.
   std::uint32_t first_child = no_child, second_child = no_child;
@@ -37,7 +37,8 @@ struct Level {
 inline constexpr int group_size = 64;  // invocations per work group
 
 // The task of a run of work groups, found by a group's number: a patch and three of its levels.
-// `middle` is the parent level of `lowest` and the top that of `middle`, or the same level.
+// `middle` is the parent of `lowest`, and the top level is the parent of `middle`. Either may also
+// be the same level.
 struct Task {
   std::uint32_t first_group = 0;  // of this task, in the dispatch
   std::uint32_t lowest = 0, middle = 0;

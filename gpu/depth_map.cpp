@@ -44,8 +44,8 @@ void DepthMap::draw_triangle(const Vector3f& a, const Vector3f& b, const Vector3
   const Vector3f normal = (b - a).cross(c - a);
   if (normal.z() == 0) return;
 
-  // An edge is an end of the rows that it crosses: the left end if the triangle is to its right. It
-  // crosses a row at column start + slope * row. Horizontal edges are no ends.
+  // An edge bounds the rows of texels that it crosses, on the left if the triangle is to its right.
+  // It crosses a row at column start + slope * row. Horizontal edges bound no row.
   struct Edge {
     float start, slope;
   };

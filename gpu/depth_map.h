@@ -17,8 +17,8 @@ class DepthMap {
   explicit DepthMap(int size) : size_(size) {}
 
   // Draws the triangles as seen from a distant light in `direction` (unit, towards the light). The
-  // map covers a square of half side `reach` (m) around the origin, across the light. Points
-  // outside this square are lit. O(triangles + texels covered).
+  // map covers a square of half side `reach` (m) around the origin, perpendicular to the light.
+  // Points outside this square are lit. O(triangles + texels covered).
   void draw(const TriangleBatch& batch, const Vec3& direction, const Vec3& up, double reach);
 
   // Size of a texel, m.

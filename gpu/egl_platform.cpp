@@ -10,8 +10,8 @@
 namespace weft::gpu {
 namespace {
 
-// The part of EGL 1.5 that this file uses, from the Khronos registry (egl.xml). A dozen lines need
-// no package.
+// The part of EGL 1.5 that this file uses, copied from the Khronos registry (egl.xml), because a
+// dozen lines need no package.
 namespace egl {
 using Boolean = unsigned;
 using Enum = unsigned;

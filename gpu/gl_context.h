@@ -27,8 +27,8 @@ bool may_have_graphics_processor();
 
 // An OpenGL context. Its libraries are loaded when the first context is made, so a run without
 // OpenGL neither pays for them nor fails if they are missing. EGL and OSMesa in one process abort
-// at exit (Mesa 22.3). The process therefore keeps the library that it uses first, and a context of
-// the other one throws.
+// at exit (Mesa 22.3). The process therefore keeps the library that it uses first. Making a context
+// of the other one throws.
 class GlContext {
  public:
   // Leaves the context current on the calling thread. Throws std::runtime_error with the reason if

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int key_shadow_size = 1024;
 
-// Surfaces are cut off nearer to the eye than this fraction of its distance to the target.
+// Surfaces nearer to the eye than this fraction of its distance to the target are cut off.
 constexpr double nearest_share = 1e-3;
 
 }  // namespace

@@ -42,8 +42,8 @@ struct DrawnSurface {
   const ColourMap* colour_map = nullptr;
 };
 
-// The colours of the two sides of a surface. palette(index) has eight different pairs, each with a
-// paler back, and repeats them.
+// The colours of the two sides of a surface. palette() has eight pairs, each with a paler back, and
+// repeats them for higher indices.
 struct SurfaceColours {
   Colour front{};
   Colour back{};
@@ -107,7 +107,7 @@ class Renderer {
 // Writes a PNG file of 8-bit sRGB. Throws std::runtime_error, which names the file, if writing
 // fails.
 void write_png(const std::string& path, const Picture& picture);
-// Returns true if write_png() made the PNG file at `path`, which it signs with a text chunk,
+// Returns true if write_png() made the PNG file at `path`. It signs files with a text chunk,
 // Software = "Weft". Reads no further than the first pixels. Returns false if the file cannot be
 // read.
 bool is_own_png(const std::string& path);
