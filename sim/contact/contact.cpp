@@ -9,7 +9,7 @@ namespace weft::sim {
 
 namespace {
 
-// Replaces a SurfaceMap if points are particles.
+// Stands in for a SurfaceMap if points are particles.
 struct OwnParticles {
   static const Vec3& apply(int point, std::span<const Vec3> particles) { return particles[point]; }
   static void add_transpose(int point, double factor, const Vec3& value,

@@ -41,10 +41,10 @@ struct Wrench {
   }
 };
 
-// Contact of surfaces as forces on particles. Particles x and v are mapped to surface points S x
-// and S v (sim/scene/surface_map.h). SurfaceContact finds the contact forces g on these points, and
-// the transpose maps them to forces on particles, f = S^T g. If all points are particles, nothing
-// is copied.
+// Contact of surfaces as forces on particles. Positions x and velocities v of particles give those
+// of surface points, S x and S v (sim/scene/surface_map.h). SurfaceContact finds the contact forces
+// g on these points, and the transpose maps them to forces on particles, f = S^T g. If all points
+// are particles, nothing is copied.
 //
 // K = -df/dx and D = -df/dv are the stiffness and damping matrices. They contain, for each pair,
 // the slopes of push and friction at the closest points. The slopes of the mollifier, of the normal
@@ -92,9 +92,9 @@ class Contact {
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }
-  // The part of gamma^2 K + gamma D that one pair in reach adds, for preconditioners. It is
-  // weight_i weight_j block between the particles i and j, if both are dynamic. The block is made
-  // positive semi-definite. Friction uses the weights in place of its levers.
+  // The part of gamma^2 K + gamma D that one pair in reach adds, for preconditioners. Between two
+  // dynamic particles i and j it is weight_i weight_j `block`. The block is made positive
+  // semi-definite. Friction uses the weights in place of its levers.
   struct Coupling {
     std::span<const int> particles;  // each once
     std::span<const double> weights;
@@ -181,7 +181,7 @@ class Contact {
 
   const Scene& scene_;
   SurfaceContact surface_;
-  Points now_, start_, end_;                      // of evaluations; of the two ends of a path
+  Points now_, start_, end_;                      // for evaluations; for both ends of a path
   std::vector<double> body_stray_, point_stray_;  // m
 };
 

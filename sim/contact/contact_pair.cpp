@@ -22,8 +22,9 @@ Mat3 cross_matrix(const Vec3& v) {
 // Returns turn_1 and turn_2 of a surface spanned by e1 and e2. They give its angular velocity from
 // the rates of e1 and e2:
 //   omega = turn_1 e1' + turn_2 e2',
-// the rotation of the normal m plus half the vorticity of the motion in the plane. It is exact if
-// the motion is rigid. With the dual vectors g_k of e_k in the plane and q_k = m x g_k:
+// the rotation of the normal m plus half the vorticity of the motion in the plane. This is exact if
+// the motion is rigid. There is no result if e1 and e2 are nearly parallel. With the dual vectors
+// g_k of e_k in the plane and q_k = m x g_k:
 //   m' = -sum_k g_k (m . e_k'),  omega = m x m' + 1/2 m sum_k (q_k . e_k').
 std::optional<std::array<Mat3, 2>> turning(const Vec3& e1, const Vec3& e2) {
   const Vec3 across = e1.cross(e2);

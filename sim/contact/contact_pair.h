@@ -32,8 +32,7 @@ struct ContactLaw {
 struct Sliding {
   std::array<Mat3, 4> lever;
   Vec3 force{0, 0, 0};        // N, on the first feature
-  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m: semi-definite in the tangent plane, with the
-                              // coefficient's sign
+  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m, semi-definite; sign of the coefficient
 };
 
 struct ContactPair {
@@ -61,7 +60,7 @@ Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& 
 // Returns the friction of a pair whose push is known. Returns nothing if there is none, or if the
 // four points do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of the feature
 // that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(), which excludes
-// damping: that jumps at an impact, and Newton's iteration would fail far more often.
+// damping. Damping jumps at an impact, and Newton's iteration would fail far more often.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,

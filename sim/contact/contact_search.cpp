@@ -256,8 +256,8 @@ void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   tracked.path_start_pose.reset();
 }
 
-// Returns a bound (m) of the difference between the distances of two points of both bodies on their
-// paths and on the straight paths.
+// Returns a bound (m) on how much the distance of a point of one body from a point of the other may
+// differ from their distance on the straight paths.
 double ContactSearch::stray(const CandidateList& list) const {
   return tracked_[list.body_a].stray + tracked_[list.body_b].stray;
 }
@@ -268,9 +268,9 @@ double ContactSearch::drift(const CandidateList& list, const Displacement& a,
   return a.residual + b.residual + (a.mean - b.mean).norm();
 }
 
-// Returns the largest change (m) of a distance since the list was built. At equal times on two
-// straight paths, displacements are convex combinations of those at the ends, with the same weights
-// for both bodies. The change is therefore no larger than at one of the ends.
+// Returns an upper bound (m) of the change of any distance since the list was built. At equal times
+// on two straight paths, displacements are convex combinations of those at the ends, with the same
+// weights for both bodies. The change is therefore no larger than at one of the ends.
 double ContactSearch::drift(const CandidateList& list) const {
   const Tracked& a = tracked_[list.body_a];
   const Tracked& b = tracked_[list.body_b];
@@ -506,8 +506,8 @@ bool ContactSearch::rule_out(std::size_t l) {
   const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
   state.near = clearance <= slack_ + state.stray;
   if (state.near) return false;
-  // The spheres bound the bodies at their snapshots, so that displacements since then already
-  // count.
+  // The spheres bound the bodies at their snapshots, so that displacements since the snapshots
+  // count against the clearance.
   state.clearance = clearance;
   state.path_length = a.path_length + b.path_length;
   return true;

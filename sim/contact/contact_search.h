@@ -123,12 +123,12 @@ class ContactSearch {
     double stray = 0;  // m, largest deviation of its points from the present path
     bool pyramid_built = false;
     bsi::Sphere
-        bounds;  // of the body at its snapshot (of its path, after update_path); unset: radius < 0
+        bounds;  // around the body at its snapshot or all along its path; radius < 0 while unset
   };
   struct ListState {
     bool near = false;  // true: built from the pyramids; false: excluded by the bounding spheres
     bool built = false;
-    double clearance = 0;    // m, path of both bodies together that keeps an excluded pair apart
+    double clearance = 0;    // m, path length of both bodies within which the pair stays excluded
     double path_length = 0;  // m, of both bodies when the pair was excluded
     double stray = 0;        // m, stray of both bodies for which the list was built
   };

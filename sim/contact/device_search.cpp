@@ -98,8 +98,8 @@ class OpenGlSearch : public PairSearch {
   gpu::ComputePyramid pyramids_;
   gpu::ComputeTraversal traversal_;
   std::vector<char> is_rigid_;  // by body: it was a rigid obstacle at its last rebuild
-  // Searches on the CPU the pairs with a moving rigid obstacle; null if none moves. The pyramid of
-  // such an obstacle stays in its own frame there, while the device would need all of its vertices
+  // Searches on the CPU the pairs with a moving rigid obstacle; null if none moves. On the CPU, the
+  // pyramid of such an obstacle stays in its own frame. The device would need all of its vertices
   // anew.
   std::unique_ptr<PairSearch> beside_rigid_;
   std::vector<std::vector<bsi::LeafPair>> found_beside_rigid_;

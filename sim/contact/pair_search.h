@@ -19,8 +19,8 @@ struct BodyPath {
   int body = 0;
   std::span<const Vec3> start;  // at rest: the same span as `end`
   std::span<const Vec3> end;
-  // A rigid obstacle, and its frames at both ends. `start` and `end` then only tell if it is at
-  // rest.
+  // A rigid obstacle, and its frames at both ends. `start` and `end` then tell only whether the
+  // obstacle is at rest.
   const RigidObstacle* obstacle = nullptr;
   std::array<bsi::RigidFrame, 2> frames{};
   bool is_swept() const { return start.data() != end.data(); }

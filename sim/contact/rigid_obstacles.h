@@ -12,8 +12,8 @@
 
 namespace weft::sim {
 
-// Returns a box around a box with this middle and these half extents that `pose` has moved, m. It
-// is slightly larger than necessary.
+// Returns an axis-aligned box (m) around the box with this middle and these half extents after
+// `pose` has moved it. The result is slightly larger than necessary.
 BodyTree::Box box_around(const Vec3& middle, const Vec3& half, const RigidPose& pose);
 
 // An obstacle that a single motion carries: an obstacle of the case, or a body held as a whole.
@@ -31,8 +31,8 @@ struct RigidObstacle {
   const std::vector<Vec3>& start() const {
     return sampled_start.empty() ? held->start : sampled_start;
   }
-  // Returns the points at the start relative to the middle, m. The obstacle's pyramid has this
-  // frame.
+  // Returns the points at the start relative to the middle, m. The obstacle's pyramid is built from
+  // these points.
   std::vector<Vec3> own_positions() const;
   bsi::RigidFrame frame(const RigidPose& pose) const;
   // Return boxes and spheres around all points, m, slightly larger than necessary. A sphere covers
@@ -97,7 +97,7 @@ class PlacedPoints {
 // Detects the first occurrence of each number since begin(), for example of a point.
 class PlacedMarks {
  public:
-  // Forgets all occurrences. Later numbers are below `count`.
+  // Forgets all occurrences. Later numbers must be below `count`.
   void begin(int count);
   bool is_new(int number) {
     const bool is_first = mark_[number] != now_;

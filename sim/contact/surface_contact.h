@@ -39,8 +39,7 @@ struct PointStray {
   std::span<const double> body, point;
 };
 
-// Forces (N) on the four points of two nearly parallel edges that result from the slope of their
-// mollifier.
+// Forces (N) from the slope of the mollifier on the four points of two nearly parallel edges.
 struct MollifierForce {
   std::array<int, 4> nodes{};
   std::array<Vec3, 4> force;
@@ -53,12 +52,12 @@ struct MollifierForce {
 // samples of each count half.
 //
 // Samples detect neither two edges that cross nor an obstacle's vertex that points into a triangle.
-// Pairs of these two kinds have a barrier of their own over the last quarter of the range, with the
-// same energy.
+// Pairs of these two kinds have a barrier of their own over the last quarter of the range, with as
+// much energy as one over the whole range.
 //
-// A pair (or term) at distance d has the gap g = d - thickness. If g is within its range, barrier
-// and damping push along the normal (materials/contact.h), and friction acts across it (Sliding,
-// contact_pair.h).
+// A pair (or term) at distance d has the gap g = d - thickness. If g is below the range, barrier
+// and damping push along the normal (materials/contact.h), and friction acts across the normal
+// (Sliding, contact_pair.h).
 class SurfaceContact {
  public:
   SurfaceContact(const Scene& scene, Statistics& statistics, ChosenSearch search);
@@ -181,7 +180,7 @@ class SurfaceContact {
   ContactSearch search_;
   double range_, stiffness_, damping_time_, friction_, friction_speed_;
   bool definite_ = false;
-  std::vector<Vec3> rest_;                   // of all points, m: edge lengths scale the mollifier
+  std::vector<Vec3> rest_;                   // m, of all points at rest; scale the mollifier
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
   std::vector<int> moving_obstacles_;        // bodies
   PlacedMarks marks_;
