@@ -42,7 +42,7 @@ struct ScreenTriangle {
 struct ScreenLine {
   ScreenBox box;
   ScreenPlane along;                       // 0 at its tail to 1 at its head
-  ScreenPlane aside;                       // pixels from its middle
+  ScreenPlane aside;                       // pixels from its centre line
   float nearness = 0, nearness_slope = 0;  // 1/m: at the tail, and head less tail
   float darkness = 0, darkness_slope = 0;  // share of the light that it takes away, 0..1
 };
