@@ -286,7 +286,7 @@ uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corne
     for (uint s = 0u; s <= triangles; ++s) {
       if (is_point(query) && s == 1u) break;
       for (uint t = 0u; t <= triangles; ++t) {
-        if (itself && triangles != 0u && quad == j) continue;  // the triangles of a quad share particles
+        if (itself && triangles != 0u && quad == j) continue;  // a quad's triangles share particles
         if (!overlap(s == 0u ? leaves.first : leaves.second, t == 0u ? others.first : others.second,
                     query.half_margin)) {
           continue;
