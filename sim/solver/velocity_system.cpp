@@ -29,8 +29,8 @@ void VelocitySystem::factorise(double gamma, std::span<const double> b,
   outcome.indefinite = !outcome.converged;
 }
 
-// Returns `right` with the positions of pinned particles set to zero if pins move. Forces take the
-// positions of moving pins from the time, so K does not act on them.
+// Returns `right` with the positions of pinned particles set to zero if pins move. Forces compute
+// the positions of moving pins from the time, so K must not act on these entries.
 StateView VelocitySystem::with_free_positions(const StateView& right) {
   if (!dynamics_.pins_move()) return right;
   free_position_.assign(right.position.begin(), right.position.end());
@@ -59,7 +59,7 @@ void VelocitySystem::form_right_side(const StateView& right) {
   }
 }
 
-// Sets dx = b_x + gamma dv for free particles, and the rows of pinned ones.
+// Sets dx = b_x + gamma dv for free particles, and the entries of pinned particles.
 void VelocitySystem::complete_correction(const StateView& right,
                                          std::span<double> correction) const {
   const std::vector<char>& pinned = dynamics_.scene().pinned;
