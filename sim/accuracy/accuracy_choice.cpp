@@ -42,8 +42,8 @@ struct Option {
   double factor = 0;
   double cost = 0;
   bool limited = false;  // contact or the table demand a finer setting than the accuracy
-  // True if this option is cheaper and both keep the promised factor, or if it has the smaller
-  // factor and one of them does not.
+  // True if this option is preferable: the cheaper one if both keep the promised factor, else the
+  // one with the smaller factor.
   bool is_better_than(const Option& other) const {
     if (std::max(factor, other.factor) <= promised_factor) return cost < other.cost;
     return factor < other.factor;

@@ -170,8 +170,8 @@ bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
 }
 
 // Chooses verlet if it is accurate enough and takes less work than the run of `loose`. Returns true
-// if it did so. The error of verlet grows with the square of the step: half the steps leave a
-// quarter of the error.
+// if verlet is chosen. The error of verlet grows with the square of the step: half the step leaves
+// a quarter of the error.
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (target_.method_given || target_.contact.enabled) return false;
   say(formatted("pilot of time.accuracy: does verlet take less work than %s?",
@@ -242,8 +242,8 @@ void Pilot::correct_by(const Distance& apart, double loose) {
     target_.accuracy_choice += formatted(", since a run with %.3g m fails", wanted);
 }
 
-// Sets the tolerance of the case to `wanted` or, as long as its run fails, to smaller ones. The
-// least one is `succeeded`, whose run has succeeded. Returns the tolerance that it has set.
+// Sets the tolerance of the case to `wanted` or, while runs fail, to ever smaller tolerances, down
+// to `succeeded`, whose run has succeeded. Returns the tolerance that it has set.
 double Pilot::make_sure(double wanted, double succeeded) {
   double tolerance = wanted;
   for (; tolerance > succeeded && !stopped();

@@ -33,14 +33,15 @@ struct PilotReport {
 // tau, corrects it as follows.
 //
 // Two runs of the whole duration, without a trajectory, have the tolerances 16 tau and tau. If 16
-// tau exceeds 2e-5 m or the limit that contact sets, it is replaced by this bound, and tau by a
-// 16th of it. The distance between the runs, divided by the distance that the table predicts, is a
-// factor. This scene's errors exceed the table's by this factor. The corrected tolerance allows for
-// it, on the assumption that it is the same at all tolerances.
+// tau exceeds 2e-5 m or the limit that contact sets, the runs have this bound and a 16th of it
+// instead. The ratio of the distance between the runs to the distance that the table predicts tells
+// by which factor this scene's errors exceed the table's. The corrected tolerance allows for this
+// factor, on the assumption that it is the same at all tolerances.
 //
-// The energy watch (energy_watch.h) checks every run. If the corrected tolerance is looser than
-// those of both runs, a run with it is checked as well. A tolerance whose run fails is replaced by
-// a 16th of it, or by a quarter in the case of the corrected tolerance.
+// The energy watch (energy_watch.h) checks every run. If the corrected tolerance is looser than the
+// tolerances of both runs, a run with it is checked as well. If a run of the pair fails, both
+// tolerances are replaced by a 16th. If the run with the corrected tolerance fails, a quarter of
+// that tolerance is tried.
 //
 // The two runs may differ by more than a tenth of a body's motion or size. From then on their
 // distance no longer grows with the tolerance. If the accuracy then needs a tighter tolerance than
@@ -49,7 +50,7 @@ struct PilotReport {
 //
 // If the case names no method and has no contact, `verlet` may replace the choice. A whole run of
 // verlet, with nine tenths of the longest stable step, must take less work than the looser of the
-// two runs. Two verlet runs, with these steps and half of them, must confirm the accuracy. Work is
+// two runs. Two verlet runs, with this step and half of it, must confirm the accuracy. Work is
 // counted, not timed, so the choice is the same on every machine.
 //
 // The result is written to Case::accuracy_choice and Case::resolved_text. The tolerance stays if

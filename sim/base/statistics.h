@@ -59,8 +59,8 @@ struct Statistics {
   PhaseTimes phases;
 };
 
-// Adds the wall time of its life to one phase, less that of timers of the same thread which start
-// and end within it.
+// Adds the wall time of its life to one phase. Time within the life of a later timer of the same
+// thread is not counted.
 class PhaseTimer {
  public:
   explicit PhaseTimer(double& phase) : phase_(phase), outer_(innermost()), start_(Clock::now()) {

@@ -26,7 +26,7 @@ struct Include {
   SourceLocation where;
 };
 
-// Removes the [[include]] tables from the tree of `file` and returns what they include.
+// Removes the [[include]] tables from the tree of `file` and returns their paths and places.
 std::vector<Include> take_includes(toml::table& tree, const std::string& file) {
   const toml::node* node = tree.get("include");
   if (node == nullptr) return {};

@@ -67,8 +67,8 @@ class Override {
     table.insert_or_assign(toml::key(name, std::move(region)), std::move(*document.get("value")));
   }
 
-  // Return the table or the array under the current key. An absent table is created; an absent
-  // array is an error.
+  // child_table() and child_array() return the table or the array under the current key. An absent
+  // table is created. An absent array is an error.
   toml::table& child_table() {
     if (table_->get(key()) == nullptr) set(*table_, key(), parsed("value = {}"));
     toml::table* child = table_->get(key())->as_table();

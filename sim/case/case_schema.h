@@ -63,7 +63,7 @@ struct Field {
   std::string meaning;
   std::string unit;          // empty: dimensionless, or not a number
   Limits limits;             // of a number, or of each number of an array
-  bool required = false;     // if the field applies
+  bool required = false;     // only where the field applies
   bool identifier = false;   // a string for which is_identifier() holds
   std::string default_text;  // describes a default that is computed instead of stored
   std::size_t minimum_entries = 1, maximum_entries = 0;  // of an array; maximum 0: no limit

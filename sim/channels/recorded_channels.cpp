@@ -116,8 +116,8 @@ void RecordedChannels::compute(double time, std::span<const double> y,
   if (has(ChannelId::largest_stretch_place)) add_largest_stretch(position);
 }
 
-// Places the tensors of a body at its state. They are rebuilt whenever the set of clamped edges
-// changes.
+// Moves the tensors of a body to its present positions and velocities. They are rebuilt whenever
+// the set of clamped edges changes.
 void RecordedChannels::place_surface(int b, double time, std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
   const Dynamics& dynamics = simulation_.dynamics_with_pins();

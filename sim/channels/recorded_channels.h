@@ -83,7 +83,7 @@ class RecordedChannels {
 
   const Simulation& simulation_;
   const Scene& scene_;
-  std::vector<char> records_channel_;  // by ChannelId: is it recorded?
+  std::vector<char> records_channel_;  // by ChannelId: true if the case records the channel
   std::vector<ChannelPlace> records_;
   std::vector<Support> supports_;
   bool bends_ = false;             // the case records curvature or moment

@@ -110,7 +110,7 @@ class SurfaceTensors {
   int threads_;
   std::vector<Triangle> triangles_;
   std::vector<Hinges> hinges_;     // by triangle; empty unless bending
-  std::vector<int> first_around_;  // by particle: index into around_; one more at the end
+  std::vector<int> first_around_;  // by particle: index of its first triangle in around_
   std::vector<int> around_;        // triangles around each particle
   std::vector<Placed> placed_;     // by triangle
   std::vector<Vec3> position_, velocity_;

@@ -15,7 +15,7 @@ int deliver(int code);
 // and returns exit_code::input_output.
 struct GuardedCommand {
   std::string path;
-  bool draws = false;    // the command draws; a crash then does not mean a damaged file
+  bool draws = false;    // the command draws; a crash may then have another cause than the file
   bool json = false;     // also prints the message to standard output, as a JSON object
   bool is_long = false;  // the command computes; the CPU limit for reading does not apply
   std::function<int()> run;

@@ -25,8 +25,9 @@ BlockPattern::BlockPattern(const std::vector<std::vector<int>>& neighbours) {
   find_mirrors();
 }
 
-// Numbers the mirror images in one pass over the rows in ascending order. Such a pass meets the
-// upper blocks of each row in ascending order, so a counter per row is enough.
+// Numbers the mirror images of the blocks below the diagonal, row by row. Visiting rows in
+// ascending order meets the upper blocks of each row in ascending order, so one counter per row is
+// enough.
 void BlockPattern::find_mirrors() {
   std::vector<int> next;  // next upper block to be mirrored, by row
   for (int row = 0; row < rows(); ++row) {

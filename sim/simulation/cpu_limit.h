@@ -15,7 +15,8 @@ class CpuLimit {
   // True if the limit is exceeded. Reads the clock of CPU time at most once per millisecond. Other
   // calls cost some tens of nanoseconds.
   bool is_passed();
-  // Excludes CPU time (s) that was spent on something else. A negative time is added.
+  // Excludes CPU time (s) that was spent on something else. A negative time adds CPU time spent
+  // earlier.
   void exclude(double time) { start_ += time; }
   // Returns the failure of a run that exceeded the limit. Its text tells the time reached, the
   // steps, and the fastest particle.

@@ -9,9 +9,9 @@
 
 namespace weft::sim {
 
-// Watches each body over a window of at least half a second. The body is at rest if all its
-// vertices have been slower than the velocity tolerance since the window's start. Also, none has
-// been farther from its place at that time than
+// Watches each body over a window of at least half a second. The body is at rest if, since the
+// window's start, all its vertices have been slower than the velocity tolerance. In addition, none
+// may have been farther from its place at that start than
 //
 //   position_tolerance * window / (time left until time.duration, at least the window).
 //

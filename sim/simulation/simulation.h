@@ -35,8 +35,8 @@ class StepObserver {
 };
 
 // A simulation of a scene from t = 0. The method chooses its steps. step() computes the next step.
-// advance() goes to a given time and interpolates the state there. Neither changes the steps, so
-// the same case gives the same bits however it is driven.
+// advance() ends at a given time and interpolates the state there. Neither changes the steps, so a
+// case gives the same bits however it is driven.
 //
 // Steps are checked for energy that nothing has put in (sim/motion/energy_watch.h). Explicit
 // methods are checked at every eighth step and before every frame. If wind, prescribed motion or
@@ -55,13 +55,13 @@ class Simulation {
 
   // Returns the time (s) of position(), velocity() and state().
   double time() const;
-  // Takes one step of the method. After a failure of Kind::energy the state is that of the step
-  // found wrong, after any other failure that of the last good step. No step can follow a failure.
+  // Takes one step of the method. A failure of Kind::energy leaves the state of the step found
+  // wrong. Any other failure leaves the state of the last good step. No step can follow a failure.
   [[nodiscard]] std::optional<Failure> step();
   // Advances by `seconds`. Throws std::invalid_argument unless `seconds` is positive and finite.
-  // Fails like step(), and also if no interpolated state keeps surfaces apart. time() is then that
-  // of the last good step. `static` stops at time.duration or at has_ended(), and cannot advance
-  // beyond.
+  // Fails like step(), and also if no interpolated state keeps surfaces apart; time() is then the
+  // end of the last good step. `static` stops at time.duration or at has_ended(), and cannot
+  // advance beyond.
   [[nodiscard]] std::optional<Failure> advance(double seconds);
 
   // Return the positions (m) and velocities (m/s) of a body or obstacle, by particle. There is one

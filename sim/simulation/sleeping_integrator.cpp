@@ -11,8 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// Least number of vertices to fall asleep, as a share of the awake ones. For fewer, the restart of
-// the method would cost more than it saves: some short steps.
+// Least share of the awake vertices that must fall asleep together. For fewer, the restart of the
+// method, which costs some short steps, would not pay.
 constexpr double least_share = 0.1;
 
 std::vector<char> find_moving_pins(const Scene& scene) {
@@ -231,8 +231,8 @@ void SleepingIntegrator::fall_asleep() {
   change(time(), falling, "sleep");
 }
 
-// True if a curve that can set the body in motion changes between these times (s). A jump at `from`
-// counts, even if `from` is up to the shortest step after it. A jump at `to` does not count.
+// True if a curve that can set the body in motion changes between these times (s). A jump up to the
+// shortest step before `from` counts as well. A jump at `to` does not count.
 bool SleepingIntegrator::is_driven(int body, double from, double to) const {
   const MaterialCase* material = scene_.bodies[body].material;
   const double nearby = scene_.source.time.minimum_step;

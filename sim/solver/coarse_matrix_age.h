@@ -20,7 +20,8 @@ class CoarseMatrixAge {
   // True if the extra iterations of finished and present solves cost more than a rebuild. The
   // arguments are the present solve's iterations and residual so far.
   bool is_worn_out_by(int iterations, double residual) const;
-  // Adds the extra iterations of a solve that ends with these total iterations and this residual.
+  // Adds the extra iterations of a solve. The arguments are its total iterations and its final
+  // residual.
   void finish(int iterations, double residual);
 
   void transfer(StateArchive& archive) { archive(iterations_per_digit_, excess_iterations_); }

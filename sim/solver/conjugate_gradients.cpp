@@ -23,8 +23,8 @@ constexpr double peak_to_mean = 10;
 // there.
 constexpr double rounding = 1e-13;
 
-// Assumed ratio of the true error to its estimate with block-Jacobi. Its errors fall unevenly and
-// sometimes stagnate, which misleads the estimate.
+// Assumed ratio of the true error to its estimate with block-Jacobi. The error then falls unevenly
+// and sometimes stagnates, which misleads the estimate.
 constexpr double block_jacobi_doubt = 4;
 
 }  // namespace

@@ -64,8 +64,8 @@ void GalerkinProduct::write_recipe(int row, Scratch& scratch, Recipe& recipe) co
   for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {
     const int child = prolongation_.child[c], diagonal = fine_->diagonal_slot(child);
     for (int slot = fine_->row_begin(child); slot < fine_->row_end(child); ++slot, ++block) {
-      // Blocks left of the diagonal are skipped: the result is symmetric, and earlier rows hold
-      // their mirror images.
+      // Blocks of the result left of its diagonal (parent < row) are skipped: by symmetry, earlier
+      // rows hold their mirror images.
       const int column = fine_->column(slot);
       for (int k = prolongation_.row_start[column]; k < prolongation_.row_start[column + 1]; ++k) {
         const int parent = prolongation_.column[k];

@@ -40,8 +40,8 @@ StateView VelocitySystem::with_free_positions(const StateView& right) {
   return {free_position_, right.velocity};
 }
 
-// Forms M b_v - gamma K b_x, contact included. If D is joined to K, subtracting damping_product()
-// removes D's share.
+// Forms M b_v - gamma K b_x, contact included. If the stored stiffness includes D
+// (Dynamics::assemble_joined()), subtracting damping_product() removes the share of D.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const double gamma = matrix_.gamma();

@@ -16,7 +16,7 @@
 namespace weft::sim {
 
 // The Newton correction of y - gamma f(y) = const solves (I - gamma J)(dx, dv) = (b_x, b_v). The
-// first block row gives dx = b_x + gamma dv, and the second one
+// first block row gives dx = b_x + gamma dv. The second one becomes
 //   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K.
 // Conjugate gradients solve this system (conjugate_gradients.h), preconditioned by multigrid or
 // block-Jacobi (preconditioner_selection.h). Systems that take too many iterations are factorised

@@ -17,8 +17,8 @@ class RecordedImages {
 
   // Returns the recorded bodies with their fields, as the trajectory stores them.
   std::vector<TrajectoryBody> bodies() const;
-  // Returns the positions of each recorded body by its recorded particles. `all` holds the
-  // positions of all particles of the scene. The result is valid until the next call and while
+  // Returns the positions of each recorded body, by its recorded particles. `all` holds the
+  // positions of all particles of the scene. The result is valid until the next call and as long as
   // `all` is.
   const std::vector<std::span<const Vec3>>& positions(std::span<const Vec3> all);
   // Returns the field values of each recorded body, as the channels last computed them. The result

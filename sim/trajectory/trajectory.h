@@ -21,7 +21,7 @@ namespace weft::sim {
 struct TrajectoryField {
   std::string name;  // of the dataset
   std::string units;
-  std::string channel;  // sim/case/channels.h
+  std::string channel;  // name of the channel (sim/case/channels.h)
   int components = 3;   // 1: scalar
   bool operator==(const TrajectoryField&) const = default;
 };
@@ -141,8 +141,8 @@ class TrajectoryWriter {
   // Commits, and writes how the run ended. No frame may follow. Throws FileError like
   // write_frame().
   void finish(const RunEnd& end);
-  // True if frames should be committed before work that takes `pause` seconds. This is so if the
-  // commit interval will have passed by then, or if the frames occupy 64 MiB.
+  // True if frames should be committed before work that takes `pause` seconds: the commit interval
+  // will have passed by then, or the waiting frames occupy 64 MiB.
   bool is_due(double pause) const;
   // Number of frames, both committed and waiting.
   int frames() const;
@@ -174,9 +174,9 @@ class TrajectoryReader {
   // True if the file's version records the ends of runs.
   bool says_its_end() const;
   const std::vector<TrajectoryBody>& bodies() const;
-  // Positions by particle, m.
+  // Returns the positions by particle (m).
   std::vector<Vec3> positions(int body, int frame) const;
-  // Velocities by particle, m/s; empty if they were not recorded.
+  // Returns the velocities by particle (m/s); empty if they were not recorded.
   std::vector<Vec3> velocities(int body, int frame) const;
   // Values of a field of the body by particle, `components` numbers each. Throws FileError if the
   // body does not have the field.

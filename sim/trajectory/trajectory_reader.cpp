@@ -46,9 +46,9 @@ auto read_whole(const std::string& path, const Read& read) {
   }
 }
 
-// Counts the complete frames. HDF5 refuses addresses beyond the end that the file had when it was
-// opened. Frames of a running run are therefore counted first, in a file of their own, and then
-// read after the file is opened again.
+// Counts the complete frames. HDF5 refuses addresses beyond the end that a file had when it was
+// opened. A running run adds frames, so they are counted here and read after the file is opened
+// again.
 hsize_t count_frames(const Access& access) {
   const Handle file = access.open_for_reading();
   if (H5Lexists(file.get(), "time", H5P_DEFAULT) <= 0) return 0;

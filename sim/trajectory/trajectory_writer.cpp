@@ -51,9 +51,9 @@ std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   return result;
 }
 
-// While this object lives, HDF5's default group properties keep no time stamps. HDF5 makes the root
-// group with these properties, whatever the caller asks for. Without time stamps, equal runs write
-// equal bytes.
+// Keeps time stamps out of groups that HDF5 makes with its default properties, while this object
+// lives. HDF5 makes the root group in this way, whatever the caller asks for. Without time stamps,
+// equal runs write equal bytes.
 class DefaultGroupsWithoutTimes {
  public:
   DefaultGroupsWithoutTimes() {
@@ -383,8 +383,8 @@ void TrajectoryWriter::Implementation::flush(const std::string& action) const {
   if (!failure.empty()) access.reject("cannot " + action + ": " + failure);
 }
 
-// Closes every object in the file. Closing the file would close them too, and leave invalid
-// handles.
+// Closes every object in the file. Closing the file first would close the objects too, but leave
+// their handles invalid.
 void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();

@@ -54,7 +54,7 @@ class XdmfFile {
   std::string trajectory_;
   int descriptor_ = -1;
   std::string at_rest_;    // text for the surfaces at rest in the next frame; empty: none
-  bool includes_ = false;  // at_rest_ now refers to the first frame
+  bool includes_ = false;  // at_rest_ is an include of the first frame's surfaces
   long end_ = 0;           // offset at which the closing tags start
 };
 

@@ -90,8 +90,8 @@ void add_drawn(const TrajectoryReader& reader, int frame, std::optional<int> sph
 }
 
 // Returns the extent that the camera must show over all frames. It contains the simulated bodies as
-// drawn, obstacles, and of obstacles that are too large the part near the bodies. Without simulated
-// bodies it contains all obstacles.
+// drawn, and the obstacles. Of an obstacle that is too large it contains the part near the bodies.
+// Without simulated bodies it contains every obstacle whole.
 Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
                      std::optional<int> spheres_of_level, std::vector<RenderedBody>& bodies) {
   Extent simulated;

@@ -31,8 +31,7 @@ struct RenderedBody {
   std::vector<std::array<int, 2>> lines;
   gpu::SurfaceColours colours;
   std::vector<Vec3> positions;
-  // Places in `colour_map` (0 .. 1), by particle. If they are empty, the body has its own
-  // `colours`.
+  // Places in `colour_map` (0 .. 1), by particle. A body without places has its own `colours`.
   std::vector<float> places;
   const gpu::ColourMap* colour_map = nullptr;
   std::optional<bsi::Pyramid> pyramid;  // built when first needed
@@ -53,8 +52,9 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
 // std::runtime_error if a position is not finite.
 void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body);
 
-// The functions below use the positions read last. For a body that does not move, they work only
-// once. They throw std::runtime_error, naming the frame, for a body that is too far away.
+// The functions below use the positions read last. Pyramids and surfaces of bodies that do not move
+// are made only once. The functions throw std::runtime_error, naming the frame, for a body that is
+// too far away.
 
 // Reduces detail within the tolerance, and within RenderedBody::most_deviation, so that bodies do
 // not show through each other.
