@@ -42,7 +42,8 @@ class Checker {
     }
   }
 
-  // Refuses values that vary in time, because in these loadings there is no time: the loads grow.
+  // Refuses values that vary in time. With these kinds of loading no time passes: the loads grow
+  // instead.
   void refuse_varying(const Table& table, const std::string& path) const {
     for (const Field& field : table.fields) {
       const std::string place = join_path(path, field.key);
