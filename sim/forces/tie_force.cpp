@@ -9,9 +9,12 @@ namespace {
 
 class TieForce final : public Force {
  public:
-  TieForce(std::string_view name, TieSprings springs) : name_(name), springs_(std::move(springs)) {}
+  // Springs of seams stand for a constraint, those of ties have the stiffness that the case gives.
+  enum class Joint { tie, seam };
+  TieForce(Joint joint, TieSprings springs) : joint_(joint), springs_(std::move(springs)) {}
 
-  std::string_view name() const override { return name_; }
+  std::string_view name() const override { return joint_ == Joint::tie ? "ties" : "seams"; }
+  bool is_constraint() const override { return joint_ == Joint::seam; }
   bool has_damping() const override { return false; }
   bool varies() const override { return springs_.vary(); }
   bool has_moving_points() const override { return springs_.vary(); }
@@ -126,7 +129,7 @@ class TieForce final : public Force {
     return spring.stiffness * (along + (leaves_out ? 0.0 : across) * (Mat3::Identity() - along));
   }
 
-  std::string_view name_;
+  Joint joint_;
   TieSprings springs_;
 };
 
@@ -136,13 +139,13 @@ class TieForce final : public Force {
 // their names.
 std::unique_ptr<Force> make_tie_force(const Scene& scene) {
   if (scene.source.tie.empty()) return nullptr;
-  return std::make_unique<TieForce>("ties", TieSprings(scene, scene.ties));
+  return std::make_unique<TieForce>(TieForce::Joint::tie, TieSprings(scene, scene.ties));
 }
 
 // Likewise while all sewn bodies sleep.
 std::unique_ptr<Force> make_seam_force(const Scene& scene) {
   if (scene.seams.empty()) return nullptr;
-  return std::make_unique<TieForce>("seams", TieSprings(scene, scene.seams));
+  return std::make_unique<TieForce>(TieForce::Joint::seam, TieSprings(scene, scene.seams));
 }
 
 }  // namespace weft::sim

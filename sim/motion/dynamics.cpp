@@ -486,6 +486,7 @@ Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y)
   if (creases_) energies.dissipated = 0;
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
+    if (force->is_constraint()) energies.constraints += energies.elastic.back().second;
     if (creases_) *energies.dissipated += force->dissipated(state, threads_);
   }
   if (contact_) energies.contact = contact_->energy();
