@@ -17,9 +17,11 @@
 
 namespace weft::sim {
 
-// The elements of all shells of one degree. Stretching is integrated at about one point per element
-// (SplineAxis::strain_points), bending at two Gauss points per element and axis. More points for
-// stretching would lock thin shells (docs/theory.md).
+// The elements of all shells of one degree. Bending is integrated at two Gauss points per element
+// and axis. Stretching is integrated at about one point per element (SplineAxis::strain_points),
+// but for a fraction (t / size)^2 of it, which the Gauss points of bending integrate: the few
+// points alone leave three waves of a flat patch without energy, and more points alone would lock
+// thin shells (docs/theory.md, docs/decisions/0052).
 template <int degree>
 class ShellElements {
  public:
@@ -34,8 +36,13 @@ class ShellElements {
     for (std::size_t p = 0; p < body.spline->patches().size(); ++p)
       add_patch(body, static_cast<int>(p));
     const int added = static_cast<int>(stencils_.size()) - first;
-    stretch_damping_.append(added, body.material->stiffness_damping);
-    bend_damping_.append(added, body.material->bending_damping);
+    const auto append = [&](const Varying<double>& from, VaryingNumbers& numbers,
+                            std::vector<double>& times) {
+      numbers.append(added, from);
+      times.resize(stencils_.size(), from.constant_or_zero());
+    };
+    append(body.material->stiffness_damping, stretch_damping_, stretch_time_);
+    append(body.material->bending_damping, bend_damping_, bend_time_);
     is_damped_ |=
         !body.material->stiffness_damping.is_zero() || !body.material->bending_damping.is_zero();
   }
@@ -44,8 +51,6 @@ class ShellElements {
     elements_ = StencilArray<nodes>(stencils_, particle_count);
     stretch_.finish(elements_.count());
     bend_.finish(elements_.count());
-    stretch_time_.assign(elements_.count(), 0);
-    bend_time_.assign(elements_.count(), 0);
     set_time({});
   }
 
@@ -67,12 +72,12 @@ class ShellElements {
     for (int e = first; e < last; ++e) {
       const Nodes x = gather(e, position);
       stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-        const Vec3 strain = Stretch(materials::derivatives(basis, x)).strain(law);
-        sum += 0.5 * strain.dot(law.modulus * strain);
+        sum += energy_of(Stretch(materials::derivatives(basis, x)).strain(law), law);
       });
-      bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-        const Vec3 bending = Bend(materials::derivatives(basis, x)).bending(law);
-        sum += 0.5 * bending.dot(law.modulus * bending);
+      bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
+        const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
+        sum += energy_of(Stretch(now).strain(laws.stretch), laws.stretch);
+        sum += energy_of(Bend(now).bending(laws.bend), laws.bend);
       });
     }
     return sum;
@@ -87,9 +92,12 @@ class ShellElements {
         const Stretch stretch(materials::derivatives(basis, x));
         stretch.add_gradient(stress(stretch, law, basis, v, e), basis, gradient);
       });
-      bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-        const Bend bend(materials::derivatives(basis, x));
-        bend.add_gradient(moment(bend, law, basis, v, e), basis, gradient);
+      bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
+        const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
+        const Stretch stretch(now);
+        stretch.add_gradient(stress(stretch, laws.stretch, basis, v, e), basis, gradient);
+        const Bend bend(now);
+        bend.add_gradient(moment(bend, laws.bend, basis, v, e), basis, gradient);
       });
       scatter(e, -gradient, force);
     });
@@ -115,11 +123,16 @@ class ShellElements {
   using ShellLaw = materials::ShellLaw;
   using Stretch = materials::ShellStretch;
   using Bend = materials::ShellBend;
+  // Of a Gauss point.
+  struct BendLaws {
+    ShellLaw bend, stretch;
+  };
 
-  // The points of one quadrature rule, element by element.
+  // The points of one quadrature rule with their laws, element by element.
+  template <class Law>
   class Points {
    public:
-    void add(int element, const SplineBasis& u, const SplineBasis& v, const ShellLaw& law) {
+    void add(int element, const SplineBasis& u, const SplineBasis& v, const Law& law) {
       unsorted_.push_back({element, {u, v, law}});
     }
     void finish(int elements) {
@@ -141,7 +154,7 @@ class ShellElements {
    private:
     struct Point {
       SplineBasis u, v;
-      ShellLaw law;
+      Law law;
     };
     std::vector<std::pair<int, Point>> unsorted_;
     std::vector<Point> points_;
@@ -173,17 +186,36 @@ class ShellElements {
         for (int i = 0; i < nodes; ++i) stencil[i] = body.first_particle + control[i];
       }
     }
-    add_points(body, first, u, v, u.strain_points(), v.strain_points(), materials::membrane_law,
-               stretch_);
-    add_points(body, first, u, v, u.gauss_points(2), v.gauss_points(2), materials::bending_law,
-               bend_);
+    const MaterialCase& material = *body.material;
+    add_points(body, first, u, v, u.strain_points(), v.strain_points(), stretch_,
+               [&](const materials::SurfaceDerivatives& rest, double weight) {
+                 return stretch_law(rest, material, weight * (1 - gauss_part(rest, material)));
+               });
+    add_points(body, first, u, v, u.gauss_points(2), v.gauss_points(2), bend_,
+               [&](const materials::SurfaceDerivatives& rest, double weight) {
+                 return BendLaws{
+                     materials::bending_law(rest, material.youngs_modulus, material.poisson_ratio,
+                                            material.shell_thickness, weight),
+                     stretch_law(rest, material, weight * gauss_part(rest, material))};
+               });
   }
-  template <class MakeLaw>
+  static ShellLaw stretch_law(const materials::SurfaceDerivatives& rest,
+                              const MaterialCase& material, double weight) {
+    return materials::membrane_law(rest, material.youngs_modulus, material.poisson_ratio,
+                                   material.shell_thickness, weight);
+  }
+  // The fraction of stretching that the Gauss points integrate. A wave that the other points do not
+  // see then has about the energy of bending at its length.
+  static double gauss_part(const materials::SurfaceDerivatives& rest,
+                           const MaterialCase& material) {
+    const double size = rest.u.squaredNorm() + rest.v.squaredNorm();
+    return std::min(1.0, material.shell_thickness * material.shell_thickness / size);
+  }
+  template <class Law, class MakeLaw>
   void add_points(const SceneBody& body, int first, const SplineAxis& u, const SplineAxis& v,
                   const std::vector<QuadraturePoint>& along_u,
-                  const std::vector<QuadraturePoint>& along_v, const MakeLaw& make_law,
-                  Points& points) {
-    const MaterialCase& material = *body.material;
+                  const std::vector<QuadraturePoint>& along_v, Points<Law>& points,
+                  const MakeLaw& make_law) {
     for (const QuadraturePoint& at_v : along_v) {
       for (const QuadraturePoint& at_u : along_u) {
         const SplineBasis bu = u.at(at_u.parameter), bv = v.at(at_v.parameter);
@@ -193,8 +225,7 @@ class ShellElements {
           rest.col(i) = body.rest[stencils_[element][i] - body.first_particle];
         points.add(
             element, bu, bv,
-            make_law(materials::derivatives(basis_of(bu, bv), rest), material.youngs_modulus,
-                     material.poisson_ratio, material.shell_thickness, at_u.weight * at_v.weight));
+            make_law(materials::derivatives(basis_of(bu, bv), rest), at_u.weight * at_v.weight));
       }
     }
   }
@@ -213,6 +244,9 @@ class ShellElements {
     return blocks;
   }
 
+  static double energy_of(const Vec3& strain, const ShellLaw& law) {
+    return 0.5 * strain.dot(law.modulus * strain);
+  }
   // The stress, damping included.
   Vec3 stress(const Stretch& stretch, const ShellLaw& law, const Basis& basis, const Nodes& v,
               int element) const {
@@ -233,16 +267,20 @@ class ShellElements {
   void add_stiffness(int e, const Nodes& x, const Nodes& v, const Derivatives& into, bool exact,
                      Blocks& sum) const {
     const double joined = into.is_joined() ? into.inverse_gamma : 0;
-    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-      const Stretch stretch(materials::derivatives(basis, x));
+    const auto add_stretch = [&](const Stretch& stretch, const Basis& basis, const ShellLaw& law) {
       const Vec3 now = stress(stretch, law, basis, v, e);
       stretch.add_stiffness((1 + joined * stretch_time_[e]) * law.modulus,
                             exact ? now : materials::pulling_part(now), basis, sum);
+    };
+    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+      add_stretch(Stretch(materials::derivatives(basis, x)), basis, law);
     });
-    bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-      const Bend bend(materials::derivatives(basis, x));
-      bend.add_stiffness((1 + joined * bend_time_[e]) * law.modulus, moment(bend, law, basis, v, e),
-                         exact, basis, sum);
+    bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
+      const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
+      add_stretch(Stretch(now), basis, laws.stretch);
+      const Bend bend(now);
+      bend.add_stiffness((1 + joined * bend_time_[e]) * laws.bend.modulus,
+                         moment(bend, laws.bend, basis, v, e), exact, basis, sum);
     });
   }
   // D, or its product if it is joined to K.
@@ -251,16 +289,20 @@ class ShellElements {
     Nodes product = Nodes::Zero();
     const bool joined = into.is_joined();
     const Nodes along = joined ? gather(e, into.along) : product;
-    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-      const Stretch stretch(materials::derivatives(basis, x));
+    const auto add_stretch = [&](const Stretch& stretch, const Basis& basis, const ShellLaw& law) {
       const Mat3 modulus = stretch_time_[e] * law.modulus;
       if (!joined) return stretch.add_stiffness(modulus, Vec3::Zero(), basis, damping);
       stretch.add_gradient(modulus * stretch.strain_rate(materials::derivatives(basis, along)),
                            basis, product);
+    };
+    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+      add_stretch(Stretch(materials::derivatives(basis, x)), basis, law);
     });
-    bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-      const Bend bend(materials::derivatives(basis, x));
-      const Mat3 modulus = bend_time_[e] * law.modulus;
+    bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
+      const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
+      add_stretch(Stretch(now), basis, laws.stretch);
+      const Bend bend(now);
+      const Mat3 modulus = bend_time_[e] * laws.bend.modulus;
       if (!joined) return bend.add_stiffness(modulus, Vec3::Zero(), false, basis, damping);
       bend.add_gradient(modulus * bend.bending_rate(materials::derivatives(basis, along)), basis,
                         product);
@@ -271,7 +313,8 @@ class ShellElements {
 
   std::vector<Stencil> stencils_;
   StencilArray<nodes> elements_;
-  Points stretch_, bend_;
+  Points<ShellLaw> stretch_;
+  Points<BendLaws> bend_;
   VaryingNumbers stretch_damping_, bend_damping_;
   std::vector<double> stretch_time_, bend_time_;  // s, by element, at the time set
   bool is_damped_ = false;                        // at any time

@@ -14,7 +14,7 @@ struct GaussRule {
   std::vector<double> abscissae, weights;
 };
 GaussRule gauss_rule(int points) {
-  assert(points == 2 || points == 4);
+  assert(points >= 2 && points <= 4);
   const auto both_sides = [](std::vector<std::pair<double, double>> positive) {
     GaussRule rule;
     for (const auto& [x, w] : positive) {
@@ -26,6 +26,12 @@ GaussRule gauss_rule(int points) {
     return rule;
   };
   if (points == 2) return both_sides({{std::sqrt(1.0 / 3), 1}});
+  if (points == 3) {
+    GaussRule rule = both_sides({{std::sqrt(0.6), 5.0 / 9}});
+    rule.abscissae.push_back(0.5);
+    rule.weights.push_back(4.0 / 9);
+    return rule;
+  }
   const double part = 2.0 / 7 * std::sqrt(6.0 / 5), root = std::sqrt(30.0);
   return both_sides({{std::sqrt(3.0 / 7 - part), (18 + root) / 36},
                      {std::sqrt(3.0 / 7 + part), (18 - root) / 36}});
@@ -42,16 +48,21 @@ Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& par
   return values;
 }
 
-// The points of the strain rule in the first two elements of an open axis. They are those of a
-// hybrid Gauss-trapezoidal rule (Alpert 1999, SIAM J. Sci. Comput. 20): with points of weight 1
-// from there on, at 2.5, 3.5 .. (degree 3) or at 2, 3 .. (degree 2), the rule is of order 6 or 4.
-constexpr int end_length = 2, least_elements_of_end_points = 2 * end_length;
-const std::vector<QuadraturePoint>& end_points(int degree) {
-  static const std::vector<QuadraturePoint> quadratic{{0.224578497981261393, 0.554078164360637193},
-                                                      {1.013719374359164138, 0.945921835639362806}};
-  static const std::vector<QuadraturePoint> cubic{{0.092043746485430549, 0.267358028130155544},
-                                                  {0.612987968366781725, 0.756204019420385195},
-                                                  {1.505657097358756584, 0.976437952449459259}};
+// The strain rule at the start of an open axis. The rest of its points have weight 1.
+struct EndRule {
+  std::vector<QuadraturePoint> points;
+  double next;         // the first point of weight 1
+  int least_elements;  // of an axis with the rule at both ends
+};
+// For degree 3 a hybrid Gauss-trapezoidal rule of order 6 (Alpert 1999, SIAM J. Sci. Comput. 20);
+// for degree 2 that of Gregory, of order 4, whose points are knots.
+const EndRule& end_rule(int degree) {
+  static const EndRule quadratic{{{0, 3.0 / 8}, {1, 7.0 / 6}, {2, 23.0 / 24}}, 3, 6};
+  static const EndRule cubic{{{0.092043746485430549, 0.267358028130155544},
+                              {0.612987968366781725, 0.756204019420385195},
+                              {1.505657097358756584, 0.976437952449459259}},
+                             2.5,
+                             4};
   return degree == 2 ? quadratic : cubic;
 }
 
@@ -142,23 +153,24 @@ std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
 }
 
 // Away from open ends, points in the middle of the elements (degree 3) or at the knots (degree 2)
-// integrate smooth functions to any order. There the slope of the shortest wave of the spline is
-// largest: no wave goes unseen.
+// integrate smooth functions to any order. A clamp fulfils the condition of no strain at the end
+// itself: a quadratic spline needs a point there, or its first element could not bend.
 std::vector<QuadraturePoint> SplineAxis::strain_points() const {
-  const double offset = degree_ == 3 ? 0.5 : 0;
   std::vector<QuadraturePoint> points;
   if (is_closed_) {
+    const double offset = degree_ == 3 ? 0.5 : 0;
     for (int e = 0; e < elements(); ++e) points.push_back({e + offset, 1});
     return points;
   }
-  const std::vector<QuadraturePoint>& end = end_points(degree_);
-  if (elements() < least_elements_of_end_points) return greville_points_below();
+  const EndRule& end = end_rule(degree_);
+  // Points at 0, 1/2 and 1 would leave a cubic wave unseen that is steady at the Gauss points.
+  if (degree_ == 3 && elements() == 1) return gauss_points(3);
+  if (elements() < end.least_elements) return greville_points_below();
   const auto length = static_cast<double>(elements());
-  points = end;
-  for (double x = end_length + offset; x < length - end_length + 0.25; ++x)
-    points.push_back({x, 1});
-  for (std::size_t i = end.size(); i-- > 0;)
-    points.push_back({length - end[i].parameter, end[i].weight});
+  points = end.points;
+  for (double x = end.next; x < length - end.next + 0.25; ++x) points.push_back({x, 1});
+  for (std::size_t i = end.points.size(); i-- > 0;)
+    points.push_back({length - end.points[i].parameter, end.points[i].weight});
   return points;
 }
 

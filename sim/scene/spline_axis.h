@@ -52,11 +52,11 @@ class SplineAxis {
   // has the weights of the points in control point i. O(points^3), once for each length.
   std::vector<double> interpolation() const;
 
-  // Gauss-Legendre points, so many per element: 2 or 4.
+  // Gauss-Legendre points, so many per element: 2, 3 or 4.
   std::vector<QuadraturePoint> gauss_points(int per_element) const;
   // The points at which strains are integrated: about one per element, so that thin shells are free
-  // to bend without stretching. Order 6 for degree 3, order 4 for degree 2; 3 or 2 on open axes of
-  // fewer than four elements.
+  // to bend without stretching. Order 6 for degree 3, order 4 for degree 2; at least 3 on open axes
+  // of fewer than four elements of degree 3, and 2 on those of fewer than six of degree 2.
   std::vector<QuadraturePoint> strain_points() const;
 
  private:
