@@ -28,7 +28,8 @@ bool nothing_acts(const Scene& scene) {
 bool nothing_takes_energy(const Scene& scene) {
   const auto damps = [](const MaterialCase& m) {
     return !(m.mass_damping.is_zero() && m.membrane_damping_time().is_zero() &&
-             m.bending_damping_time().is_zero() && m.normal_drag.is_zero() && m.tangential_drag.is_zero());
+             m.bending_damping_time().is_zero() && m.normal_drag.is_zero() &&
+             m.tangential_drag.is_zero());
   };
   for (int b = 0; b < scene.dynamic_bodies; ++b)
     if (damps(*scene.bodies[b].material)) return false;

@@ -22,12 +22,20 @@ set(weft_bsi_headers
 set(weft_materials_headers
   bending.h
   contact.h
+  curved_bending.h
   drag.h
+  fabric_membrane.h
   hinge.h
+  measured_stretch.h
   membrane.h
+  orthotropic_membrane.h
   spring.h
+  stretch_curve.h
   # included
+  jet.h
   lanes.h
+  orthotropic_moduli.h
+  strain_map.h
   types.h)
 set(weft_gpu_headers
   colour_map.h
@@ -36,6 +44,9 @@ set(weft_sim_headers
   case/case.h
   case/case_error.h
   case/case_reader.h
+  modes/buckling_modes.h
+  modes/case_equilibrium.h
+  modes/vibration_modes.h
   run/make_simulation.h
   run/recorded_run.h
   simulation/simulation.h

@@ -38,8 +38,7 @@ struct YieldLawOf {
   Real dissipated(const Real& curvature) const {
     const Real rise = 0.5 * hardening_slope * curvature;
     return choose(curvature <= 0.0, 0.0,
-                  curvature * (yield_curvature + rise) /
-                      choose(curvature <= 0.0, 1.0, compliance));
+                  curvature * (yield_curvature + rise) / choose(curvature <= 0.0, 1.0, compliance));
   }
 };
 using YieldLaw = YieldLawOf<double>;
@@ -54,9 +53,9 @@ inline YieldLaw make_yield_law(double area, double stiffness, double yield_curva
 // The response of a triangle to trial angles e*, C e* being known.
 template <class Real>
 struct YieldedOf {
-  Real kept = 1;   // e = kept e*
-  Real drop = 0;   // the slope of the moment is kept C - drop (C e*)(C e*)^T, semi-definite
-  Real flow = 0;   // delta, 1/m
+  Real kept = 1;  // e = kept e*
+  Real drop = 0;  // the slope of the moment is kept C - drop (C e*)(C e*)^T, semi-definite
+  Real flow = 0;  // delta, 1/m
 };
 
 template <class Real>
@@ -71,8 +70,8 @@ YieldedOf<Real> yielded(const YieldLawOf<Real>& law, const Real& accumulated,
   result.flow = choose(is_elastic, 0.0, excess / (1.0 + law.hardening_slope));
   result.kept = 1.0 - result.flow / divisor;
   const Real hardening = law.hardening_slope / (1.0 + law.hardening_slope);
-  result.drop = choose(is_elastic, 0.0,
-                       (result.kept - hardening) * law.compliance / (divisor * divisor));
+  result.drop =
+      choose(is_elastic, 0.0, (result.kept - hardening) * law.compliance / (divisor * divisor));
   return result;
 }
 

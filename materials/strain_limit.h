@@ -38,8 +38,8 @@ template <class Real>
 struct PrincipalStretches {
   std::array<Vec3Of<Real>, 2> columns;  // of F
   std::array<Real, 2> squares;
-  Real radius;              // (c_1 - c_2) / 2
-  Real along, across;       // F^T F = mean 1 + radius [along across; across -along]
+  Real radius;         // (c_1 - c_2) / 2
+  Real along, across;  // F^T F = mean 1 + radius [along across; across -along]
 };
 
 template <class Real>
@@ -120,8 +120,7 @@ struct LimitDerivatives {
     tension = {mean + half * now.along, half * now.across, mean - half * now.along};
     // Where both stretches are the same, the quotient tends to b''.
     const auto is_round = now.radius <= 1e-6 * limit.range;
-    const Real quotient =
-        choose(is_round, one.curvature, half / choose(is_round, 1.0, now.radius));
+    const Real quotient = choose(is_round, one.curvature, half / choose(is_round, 1.0, now.radius));
     factors = {one.curvature, two.curvature, 0.5 * quotient};
   }
   // The matrices P_1, P_2 and M as xx, xy, yy.
@@ -153,8 +152,7 @@ NodesOf<Real, 3> strain_limit_forces(const StrainLimitOf<Real>& limit, const Nod
   const auto& columns = derivatives.now.columns;
   NodesOf<Real, 3> forces;
   for (int a = 1; a < 3; ++a) {
-    const std::array<Real, 2> pull =
-        product(derivatives.tension, limit_gradient(limit, a));
+    const std::array<Real, 2> pull = product(derivatives.tension, limit_gradient(limit, a));
     forces.col(a) = -2.0 * limit.stiffness * (pull[0] * columns[0] + pull[1] * columns[1]);
   }
   forces.col(0) = -forces.col(1) - forces.col(2);

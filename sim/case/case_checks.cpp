@@ -11,6 +11,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/channels.h"
 #include "sim/case/cloth_checks.h"
+#include "sim/case/fabric_checks.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/case/static_checks.h"
 #include "sim/case/support_checks.h"
@@ -40,6 +41,7 @@ class Checker {
     tolerances();
     names();
     materials();
+    check_fabrics(case_, locations_);
     check_static(case_, locations_);
     check_loads_and_supports(case_, locations_);
     check_cloth(case_, locations_);
@@ -122,7 +124,8 @@ class Checker {
                " with it, or maximum_order = 2");
     }
     for (const MaterialCase& material : case_.material) {
-      if (smallest(material.mass_damping) > 0 || smallest(material.membrane_damping_time()) > 0) continue;
+      if (smallest(material.mass_damping) > 0 || smallest(material.membrane_damping_time()) > 0)
+        continue;
       fail("time.maximum_order", order + " is wrong without damping",
            "expected mass_damping, stiffness_damping or loss_factor > 0 in " +
                heading(join_path("material", material.name)) + ", or maximum_order = 2");
@@ -228,7 +231,8 @@ class Checker {
       fail(join_path(join_path("body", i), "name"),
            "nothing holds body " + in_quotes(case_.body[i].name) +
                ": under gravity it has no equilibrium (time.method = \"static\")",
-           "expected a pin, a tie, a seam, or an obstacle or a pinned body that it can rest on, with "
+           "expected a pin, a tie, a seam, or an obstacle or a pinned body that it can rest on, "
+           "with "
            "contact");
     }
   }
@@ -258,10 +262,11 @@ class Checker {
 
   void clamp(const PinCase& pin, const BodyCase& body, const std::string& path) const {
     const auto material = std::ranges::find(case_.material, body.material, &MaterialCase::name);
-    if (!pin.clamp || material->is_shell() || material->bending_stiffness > 0) return;
+    if (!pin.clamp || material->is_shell() || material->resists_bending()) return;
     fail(join_path(path, "clamp"),
          "a clamp of body " + in_quotes(body.name) + ", whose material does not resist bending",
-         "expected bending_stiffness > 0 in " + heading(join_path("material", body.material)));
+         "expected bending_stiffness > 0 or orthotropic_bending in " +
+             heading(join_path("material", body.material)));
   }
 
   void tie(const TieCase& target, const std::string& path) const {

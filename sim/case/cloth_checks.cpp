@@ -8,6 +8,7 @@
 #include "sim/case/case_schema.h"
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
+#include "sim/case/membrane_stiffness.h"
 #include "sim/case/time_methods.h"
 
 namespace weft::sim {
@@ -46,12 +47,17 @@ class Checker {
   }
 
   void strain_limit(const MaterialCase& material, const std::string& path) const {
-    if (!material.strain_limit || material.tensile_stiffness() > 0) return;
+    if (!material.strain_limit || largest_membrane_stiffness(material) > 0) return;
     fail(join_path(path, "strain_limit"), "a strain_limit of a membrane without stiffness",
          "expected membrane_stiffness > 0 in " + heading(path));
   }
 
   void creases(const MaterialCase& material, const std::string& path) const {
+    if (material.yield_curvature && material.orthotropic_bending) {
+      fail(join_path(path, "yield_curvature"),
+           "a yield_curvature beside orthotropic_bending: creases are of isotropic bending",
+           "expected bending_stiffness in place of orthotropic_bending in " + heading(path));
+    }
     if (material.yield_curvature && !(material.bending_stiffness > 0)) {
       fail(join_path(path, "yield_curvature"),
            "a yield_curvature of a material that does not resist bending",
@@ -94,8 +100,8 @@ class Checker {
       fail(join_path(path, "to_edge"), "an edge that is sewn to itself",
            "expected another edge, or a range and a to_range of it");
     }
-    if (!target.stiffness && material_of(body).tensile_stiffness() == 0 &&
-        material_of(other).tensile_stiffness() == 0) {
+    if (!target.stiffness && largest_membrane_stiffness(material_of(body)) == 0 &&
+        largest_membrane_stiffness(material_of(other)) == 0) {
       fail(path, "a seam of two membranes without stiffness, which give it none",
            "expected stiffness (N/m^2), or membrane_stiffness > 0 of a side");
     }

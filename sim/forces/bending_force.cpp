@@ -6,11 +6,12 @@
 #include "sim/base/parallel.h"
 #include "sim/forces/crease_history.h"
 #include "sim/forces/force_arrays.h"
+#include "sim/forces/force_group.h"
 #include "sim/forces/quad_hinges.h"
 #include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/forces/varying_numbers.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/cloth_laws.h"
 
 namespace weft::sim {
 
@@ -30,52 +31,23 @@ using materials::YieldLawOf;
 
 using Surroundings = std::array<int, QuadSurroundings::count>;
 
+using Modulus = materials::Symmetric3Of<Lanes>;  // of a triangle, over its hinges
+
 struct BendingQuads {
   std::vector<Surroundings> nodes;
-  std::vector<std::array<Mat3, 2>> moduli;  // of both triangles, over the hinges of each
-  std::vector<std::array<YieldLaw, 2>> laws;  // of both triangles
-  // Bodies with the number of the first quad of each.
+  // The modulus of each triangle over its hinges or, where it depends on the curvature, its map
+  // from the angles to the curvature.
+  std::vector<std::array<Mat3, 2>> moduli;
+  std::vector<std::array<materials::StrainMapOf<double>, 2>> maps;
+  VaryingNumbers damping_times;  // s
+  bool is_damped = false;        // at any time
+  // Bodies that yield, and the laws of both triangles of their quads.
   struct Body {
     int case_body = 0;
     int first = 0, last = 0;  // quads
-    bool yields = false;
   };
-  std::vector<Body> bodies;
-  VaryingNumbers damping_times;             // s
-  bool is_damped = false;                   // at any time
-};
-
-// The symmetric matrix C of a triangle, row by row from its diagonal.
-struct Modulus {
-  std::array<Lanes, 6> entries;
-
-  static constexpr int index(int i, int j) {
-    return i <= j ? materials::StencilMatrix<Lanes, 3>::index(i, j) : index(j, i);
-  }
-  const Lanes& operator()(int i, int j) const { return entries[index(i, j)]; }
-  Modulus scaled(const Lanes& factor) const {
-    Modulus result = *this;
-    for (Lanes& entry : result.entries) entry *= factor;
-    return result;
-  }
-  Modulus plus(const Modulus& other) const {
-    Modulus result = *this;
-    for (int i = 0; i < 6; ++i) result.entries[i] += other.entries[i];
-    return result;
-  }
-  // Returns C - factor a a^T.
-  Modulus less_square(const Lanes& factor, const Vec3Of<Lanes>& a) const {
-    Modulus result = *this;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = i; j < 3; ++j) result.entries[index(i, j)] -= factor * a[i] * a[j];
-    }
-    return result;
-  }
-  Vec3Of<Lanes> operator*(const Vec3Of<Lanes>& a) const {
-    const auto& c = entries;
-    return {c[0] * a[0] + c[1] * a[1] + c[2] * a[2], c[1] * a[0] + c[3] * a[1] + c[4] * a[2],
-            c[2] * a[0] + c[4] * a[1] + c[5] * a[2]};
-  }
+  std::vector<Body> yielding;
+  std::vector<std::array<YieldLaw, 2>> laws;
 };
 
 using Slopes = QuadSlopes<Lanes>;
@@ -83,97 +55,163 @@ using Nodes = Slopes::Nodes;
 using Hinges = Slopes::Hinges;  // one number per hinge
 using HingeVectors = std::array<materials::HingeVectorsOf<Lanes>, hinge_count>;
 
-using Moduli = std::array<Modulus, 2>;  // of both triangles
+// The numbers of the hinges of triangle t, and the sum over both triangles back to the hinges.
+Vec3Of<Lanes> of_triangle(const Hinges& numbers, int t) {
+  const auto& hinges = hinged_triangles[t].hinges;
+  return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
+}
+template <class OfTriangle>
+Hinges sum_of_triangles(const OfTriangle& of_one) {
+  Hinges sum;
+  sum.fill(0);
+  for (int t = 0; t < 2; ++t) {
+    const Vec3Of<Lanes> own = of_one(t);
+    for (int i = 0; i < 3; ++i) sum[hinged_triangles[t].hinges[i]] += own[i];
+  }
+  return sum;
+}
 
-// The plasticity of a batch of quads, by triangle.
-struct CreasedBatch {
-  std::array<YieldLawOf<Lanes>, 2> laws;
-  std::array<CreaseOf<Lanes>, 2> creases;  // from which the step begins
-};
-
-// The moduli and rest angles of a batch of quads.
-struct BendingBatch {
-  Moduli moduli;
+// A batch of quads whose moments are linear in the strains, the changes of the angles (rad). The
+// energy W is that of the quad's own triangles; those beyond its sides add their own share of the
+// sides' moments.
+struct LinearBending {
+  std::array<Modulus, 2> own;
   Hinges rest_angles;
 
-  Hinges strains(const HingeVectors& hinges) const {
-    Hinges strains;
-    for (int h = 0; h < hinge_count; ++h)
-      strains[h] = materials::hinge_angle(hinges[h]) - rest_angles[h];
-    return strains;
+  // Returns dW/d theta (N m) with damping, at strains and their rates.
+  Hinges moments(const Hinges& strains, const Lanes& damping_time, const Hinges& rates) const {
+    Hinges sum = strains;
+    for (int h = 0; h < hinge_count; ++h) sum[h] += damping_time * rates[h];
+    return moments(sum);
   }
-  // Returns dW/d theta, N m. W is the energy of the quad's own triangles; those beyond its sides
-  // add their own share of the sides' moments.
   Hinges moments(const Hinges& strains) const {
-    Hinges sum;
-    sum.fill(0);
-    for (int t = 0; t < 2; ++t) add_moments(t, of_triangle(strains, t), sum);
-    return sum;
+    return sum_of_triangles([&](int t) { return own[t] * of_triangle(strains, t); });
   }
   Lanes energy(const Hinges& strains) const {
     Lanes sum = 0;
-    for (int t = 0; t < 2; ++t) sum += energy_of(t, of_triangle(strains, t));
-    return sum;
-  }
-
-  // The same of a material that yields. `rates` are changes of the strains that do not yield.
-  Hinges moments(const CreasedBatch& creased, const Hinges& strains, const Hinges& rates) const {
-    Hinges sum;
-    sum.fill(0);
-    for (int t = 0; t < 2; ++t)
-      add_moments(t, elastic_part(creased, strains, t) + of_triangle(rates, t), sum);
-    return sum;
-  }
-  Lanes energy(const CreasedBatch& creased, const Hinges& strains) const {
-    Lanes sum = 0;
-    for (int t = 0; t < 2; ++t) sum += energy_of(t, elastic_part(creased, strains, t));
-    return sum;
-  }
-  // Returns the slopes of the moments by the strains.
-  Moduli slopes(const CreasedBatch& creased, const Hinges& strains) const {
-    Moduli result;
     for (int t = 0; t < 2; ++t) {
-      const Vec3Of<Lanes> trial = trial_of(creased, strains, t), moment = moduli[t] * trial;
-      const auto response = yielded(creased, t, trial, moment);
-      result[t] = moduli[t].scaled(response.kept).less_square(response.drop, moment);
+      const Vec3Of<Lanes> angles = of_triangle(strains, t);
+      sum += 0.5 * materials::dot(angles, own[t] * angles);
     }
-    return result;
+    return sum;
   }
-  // Returns the crease of a triangle that follows from these strains.
-  CreaseOf<Lanes> advanced(const CreasedBatch& creased, const Hinges& strains, int t) const {
-    CreaseOf<Lanes> crease = creased.creases[t];
-    const Vec3Of<Lanes> trial = trial_of(creased, strains, t);
-    const auto response = yielded(creased, t, trial, moduli[t] * trial);
+  // Returns the moduli of damping of each triangle.
+  const std::array<Modulus, 2>& viscosities(const Hinges& /*strains*/) const { return own; }
+  // Returns d^2 W/d theta d theta, or a semi-definite part, plus the viscosities times the damping
+  // time over gamma.
+  std::array<Modulus, 2> joined(const Hinges& /*strains*/, Definiteness /*kind*/,
+                                double inverse_gamma, const Lanes& damping_time) const {
+    const Lanes factor = 1.0 + inverse_gamma * damping_time;
+    return {own[0].scaled(factor), own[1].scaled(factor)};
+  }
+};
+
+// A batch of quads that yield, from the creases with which the step begins (materials/crease.h).
+struct YieldingBending : LinearBending {
+  std::array<YieldLawOf<Lanes>, 2> laws;
+  std::array<CreaseOf<Lanes>, 2> creases;
+
+  // Damping is that of the elastic material: rates do not yield.
+  Hinges moments(const Hinges& strains, const Lanes& damping_time, const Hinges& rates) const {
+    return sum_of_triangles([&](int t) -> Vec3Of<Lanes> {
+      return own[t] * (elastic_part(strains, t) + damping_time * of_triangle(rates, t));
+    });
+  }
+  Hinges moments(const Hinges& strains) const {
+    return sum_of_triangles([&](int t) { return own[t] * elastic_part(strains, t); });
+  }
+  Lanes energy(const Hinges& strains) const {
+    Lanes sum = 0;
+    for (int t = 0; t < 2; ++t) {
+      const Vec3Of<Lanes> angles = elastic_part(strains, t);
+      sum += 0.5 * materials::dot(angles, own[t] * angles);
+    }
+    return sum;
+  }
+  // The slopes of the moments are semi-definite.
+  std::array<Modulus, 2> joined(const Hinges& strains, Definiteness /*kind*/, double inverse_gamma,
+                                const Lanes& damping_time) const {
+    std::array<Modulus, 2> sum;
+    for (int t = 0; t < 2; ++t) {
+      const Vec3Of<Lanes> trial = trial_of(strains, t), moment = own[t] * trial;
+      const materials::YieldedOf<Lanes> response = yielded(t, trial, moment);
+      sum[t] = own[t].scaled(response.kept + inverse_gamma * damping_time);
+      for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) sum[t](i, j) -= response.drop * moment[i] * moment[j];
+      }
+    }
+    return sum;
+  }
+  // Returns the crease of triangle t that follows from these strains.
+  CreaseOf<Lanes> advanced(const Hinges& strains, int t) const {
+    CreaseOf<Lanes> crease = creases[t];
+    const Vec3Of<Lanes> trial = trial_of(strains, t);
+    const materials::YieldedOf<Lanes> response = yielded(t, trial, own[t] * trial);
     crease.angles += (1.0 - response.kept) * trial;
     crease.curvature += response.flow;
     return crease;
   }
 
  private:
-  static Vec3Of<Lanes> of_triangle(const Hinges& numbers, int t) {
-    const auto& hinges = hinged_triangles[t].hinges;
-    return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
+  Vec3Of<Lanes> trial_of(const Hinges& strains, int t) const {
+    return of_triangle(strains, t) - creases[t].angles;
   }
-  void add_moments(int t, const Vec3Of<Lanes>& strains, Hinges& sum) const {
-    const Vec3Of<Lanes> own = moduli[t] * strains;
-    for (int i = 0; i < 3; ++i) sum[hinged_triangles[t].hinges[i]] += own[i];
+  materials::YieldedOf<Lanes> yielded(int t, const Vec3Of<Lanes>& trial,
+                                      const Vec3Of<Lanes>& moment) const {
+    return materials::yielded(laws[t], creases[t].curvature, trial, moment);
   }
-  Lanes energy_of(int t, const Vec3Of<Lanes>& strains) const {
-    return 0.5 * materials::dot(strains, moduli[t] * strains);
-  }
-  static Vec3Of<Lanes> trial_of(const CreasedBatch& creased, const Hinges& strains, int t) {
-    return of_triangle(strains, t) - creased.creases[t].angles;
-  }
-  static materials::YieldedOf<Lanes> yielded(const CreasedBatch& creased, int t,
-                                             const Vec3Of<Lanes>& trial,
-                                             const Vec3Of<Lanes>& moment) {
-    return materials::yielded(creased.laws[t], creased.creases[t].curvature, trial, moment);
-  }
-  Vec3Of<Lanes> elastic_part(const CreasedBatch& creased, const Hinges& strains, int t) const {
-    const Vec3Of<Lanes> trial = trial_of(creased, strains, t);
-    return yielded(creased, t, trial, moduli[t] * trial).kept * trial;
+  Vec3Of<Lanes> elastic_part(const Hinges& strains, int t) const {
+    const Vec3Of<Lanes> trial = trial_of(strains, t);
+    return yielded(t, trial, own[t] * trial).kept * trial;
   }
 };
+
+// A batch of quads whose stiffness depends on the curvature (materials/curved_bending.h).
+struct CurvedBendingBatch {
+  std::shared_ptr<const materials::CurvedBending> law;  // of all batches
+  std::array<materials::StrainMapOf<Lanes>, 2> maps;
+  Hinges rest_angles;
+
+  Hinges moments(const Hinges& strains, const Lanes& damping_time, const Hinges& rates) const {
+    const std::array<Modulus, 2> damping = viscosities(strains);
+    return sum_of_triangles([&](int t) -> Vec3Of<Lanes> {
+      return materials::law_slope(maps[t], *law, of_triangle(strains, t)) +
+             damping_time * (damping[t] * of_triangle(rates, t));
+    });
+  }
+  Hinges moments(const Hinges& strains) const {
+    return sum_of_triangles(
+        [&](int t) { return materials::law_slope(maps[t], *law, of_triangle(strains, t)); });
+  }
+  Lanes energy(const Hinges& strains) const {
+    return materials::law_energy(maps[0], *law, of_triangle(strains, 0)) +
+           materials::law_energy(maps[1], *law, of_triangle(strains, 1));
+  }
+  std::array<Modulus, 2> viscosities(const Hinges& strains) const {
+    return {materials::law_viscosity(maps[0], *law, of_triangle(strains, 0)),
+            materials::law_viscosity(maps[1], *law, of_triangle(strains, 1))};
+  }
+  std::array<Modulus, 2> joined(const Hinges& strains, Definiteness kind, double inverse_gamma,
+                                const Lanes& damping_time) const {
+    std::array<Modulus, 2> sum = viscosities(strains);
+    for (int t = 0; t < 2; ++t) {
+      const Modulus damping = sum[t].scaled(inverse_gamma * damping_time);
+      if (kind == Definiteness::exact)
+        sum[t] = materials::law_tangent(maps[t], *law, of_triangle(strains, t), false);
+      sum[t] += damping;
+    }
+    return sum;
+  }
+};
+
+// Returns theta - theta_rest of a batch.
+template <class Batch>
+Hinges strains_of(const Batch& batch, const HingeVectors& hinges) {
+  Hinges strains;
+  for (int h = 0; h < hinge_count; ++h)
+    strains[h] = materials::hinge_angle(hinges[h]) - batch.rest_angles[h];
+  return strains;
+}
 
 HingeVectors hinge_vectors(const Nodes& x) {
   HingeVectors vectors;
@@ -185,12 +223,11 @@ HingeVectors hinge_vectors(const Nodes& x) {
   return vectors;
 }
 
-// The blocks of factor * B^T C B, where B = d theta / d x.
+// The blocks of B^T C B, where B = d theta / d x.
 class ElasticBlocks {
  public:
-  ElasticBlocks(const BendingBatch& batch, const Slopes& slopes, const Lanes& factor)
-      : ElasticBlocks({batch.moduli[0].scaled(factor), batch.moduli[1].scaled(factor)}, slopes) {}
-  ElasticBlocks(const Moduli& moduli, const Slopes& slopes) : moduli_(moduli), slopes_(slopes) {
+  ElasticBlocks(const std::array<Modulus, 2>& moduli, const Slopes& slopes)
+      : moduli_(moduli), slopes_(slopes) {
     multiply<0>();
     multiply<1>();
   }
@@ -241,7 +278,7 @@ class ElasticBlocks {
     }
   }
 
-  Moduli moduli_;
+  std::array<Modulus, 2> moduli_;
   const Slopes& slopes_;
   Vec3Of<Lanes> products_[2][3][3];  // C d theta / d x: [triangle][hinge][own node]
 };
@@ -298,33 +335,66 @@ class StressBlocks {
   std::array<Stress, 6> parts_;
 };
 
-class BendingForce final : public Force {
- public:
-  BendingForce(const BendingQuads& quads, const std::vector<Vec3>& rest)
-      : quads_(quads.nodes, static_cast<int>(rest.size())),
-        varying_times_(quads.damping_times),
-        damping_times_(varying_times_.numbers()),
-        is_damped_(quads.is_damped),
-        bodies_(quads.bodies) {
-    batches_.resize((quads.nodes.size() + lane_count - 1) / lane_count);
-    for (std::size_t q = 0; q < lane_count * batches_.size(); ++q) {
-      for (int t = 0; t < 2; ++t) {
-        const Mat3 modulus = q < quads.moduli.size() ? quads.moduli[q][t] : Mat3(Mat3::Zero());
-        auto& entries = batches_[q / lane_count].moduli[t].entries;
-        for (int i = 0; i < 3; ++i) {
-          for (int j = i; j < 3; ++j)
-            entries[Modulus::index(i, j)].values[q % lane_count] = modulus(i, j);
-        }
+// Makes the batches of quads, without their rest angles. Lanes beyond the last quad have no
+// stiffness, and never yield.
+template <class Batch>
+std::vector<Batch> linear_batches(const BendingQuads& quads) {
+  std::vector<Batch> batches((quads.nodes.size() + lane_count - 1) / lane_count);
+  for (std::size_t q = 0; q < lane_count * batches.size(); ++q) {
+    for (int t = 0; t < 2; ++t) {
+      const Mat3 modulus = q < quads.moduli.size() ? quads.moduli[q][t] : Mat3(Mat3::Zero());
+      Modulus& own = batches[q / lane_count].own[t];
+      for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) own(i, j).values[q % lane_count] = modulus(i, j);
       }
     }
+  }
+  return batches;
+}
+std::vector<YieldingBending> yielding_batches(const BendingQuads& quads) {
+  std::vector<YieldingBending> batches = linear_batches<YieldingBending>(quads);
+  for (std::size_t q = 0; q < quads.laws.size(); ++q) {
+    for (int t = 0; t < 2; ++t) {
+      YieldLawOf<Lanes>& laws = batches[q / lane_count].laws[t];
+      laws.compliance.values[q % lane_count] = quads.laws[q][t].compliance;
+      laws.yield_curvature.values[q % lane_count] = quads.laws[q][t].yield_curvature;
+      laws.hardening_slope.values[q % lane_count] = quads.laws[q][t].hardening_slope;
+    }
+  }
+  return batches;
+}
+std::vector<CurvedBendingBatch> curved_batches(const BendingQuads& quads,
+                                               materials::CurvedBending law) {
+  std::vector<CurvedBendingBatch> batches((quads.nodes.size() + lane_count - 1) / lane_count);
+  const auto shared = std::make_shared<const materials::CurvedBending>(std::move(law));
+  for (CurvedBendingBatch& batch : batches) batch.law = shared;
+  for (std::size_t q = 0; q < quads.maps.size(); ++q) {
+    for (int t = 0; t < 2; ++t) {
+      materials::StrainMapOf<Lanes>& map = batches[q / lane_count].maps[t];
+      for (int i = 0; i < 9; ++i)
+        map.map.data()[i].values[q % lane_count] = quads.maps[q][t].map.data()[i];
+      map.area.values[q % lane_count] = quads.maps[q][t].area;
+    }
+  }
+  return batches;
+}
+
+template <class Batch>
+class BendingForce : public Force {
+ public:
+  BendingForce(const BendingQuads& quads, std::vector<Batch> batches, const std::vector<Vec3>& rest)
+      : quads_(quads.nodes, static_cast<int>(rest.size())),
+        batches_(std::move(batches)),
+        varying_times_(quads.damping_times),
+        damping_times_(varying_times_.numbers()),
+        is_damped_(quads.is_damped) {
     // Rest angles are computed by the operations that later compute angles: a body at rest then
     // feels no force at all.
     quads_.for_each_batch(1, [&](int first) {
-      BendingBatch& batch = batches_[first / lane_count];
+      Batch& batch = batches_[first / lane_count];
       batch.rest_angles.fill(0);
-      batch.rest_angles = batch.strains(hinge_vectors(quads_.gather(first, rest)));
+      batch.rest_angles = strains_of(batch, hinge_vectors(quads_.gather(first, rest)));
     });
-    set_laws(quads);
   }
 
   std::string_view name() const override { return "bending"; }
@@ -334,7 +404,6 @@ class BendingForce final : public Force {
   double evaluation_work() const override { return 1.2; }
 
   double energy(const Kinematics& state, int threads) override {
-    refresh_creases();
     return parallel_sum(static_cast<int>(batches_.size()), threads, [&](int first, int last) {
       Lanes sum = 0;
       for (int batch = first; batch < last; ++batch)
@@ -344,7 +413,6 @@ class BendingForce final : public Force {
   }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
-    refresh_creases();
     quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
   }
 
@@ -357,65 +425,148 @@ class BendingForce final : public Force {
   // = beta B^T C B.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
-    refresh_creases();
     quads_.for_each_batch(
         threads, [&](int first) { add_batch_derivatives(first, state, into, definiteness); });
   }
 
+ protected:
+  // One batch holds `lane_count` quads, in order.
+  std::vector<Batch>& batches() { return batches_; }
+  Hinges strains_at(int first, std::span<const Vec3> position) const {
+    return strains_of(batches_[first / lane_count], hinge_vectors(quads_.gather(first, position)));
+  }
+
+ private:
+  // Returns dW/d theta with damping, at given strains.
+  Hinges moments(int first, const Hinges& strains, const Slopes& slopes,
+                 const Kinematics& state) const {
+    const Batch& batch = batches_[first / lane_count];
+    if (!is_damped_) return batch.moments(strains);
+    return batch.moments(strains, damping_times_.batch(first),
+                         slopes.along(quads_.gather(first, state.velocity)));
+  }
+
+  WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
+    const Batch& batch = batches_[first / lane_count];
+    return batch.energy(strains_of(batch, hinge_vectors(quads_.gather(first, position))));
+  }
+  WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+    const HingeVectors hinges = hinge_vectors(quads_.gather(first, state.position));
+    const Slopes slopes(hinges);
+    Hinges pulls = moments(first, strains_of(batches_[first / lane_count], hinges), slopes, state);
+    for (Lanes& pull : pulls) pull = -pull;
+    quads_.scatter(first, slopes.times(pulls), force);
+  }
+
+  WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
+                                          const Derivatives& into,
+                                          Definiteness definiteness) const {
+    const Batch& batch = batches_[first / lane_count];
+    const Nodes x = quads_.gather(first, state.position);
+    const HingeVectors hinges = hinge_vectors(x);
+    const Slopes slopes(hinges);
+    const Hinges strains = strains_of(batch, hinges);
+    if (is_damped_) add_damping(first, into, slopes, strains);
+    const ElasticBlocks elastic(
+        batch.joined(strains, definiteness, into.inverse_gamma,
+                     is_damped_ ? Lanes(damping_times_.batch(first)) : Lanes(0)),
+        slopes);
+    if (definiteness == Definiteness::semi_definite)
+      return add_elastic(first, elastic, into.stiffness);
+    Hinges stress = moments(first, strains, slopes, state);
+    for (int h = 0; h < hinge_count; ++h)
+      stress[h] = materials::choose(hinges[h].flat_triangle, 0.0, stress[h]);
+    const StressBlocks stress_blocks(x, stress);
+    quads_.scatter_blocks(
+        first,
+        [&](auto a, auto b) {
+          Mat3Of<Lanes> block = elastic.block<a, b>();
+          stress_blocks.add<a, b>(block);
+          return block;
+        },
+        into.stiffness);
+  }
+
+  // Adds D or, if it is joined to K, its product.
+  void add_damping(int first, const Derivatives& into, const Slopes& slopes,
+                   const Hinges& strains) const {
+    const Lanes damping_times = damping_times_.batch(first);
+    std::array<Modulus, 2> viscosities = batches_[first / lane_count].viscosities(strains);
+    if (!into.is_joined()) {
+      for (Modulus& each : viscosities) each = each.scaled(damping_times);
+      return add_elastic(first, ElasticBlocks(viscosities, slopes), *into.damping);
+    }
+    const Hinges rates = slopes.along(quads_.gather(first, into.along));
+    Hinges pulls = sum_of_triangles([&](int t) { return viscosities[t] * of_triangle(rates, t); });
+    for (Lanes& pull : pulls) pull *= damping_times;
+    quads_.scatter(first, slopes.times(pulls), into.product);
+  }
+  void add_elastic(int first, const ElasticBlocks& elastic, BlockMatrix& matrix) const {
+    quads_.scatter_blocks(
+        first, [&](auto a, auto b) { return elastic.block<a, b>(); }, matrix);
+  }
+
+  StencilArray<QuadSurroundings::count, QuadSurroundings> quads_;
+  std::vector<Batch> batches_;
+  VaryingNumbers varying_times_;
+  StencilNumbers damping_times_;  // s, at the time set
+  bool is_damped_ = false;        // at any time
+};
+
+// The bending of bodies that yield. Their creases are those of a history.
+class YieldingForce final : public BendingForce<YieldingBending> {
+ public:
+  YieldingForce(const BendingQuads& quads, const std::vector<Vec3>& rest)
+      : BendingForce(quads, yielding_batches(quads), rest),
+        bodies_(quads.yielding),
+        laws_(quads.laws) {}
+
+  double energy(const Kinematics& state, int threads) override {
+    refresh();
+    return BendingForce::energy(state, threads);
+  }
+  void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
+    refresh();
+    BendingForce::add_forces(state, force, threads);
+  }
+  void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
+                       int threads) override {
+    refresh();
+    BendingForce::add_derivatives(state, into, definiteness, threads);
+  }
+
   void use_creases(CreaseHistory& creases) override {
-    creases_ = &creases;
+    history_ = &creases;
     version_ = no_version;
   }
   void advance_creases(const Kinematics& state, CreaseHistory& into, int threads) override {
-    refresh_creases();
-    visit_advanced(state, threads, [&](const BendingQuads::Body& body, int quad, int t,
-                                       const Crease& crease) {
-      into.advanced(body.case_body)[2 * (quad - body.first) + t] = crease;
+    refresh();
+    visit_advanced(state, threads, [&](int body, int triangle, const YieldLaw&, const Crease& now) {
+      into.advanced(body)[triangle] = now;
     });
   }
   double dissipated(const Kinematics& state, int /*threads*/) override {
-    refresh_creases();
+    refresh();
     double sum = 0;
-    visit_advanced(state, 1, [&](const BendingQuads::Body&, int quad, int t,
-                                 const Crease& crease) {
-      YieldLaw law;
-      const YieldLawOf<Lanes>& laws = creased_[quad / lane_count].laws[t];
-      const int lane = quad % lane_count;
-      law.compliance = laws.compliance.values[lane];
-      law.yield_curvature = laws.yield_curvature.values[lane];
-      law.hardening_slope = laws.hardening_slope.values[lane];
-      sum += law.dissipated(crease.curvature);
-    });
+    visit_advanced(state, 1,
+                   [&](int /*body*/, int /*triangle*/, const YieldLaw& law, const Crease& now) {
+                     sum += law.dissipated(now.curvature);
+                   });
     return sum;
   }
 
  private:
   static constexpr std::int64_t no_version = -1;
 
-  // Batches have laws of yielding only if a body yields. Elastic bodies beside it never do.
-  void set_laws(const BendingQuads& quads) {
-    if (std::ranges::none_of(bodies_, &BendingQuads::Body::yields)) return;
-    creased_.resize(batches_.size());
-    for (std::size_t q = 0; q < quads.laws.size(); ++q) {
-      for (int t = 0; t < 2; ++t) {
-        YieldLawOf<Lanes>& laws = creased_[q / lane_count].laws[t];
-        laws.compliance.values[q % lane_count] = quads.laws[q][t].compliance;
-        laws.yield_curvature.values[q % lane_count] = quads.laws[q][t].yield_curvature;
-        laws.hardening_slope.values[q % lane_count] = quads.laws[q][t].hardening_slope;
-      }
-    }
-  }
-
   // Reads the selected creases of the history, if they have changed. Without one there are none.
-  void refresh_creases() {
-    if (creased_.empty() || creases_ == nullptr || version_ == creases_->version()) return;
-    version_ = creases_->version();
+  void refresh() {
+    if (history_ == nullptr || version_ == history_->version()) return;
+    version_ = history_->version();
     for (const BendingQuads::Body& body : bodies_) {
-      if (!body.yields) continue;
-      const std::span<const Crease> creases = creases_->of_body(body.case_body);
+      const std::span<const Crease> creases = history_->of_body(body.case_body);
       for (int q = body.first; q < body.last; ++q) {
         for (int t = 0; t < 2; ++t) {
-          CreaseOf<Lanes>& target = creased_[q / lane_count].creases[t];
+          CreaseOf<Lanes>& target = batches()[q / lane_count].creases[t];
           const Crease& crease = creases[2 * (q - body.first) + t];
           for (int i = 0; i < 3; ++i) target.angles[i].values[q % lane_count] = crease.angles[i];
           target.curvature.values[q % lane_count] = crease.curvature;
@@ -424,143 +575,43 @@ class BendingForce final : public Force {
     }
   }
 
-  // Calls visit(body, quad, triangle, crease) with the creases that follow from a state, for the
-  // triangles that yield. With one thread the calls are in order.
+  // Calls visit(body of the case, triangle, its law, crease) with the creases that follow from a
+  // state, for the triangles that yield. With one thread the calls are in order.
   template <class Visit>
-  void visit_advanced(const Kinematics& state, int threads, const Visit& visit) const {
-    if (creased_.empty()) return;
-    parallel_chunks(static_cast<int>(batches_.size()), threads, [&](int begin, int end) {
+  void visit_advanced(const Kinematics& state, int threads, const Visit& visit) {
+    parallel_chunks(static_cast<int>(batches().size()), threads, [&](int begin, int end) {
       for (int batch = begin; batch < end; ++batch) {
-        const std::array<CreaseOf<Lanes>, 2> now = advanced_batch(lane_count * batch, state);
+        const std::array<CreaseOf<Lanes>, 2> now = advanced(batch, state.position);
         for (int lane = 0; lane < lane_count; ++lane)
-          visit_lane(lane_count * batch + lane, lane, now, visit);
+          visit_quad(lane_count * batch + lane, now, visit);
       }
     });
   }
   template <class Visit>
-  void visit_lane(int quad, int lane, const std::array<CreaseOf<Lanes>, 2>& creases,
+  void visit_quad(int quad, const std::array<CreaseOf<Lanes>, 2>& creases,
                   const Visit& visit) const {
     const auto body = std::ranges::find_if(
         bodies_, [&](const BendingQuads::Body& each) { return quad < each.last; });
-    if (body == bodies_.end() || !body->yields) return;
+    if (body == bodies_.end()) return;
+    const int lane = quad % lane_count;
     for (int t = 0; t < 2; ++t) {
+      const YieldLaw& law = laws_[quad][t];
+      if (law.compliance == 0) continue;  // at a clamp or seam, which bends it
       Crease crease;
       for (int i = 0; i < 3; ++i) crease.angles[i] = creases[t].angles[i].values[lane];
       crease.curvature = creases[t].curvature.values[lane];
-      // Clamps and seams take over the triangles at their edges.
-      if (creased_[quad / lane_count].laws[t].compliance.values[lane] == 0) continue;
-      visit(*body, quad, t, crease);
+      visit(body->case_body, 2 * (quad - body->first) + t, law, crease);
     }
   }
-  WEFT_FLATTEN std::array<CreaseOf<Lanes>, 2> advanced_batch(int first,
-                                                             const Kinematics& state) const {
-    const BendingBatch& batch = batches_[first / lane_count];
-    const CreasedBatch& creased = creased_[first / lane_count];
-    const Hinges strains = batch.strains(hinge_vectors(quads_.gather(first, state.position)));
-    return {batch.advanced(creased, strains, 0), batch.advanced(creased, strains, 1)};
-  }
-  // Returns theta - theta_rest + beta theta', rad.
-  Hinges strains(int first, const HingeVectors& hinges, const Slopes& slopes,
-                 const Kinematics& state) const {
-    Hinges strains = batches_[first / lane_count].strains(hinges);
-    if (!is_damped_) return strains;
-    const Lanes damping_times = damping_times_.batch(first);
-    const Hinges rates = slopes.along(quads_.gather(first, state.velocity));
-    for (int h = 0; h < hinge_count; ++h) strains[h] += damping_times * rates[h];
-    return strains;
+  WEFT_FLATTEN std::array<CreaseOf<Lanes>, 2> advanced(int batch, std::span<const Vec3> position) {
+    const Hinges strains = strains_at(lane_count * batch, position);
+    return {batches()[batch].advanced(strains, 0), batches()[batch].advanced(strains, 1)};
   }
 
-  WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
-    const BendingBatch& batch = batches_[first / lane_count];
-    const Hinges strains = batch.strains(hinge_vectors(quads_.gather(first, position)));
-    return creased_.empty() ? batch.energy(strains)
-                            : batch.energy(creased_[first / lane_count], strains);
-  }
-  // Returns the moments C (theta - theta_rest - plastic part + beta theta'), N m.
-  Hinges moments(int first, const HingeVectors& hinges, const Slopes& slopes,
-                 const Kinematics& state) const {
-    const BendingBatch& batch = batches_[first / lane_count];
-    if (creased_.empty()) return batch.moments(strains(first, hinges, slopes, state));
-    Hinges rates;
-    rates.fill(0);
-    if (is_damped_) {
-      const Lanes damping_times = damping_times_.batch(first);
-      rates = slopes.along(quads_.gather(first, state.velocity));
-      for (Lanes& rate : rates) rate *= damping_times;
-    }
-    return batch.moments(creased_[first / lane_count], batch.strains(hinges), rates);
-  }
-  WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
-    const HingeVectors hinges = hinge_vectors(quads_.gather(first, state.position));
-    const Slopes slopes(hinges);
-    Hinges pulls = moments(first, hinges, slopes, state);
-    for (Lanes& pull : pulls) pull = -pull;
-    quads_.scatter(first, slopes.times(pulls), force);
-  }
-
-  WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
-                                          const Derivatives& into,
-                                          Definiteness definiteness) const {
-    const BendingBatch& batch = batches_[first / lane_count];
-    const Nodes x = quads_.gather(first, state.position);
-    const HingeVectors hinges = hinge_vectors(x);
-    const Slopes slopes(hinges);
-    const Lanes factor = is_damped_ ? add_damping(first, into, slopes) : 1;
-    const ElasticBlocks elastic =
-        creased_.empty() ? ElasticBlocks(batch, slopes, factor)
-                         : ElasticBlocks(yielded_moduli(first, hinges, factor), slopes);
-    if (definiteness == Definiteness::semi_definite)
-      return add_elastic(first, elastic, into.stiffness);
-    Hinges stresses = moments(first, hinges, slopes, state);
-    for (int h = 0; h < hinge_count; ++h)
-      stresses[h] = materials::choose(hinges[h].flat_triangle, 0.0, stresses[h]);
-    const StressBlocks stress(x, stresses);
-    quads_.scatter_blocks(
-        first,
-        [&](auto a, auto b) {
-          Mat3Of<Lanes> block = elastic.block<a, b>();
-          stress.add<a, b>(block);
-          return block;
-        },
-        into.stiffness);
-  }
-
-  // The slopes of the moments. Damping, the part of `factor` above 1, does not yield.
-  Moduli yielded_moduli(int first, const HingeVectors& hinges, const Lanes& factor) const {
-    const BendingBatch& batch = batches_[first / lane_count];
-    Moduli moduli = batch.slopes(creased_[first / lane_count], batch.strains(hinges));
-    for (int t = 0; t < 2; ++t) moduli[t] = moduli[t].plus(batch.moduli[t].scaled(factor - 1.0));
-    return moduli;
-  }
-
-  // Adds D, the elastic blocks times beta, unless it is joined to K. Returns the factor of the
-  // elastic blocks in the stiffness.
-  Lanes add_damping(int first, const Derivatives& into, const Slopes& slopes) const {
-    const Lanes damping_times = damping_times_.batch(first);
-    const BendingBatch& batch = batches_[first / lane_count];
-    if (!into.is_joined()) {
-      add_elastic(first, ElasticBlocks(batch, slopes, damping_times), *into.damping);
-      return 1;
-    }
-    Hinges pulls = batch.moments(slopes.along(quads_.gather(first, into.along)));
-    for (Lanes& pull : pulls) pull *= damping_times;
-    quads_.scatter(first, slopes.times(pulls), into.product);
-    return 1.0 + into.inverse_gamma * damping_times;
-  }
-  void add_elastic(int first, const ElasticBlocks& elastic, BlockMatrix& matrix) const {
-    quads_.scatter_blocks(
-        first, [&](auto a, auto b) { return elastic.block<a, b>(); }, matrix);
-  }
-
-  StencilArray<QuadSurroundings::count, QuadSurroundings> quads_;
-  std::vector<BendingBatch> batches_;
-  VaryingNumbers varying_times_;
-  StencilNumbers damping_times_;  // s, at the time set
-  bool is_damped_ = false;        // at any time
   std::vector<BendingQuads::Body> bodies_;
-  std::vector<CreasedBatch> creased_;  // empty: no body yields
-  CreaseHistory* creases_ = nullptr;
-  std::int64_t version_ = no_version;  // of the history in `creased_`
+  std::vector<std::array<YieldLaw, 2>> laws_;  // by quad
+  CreaseHistory* history_ = nullptr;
+  std::int64_t version_ = no_version;  // of the history in the batches
 };
 
 // The edges of a triangle that are hinges, and the nodes across them.
@@ -578,21 +629,45 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
   return hinges;
 }
 
+// The law of a triangle over the angles of its hinges: its modulus, or its map to the curvature,
+// and how it yields.
+void add_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
+                  const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
+  const MaterialCase& material = *body.material;
+  const int t = triangle % 2;
+  if (is_held) return;  // by a clamp or a seam, which bends it
+  if (material.yields()) quads.laws.back()[t] = yield_law_of(rest, material);
+  if (!material.orthotropic_bending) {
+    quads.moduli.back()[t] = materials::triangle_bending_modulus(
+        rest, has_angle, material.bending_stiffness, material.poisson_ratio);
+    return;
+  }
+  const Vec3 warp = warp_direction(body, triangle);
+  const materials::OrthotropicModuli moduli = flat_bending_moduli(material);
+  if (material.orthotropic_bending->warp.size() == 1) {
+    quads.moduli.back()[t] = materials::triangle_bending_modulus(rest, warp, has_angle, moduli);
+  } else {
+    quads.maps.back()[t] = materials::bending_map(rest, warp, has_angle, moduli);
+  }
+}
+
 void add_body(const Scene& scene, int index, BendingQuads& quads) {
   const SceneBody& body = scene.bodies[index];
   const MaterialCase& material = *body.material;
   const std::vector<char> at_edges = triangles_at_edges(scene, index);
-  const int first = static_cast<int>(quads.nodes.size());
-  quads.bodies.push_back({scene.case_index(index), first, first + quad_count(body),
-                          material.yields()});
+  if (material.yields()) {
+    const int first = static_cast<int>(quads.nodes.size());
+    quads.yielding.push_back({scene.case_index(index), first, first + quad_count(body)});
+  }
   const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // the body's own mesh may have no edges
   for (int q = 0; q < quad_count(body); ++q) {
     Surroundings nodes;
     nodes.fill(no_node);
     const Quad corners = quad_corners(body, q);
     for (int i = 0; i < 4; ++i) nodes[quad_corner_nodes[i]] = corners[i];
-    auto& moduli = quads.moduli.emplace_back();
-    auto& laws = quads.laws.emplace_back();
+    quads.moduli.push_back({Mat3::Zero(), Mat3::Zero()});
+    quads.maps.emplace_back();
+    if (material.yields()) quads.laws.emplace_back();
     for (int t = 0; t < 2; ++t) {
       const TriangleHinges hinges = hinges_of(mesh, 2 * q + t);
       Nodes3 rest;
@@ -602,11 +677,7 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
         if (hinged_triangles[t].hinges[i] != 0) nodes[of_hinge[3]] = hinges.across[i];
       }
       const bool is_at_edge = !at_edges.empty() && at_edges[2 * q + t] != 0;
-      moduli[t] = is_at_edge ? Mat3(Mat3::Zero())
-                             : materials::triangle_bending_modulus(rest, hinges.has_angle,
-                                                                   material.bending_stiffness,
-                                                                   material.poisson_ratio);
-      laws[t] = is_at_edge ? YieldLaw() : yield_law_of(rest, material);
+      add_triangle(body, 2 * q + t, rest, hinges.has_angle, is_at_edge, quads);
     }
     for (int& node : nodes) {
       if (node != no_node) node += body.first_particle;
@@ -617,15 +688,50 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
   quads.is_damped |= !material.bending_damping_time().is_zero();
 }
 
+// Collects the quads of the bodies whose materials are selected.
+template <class Selects>
+BendingQuads quads_that(const Scene& scene, const Selects& selects) {
+  BendingQuads quads;
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const MaterialCase& material = *scene.bodies[b].material;
+    if (!material.is_shell() && material.resists_bending() && selects(material))
+      add_body(scene, b, quads);
+  }
+  return quads;
+}
+
+bool is_curved(const MaterialCase& material) {
+  return material.orthotropic_bending && material.orthotropic_bending->warp.size() > 1;
+}
+
+// Returns null where no body is made of the material.
+std::unique_ptr<Force> make_curved(const Scene& scene, const MaterialCase& material) {
+  const BendingQuads quads =
+      quads_that(scene, [&](const MaterialCase& each) { return each.name == material.name; });
+  if (quads.nodes.empty()) return nullptr;
+  return std::make_unique<BendingForce<CurvedBendingBatch>>(
+      quads, curved_batches(quads, std::get<materials::CurvedBending>(*bending_law(material))),
+      rest_positions(scene));
+}
+
 }  // namespace
 
 std::unique_ptr<Force> make_bending_force(const Scene& scene) {
-  BendingQuads quads;
-  for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    if (scene.bodies[b].material->bending_stiffness > 0) add_body(scene, b, quads);
+  std::vector<std::unique_ptr<Force>> members;
+  const BendingQuads linear = quads_that(scene, [](const MaterialCase& material) {
+    return !is_curved(material) && !material.yields();
+  });
+  if (!linear.nodes.empty())
+    members.push_back(std::make_unique<BendingForce<LinearBending>>(
+        linear, linear_batches<LinearBending>(linear), rest_positions(scene)));
+  const BendingQuads yielding =
+      quads_that(scene, [](const MaterialCase& material) { return material.yields(); });
+  if (!yielding.nodes.empty())
+    members.push_back(std::make_unique<YieldingForce>(yielding, rest_positions(scene)));
+  for (const MaterialCase& material : scene.source.material) {
+    if (is_curved(material)) members.push_back(make_curved(scene, material));
   }
-  if (quads.nodes.empty()) return nullptr;
-  return std::make_unique<BendingForce>(quads, rest_positions(scene));
+  return grouped(std::move(members));
 }
 
 }  // namespace weft::sim

@@ -58,7 +58,8 @@ class BorderBending final : public Force {
     double sum = 0;
     for (const BorderTriangle& triangle : triangles_) {
       const Vec3 strains = elastic_part(triangle, find_angles(triangle, state.position).strains);
-      sum += 0.5 * strains.dot(triangle.modulus * strains);
+      sum += triangle.curved ? materials::law_energy(triangle.map, *triangle.curved, strains)
+                             : 0.5 * strains.dot(triangle.modulus * strains);
     }
     return sum;
   }
@@ -104,7 +105,7 @@ class BorderBending final : public Force {
   void use_creases(CreaseHistory& creases) override { creases_ = &creases; }
   void advance_creases(const Kinematics& state, CreaseHistory& into, int /*threads*/) override {
     for (const BorderTriangle& triangle : triangles_) {
-      if (triangle.law.compliance == 0) continue;
+      if (triangle.yielding.compliance == 0) continue;
       into.advanced(triangle.case_body)[triangle.triangle] =
           advanced(triangle, find_angles(triangle, state.position).strains);
     }
@@ -112,9 +113,9 @@ class BorderBending final : public Force {
   double dissipated(const Kinematics& state, int /*threads*/) override {
     double sum = 0;
     for (const BorderTriangle& triangle : triangles_) {
-      if (triangle.law.compliance == 0) continue;
+      if (triangle.yielding.compliance == 0) continue;
       const Vec3 strains = find_angles(triangle, state.position).strains;
-      sum += triangle.law.dissipated(advanced(triangle, strains).curvature);
+      sum += triangle.yielding.dissipated(advanced(triangle, strains).curvature);
     }
     return sum;
   }
@@ -135,19 +136,23 @@ class BorderBending final : public Force {
                        int /*threads*/) override {
     for (const BorderTriangle& triangle : triangles_) {
       const Angles angles = find_angles(triangle, state.position);
-      const Eigen::Matrix<double, 3, 3 * most_nodes> moduli = triangle.modulus * angles.slopes;
+      const Mat3 viscosity = viscosity_of(triangle, angles.strains);
+      const Eigen::Matrix<double, 3, 3 * most_nodes> moduli = viscosity * angles.slopes;
       Block elastic = angles.slopes.transpose() * moduli;
       if (triangle.damping_time > 0 && !into.is_joined())
         add_blocks(triangle, triangle.damping_time * elastic, *into.damping);
       if (triangle.damping_time > 0 && into.is_joined()) {
         const Vec3 rates = angles.slopes * gathered(triangle, into.along);
-        add_pull(triangle, angles, triangle.damping_time * triangle.modulus * rates, into.product);
+        add_pull(triangle, angles, triangle.damping_time * viscosity * rates, into.product);
         elastic *= 1 + into.inverse_gamma * triangle.damping_time;
       }
-      if (triangle.law.compliance > 0) {
+      if (triangle.yielding.compliance > 0) {
         elastic -= angles.slopes.transpose() *
                    (triangle.modulus - yielded_modulus(triangle, angles.strains)) * angles.slopes;
       }
+      if (triangle.curved && definiteness == Definiteness::exact)
+        elastic += angles.slopes.transpose() * (tangent_of(triangle, angles.strains) - viscosity) *
+                   angles.slopes;
       if (definiteness == Definiteness::exact)
         add_stress(triangle, angles, moments_of(triangle, angles, state), elastic);
       add_blocks(triangle, elastic, into.stiffness);
@@ -197,11 +202,11 @@ class BorderBending final : public Force {
                                        Vec3& trial) const {
     const materials::Crease crease = crease_of(triangle);
     trial = strains - crease.angles;
-    return materials::yielded<double>(triangle.law, crease.curvature, trial,
+    return materials::yielded<double>(triangle.yielding, crease.curvature, trial,
                                       triangle.modulus * trial);
   }
   Vec3 elastic_part(const BorderTriangle& triangle, const Vec3& strains) const {
-    if (triangle.law.compliance == 0) return strains;
+    if (triangle.yielding.compliance == 0) return strains;
     Vec3 trial;
     const double kept = yielded(triangle, strains, trial).kept;
     return kept * trial;
@@ -221,19 +226,37 @@ class BorderBending final : public Force {
     return crease;
   }
 
-  // Returns C (e + beta t'), N m, with the elastic part e of the angles t.
+  static Mat3 matrix_of(const materials::Symmetric3Of<double>& entries) {
+    return Mat3::NullaryExpr([&](Eigen::Index i, Eigen::Index j) {
+      return entries(static_cast<int>(i), static_cast<int>(j));
+    });
+  }
+  // Return the moduli of damping and of the exact stiffness, N m.
+  static Mat3 viscosity_of(const BorderTriangle& triangle, const Vec3& strains) {
+    if (!triangle.curved) return triangle.modulus;
+    return matrix_of(materials::law_viscosity(triangle.map, *triangle.curved, strains));
+  }
+  static Mat3 tangent_of(const BorderTriangle& triangle, const Vec3& strains) {
+    return matrix_of(materials::law_tangent(triangle.map, *triangle.curved, strains, false));
+  }
+
+  // Returns dW/dt with damping, N m; for a linear law C (e + beta t'), with the elastic part e of
+  // the angles t.
   Vec3 moments_of(const BorderTriangle& triangle, const Angles& angles,
                   const Kinematics& state) const {
-    Vec3 strains = elastic_part(triangle, angles.strains);
+    Vec3 strains = elastic_part(triangle, angles.strains), rates = Vec3::Zero();
     if (triangle.damping_time > 0) {
       Values velocity = gathered(triangle, state.velocity);
       for (int i = 0; i < 3; ++i) {
         if (triangle.ghosts[i] != no_particle)
           velocity.segment<3>(3 * (i + 3)) = ghosts_.velocity(triangle.ghosts[i]);
       }
-      strains += triangle.damping_time * (angles.slopes * velocity);
+      if (!triangle.curved) strains += triangle.damping_time * (angles.slopes * velocity);
+      if (triangle.curved) rates = triangle.damping_time * (angles.slopes * velocity);
     }
-    return triangle.modulus * strains;
+    if (!triangle.curved) return triangle.modulus * strains;
+    return materials::law_slope(triangle.map, *triangle.curved, strains) +
+           viscosity_of(triangle, strains) * rates;
   }
 
   static void add_pull(const BorderTriangle& triangle, const Angles& angles, const Vec3& moments,
@@ -267,8 +290,7 @@ class BorderBending final : public Force {
     }
   }
 
-  static void add_blocks(const BorderTriangle& triangle, const Block& blocks,
-                         BlockMatrix& matrix) {
+  static void add_blocks(const BorderTriangle& triangle, const Block& blocks, BlockMatrix& matrix) {
     const BlockPattern& pattern = matrix.pattern();
     for (int a = 0; a < most_nodes; ++a) {
       for (int b = 0; b < most_nodes; ++b) {
@@ -297,9 +319,8 @@ BorderTriangle border_triangle(const Scene& scene, int body, const bsi::Mesh& me
     triangle.particles[i] = of.first_particle + mesh.triangles[index][i];
     const bsi::Edge& edge = mesh.edges[mesh.triangle_edges[index][i]];
     triangle.particles[i + 3] =
-        edge.triangle[1] < 0
-            ? no_particle
-            : of.first_particle + edge.opposite[edge.triangle[0] == index ? 1 : 0];
+        edge.triangle[1] < 0 ? no_particle
+                             : of.first_particle + edge.opposite[edge.triangle[0] == index ? 1 : 0];
   }
   triangle.body = body;
   triangle.case_body = scene.case_index(body);
@@ -326,7 +347,7 @@ void join_folds(const Scene& scene, BorderTriangle& triangle, MovingPoints& ghos
   }
 }
 
-void find_modulus(const Scene& scene, const bsi::Mesh& mesh, BorderTriangle& triangle) {
+void find_laws(const Scene& scene, const bsi::Mesh& mesh, BorderTriangle& triangle) {
   const SceneBody& body = scene.bodies[triangle.body];
   Nodes3 rest;
   std::array<bool, 3> has_angle{};
@@ -334,9 +355,21 @@ void find_modulus(const Scene& scene, const bsi::Mesh& mesh, BorderTriangle& tri
     rest.col(i) = body.rest[mesh.triangles[triangle.triangle][i]];
     has_angle[i] = triangle.particles[i + 3] != no_particle || triangle.ghosts[i] != no_particle;
   }
-  triangle.modulus = materials::triangle_bending_modulus(
-      rest, has_angle, body.material->bending_stiffness, body.material->poisson_ratio);
-  triangle.law = yield_law_of(rest, *body.material);
+  const MaterialCase& material = *body.material;
+  triangle.yielding = yield_law_of(rest, material);
+  if (!material.orthotropic_bending) {
+    triangle.modulus = materials::triangle_bending_modulus(
+        rest, has_angle, material.bending_stiffness, material.poisson_ratio);
+    return;
+  }
+  const Vec3 warp = warp_direction(body, triangle.triangle);
+  const materials::OrthotropicModuli moduli = flat_bending_moduli(material);
+  triangle.modulus = materials::triangle_bending_modulus(rest, warp, has_angle, moduli);
+  const BendingLaw law = *bending_law(material);
+  if (const auto* curved = std::get_if<materials::CurvedBending>(&law)) {
+    triangle.curved = std::make_shared<const materials::CurvedBending>(*curved);
+    triangle.map = materials::bending_map(rest, warp, has_angle, moduli);
+  }
 }
 
 std::unique_ptr<Force> make_border_bending(std::string_view name, BorderTriangles triangles,

@@ -12,7 +12,7 @@
 #include "sim/forces/force.h"
 #include "sim/forces/moving_points.h"
 #include "sim/forces/varying_numbers.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/cloth_laws.h"
 
 namespace weft::sim {
 
@@ -34,8 +34,11 @@ struct BorderTriangle {
   Vec3 factors{1, 1, 1};  // of the angles to the nodes across
   Vec3 rest_angles{0, 0, 0};
   Eigen::Matrix3d modulus = Eigen::Matrix3d::Zero();  // N m, over the angles
-  double damping_time = 0;                            // s, at the time set
-  materials::YieldLaw law;
+  // A law that depends on the curvature, instead of the modulus.
+  std::shared_ptr<const materials::CurvedBending> curved;
+  materials::StrainMapOf<double> map;
+  double damping_time = 0;  // s, at the time set
+  materials::YieldLaw yielding;
 };
 
 // Triangles of this kind, and what they need. Ghosts are nodes across edges that are no particles.
@@ -50,8 +53,8 @@ struct BorderTriangles {
 BorderTriangle border_triangle(const Scene& scene, int body, const bsi::Mesh& mesh, int index);
 // Lets the triangle bend against the other side of its seams.
 void join_folds(const Scene& scene, BorderTriangle& triangle, MovingPoints& ghosts);
-// Sets the modulus and the law of yielding. Must be called once all nodes across edges are known.
-void find_modulus(const Scene& scene, const bsi::Mesh& mesh, BorderTriangle& triangle);
+// Sets the laws of bending and of yielding. Must be called once all nodes across edges are known.
+void find_laws(const Scene& scene, const bsi::Mesh& mesh, BorderTriangle& triangle);
 
 // The force of these triangles; its energy has this name.
 std::unique_ptr<Force> make_border_bending(std::string_view name, BorderTriangles triangles,

@@ -34,7 +34,7 @@ void add_body(const Scene& scene, int b, BorderTriangles& all) {
     triangle.pins[edge.edge] = edges[e].held->pin;
     triangle.factors[edge.edge] = 2;
     triangle.rest_angles[edge.edge] = 0;
-    find_modulus(scene, mesh, triangle);
+    find_laws(scene, mesh, triangle);
   }
   const Varying<double> damping = body.material->bending_damping_time();
   all.damping_times.append(static_cast<int>(all.triangles.size() - first), damping);

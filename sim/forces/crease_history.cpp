@@ -14,9 +14,8 @@ materials::YieldLaw yield_law_of(const materials::Nodes3& rest, const MaterialCa
 }
 
 bool has_yielding_bodies(const Scene& scene) {
-  return std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
-    return body.dynamic && body.material->yields();
-  });
+  return std::ranges::any_of(
+      scene.bodies, [](const SceneBody& body) { return body.dynamic && body.material->yields(); });
 }
 
 CreaseHistory::CreaseHistory(const Scene& scene) : first_{0} {

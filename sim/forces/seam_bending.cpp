@@ -22,7 +22,7 @@ void add_body(const Scene& scene, int b, BorderTriangles& all) {
     if (again || (!at_clamps.empty() && at_clamps[index] != 0)) continue;
     BorderTriangle triangle = border_triangle(scene, b, mesh, index);
     join_folds(scene, triangle, all.ghosts);
-    find_modulus(scene, mesh, triangle);
+    find_laws(scene, mesh, triangle);
     all.triangles.push_back(triangle);
   }
   const Varying<double> damping = body.material->bending_damping_time();

@@ -35,10 +35,16 @@ class ShellElements {
     for (std::size_t p = 0; p < body.spline->patches().size(); ++p)
       add_patch(body, static_cast<int>(p));
     const int added = static_cast<int>(stencils_.size()) - first;
-    stretch_damping_.append(added, body.material->membrane_damping_time());
-    bend_damping_.append(added, body.material->bending_damping_time());
-    is_damped_ |=
-        !body.material->membrane_damping_time().is_zero() || !body.material->bending_damping_time().is_zero();
+    const auto append = [&](const Varying<double>& from, VaryingNumbers& numbers,
+                            std::vector<double>& times) {
+      numbers.append(added, from);
+      times.resize(stencils_.size(), from.constant_or_zero());
+    };
+    const Varying<double> stretch_time = body.material->membrane_damping_time();
+    const Varying<double> bend_time = body.material->bending_damping_time();
+    append(stretch_time, stretch_damping_, stretch_time_);
+    append(bend_time, bend_damping_, bend_time_);
+    is_damped_ |= !stretch_time.is_zero() || !bend_time.is_zero();
   }
   // Must be called once, after the last body.
   void finish(int particle_count) {
@@ -46,8 +52,6 @@ class ShellElements {
     fibres_.finish(elements_.count());
     stretch_.finish(elements_.count());
     bend_.finish(elements_.count());
-    stretch_time_.assign(elements_.count(), 0);
-    bend_time_.assign(elements_.count(), 0);
     set_time({});
   }
 
@@ -172,7 +176,7 @@ class ShellElements {
     add_fibres(materials::FibreAxis::v, body, first, u, v);
     add_points(body, first, u, v, u.strain_points(), v.strain_points(), materials::membrane_law,
                stretch_);
-    add_points(body, first, u, v, u.gauss_points(2), v.gauss_points(2), materials::bending_law,
+    add_points(body, first, u, v, u.bending_points(), v.bending_points(), materials::bending_law,
                bend_);
   }
   template <class MakeLaw>

@@ -2,10 +2,9 @@
 #include "materials/strain_limit.h"
 
 #include "sim/base/parallel.h"
+#include "sim/case/membrane_stiffness.h"
 #include "sim/forces/force_arrays.h"
-#include "sim/forces/quads.h"
-#include "sim/forces/stencil_array.h"
-#include "sim/scene/scene.h"
+#include "sim/forces/membrane_quads.h"
 
 namespace weft::sim {
 
@@ -18,7 +17,7 @@ using materials::NodesOf;
 using materials::StrainLimit;
 using materials::StrainLimitOf;
 
-using Corners = NodesOf<Lanes, 4>;
+using Corners = MembraneCorners;
 using Triangles = std::array<StrainLimitOf<Lanes>, 2>;  // of a batch of quads
 
 struct LimitedQuads {
@@ -91,9 +90,8 @@ class StrainLimitForce final : public Force {
   static bool is_slack(const Triangles& triangles, const Corners& x) {
     bool slack = true;
     for (int t = 0; t < 2; ++t) {
-      const Lanes over =
-          materials::largest_squared_stretch(triangles[t], triangle_nodes(x, t)) -
-          triangles[t].onset;
+      const Lanes over = materials::largest_squared_stretch(triangles[t], triangle_nodes(x, t)) -
+                         triangles[t].onset;
       for (int lane = 0; lane < lane_count; ++lane) slack &= !(over.values[lane] > 0);
     }
     return slack;
@@ -128,13 +126,10 @@ class StrainLimitForce final : public Force {
     const Triangles& triangles = batches_[first / lane_count];
     const Corners x = quads_.gather(first, position);
     if (is_slack(triangles, x)) return;
-    Corners sum = Corners::Zero();
-    for (int t = 0; t < 2; ++t) {
-      const NodesOf<Lanes, 3> forces =
-          materials::strain_limit_forces(triangles[t], triangle_nodes(x, t));
-      for (int i = 0; i < 3; ++i) sum.col(corners_of[t][i]) += forces.col(i);
-    }
-    quads_.scatter(first, sum, force);
+    const auto forces = [&](int t) {
+      return materials::strain_limit_forces(triangles[t], triangle_nodes(x, t));
+    };
+    quads_.scatter(first, sum_of(forces(0), forces(1)), force);
   }
 
   WEFT_FLATTEN void add_batch_stiffness(int first, std::span<const Vec3> position,
@@ -142,23 +137,14 @@ class StrainLimitForce final : public Force {
     const Triangles& triangles = batches_[first / lane_count];
     const Corners x = quads_.gather(first, position);
     if (is_slack(triangles, x)) return;
-    materials::StencilMatrix<Lanes, 4> sum;
+    QuadBlocks sum;
     sum.blocks.fill(Mat3Of<Lanes>::Zero());
-    for (int t = 0; t < 2; ++t) {
-      const materials::StencilMatrix<Lanes, 3> blocks =
-          materials::strain_limit_stiffness(triangles[t], triangle_nodes(x, t));
-      for (int a = 0; a < 3; ++a) {
-        for (int b = a; b < 3; ++b) {
-          const int row = corners_of[t][a], column = corners_of[t][b];
-          if (row <= column) sum(row, column) += blocks(a, b);
-          if (row > column) sum(column, row) += blocks(a, b).transpose();
-        }
-      }
-    }
+    for (int t = 0; t < 2; ++t)
+      add_triangle(materials::strain_limit_stiffness(triangles[t], triangle_nodes(x, t)), t, sum);
     quads_.scatter(first, sum, matrix);
   }
 
-  StencilArray<4, QuadCorners> quads_;
+  MembraneStencils quads_;
   std::vector<Triangles> batches_;  // lanes beyond the last quad have no stiffness
 };
 
@@ -167,18 +153,14 @@ LimitedQuads quads_of(const Scene& scene) {
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
     if (!body.material->strain_limit) continue;
-    for (int q = 0; q < quad_count(body); ++q) {
-      const Quad corners = quad_corners(body, q);
-      materials::Nodes4 rest;
-      for (int i = 0; i < 4; ++i) rest.col(i) = body.rest[corners[i]];
+    const double limit = *body.material->strain_limit;
+    const double stiffness = largest_membrane_stiffness(*body.material);
+    for_each_quad(body, [&](int /*quad*/, const Quad& corners, const auto& rest) {
+      quads.corners.push_back(corners);
       auto& triangles = quads.triangles.emplace_back();
-      for (int t = 0; t < 2; ++t) {
-        triangles[t] = materials::make_strain_limit(
-            triangle_nodes(rest, t), *body.material->strain_limit, body.material->tensile_stiffness());
-      }
-      Quad& global = quads.corners.emplace_back(corners);
-      for (int& corner : global) corner += body.first_particle;
-    }
+      for (int t = 0; t < 2; ++t)
+        triangles[t] = materials::make_strain_limit(rest[t], limit, stiffness);
+    });
   }
   return quads;
 }

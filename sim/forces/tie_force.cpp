@@ -1,5 +1,5 @@
-// The forces of ties and seams. They act along the line between a vertex and its point, on the nodes around
-// the point by their weights: momentum and angular momentum are conserved.
+// The forces of ties and seams. They act along the line between a vertex and its point, on the
+// nodes around the point by their weights: momentum and angular momentum are conserved.
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/tie_springs.h"
 

@@ -1,4 +1,5 @@
-// The springs of ties (sim/scene/ties.h) and seams (sim/scene/seams.h) between particles of a scene.
+// The springs of ties (sim/scene/ties.h) and seams (sim/scene/seams.h) between particles of a
+// scene.
 #pragma once
 
 #include <array>

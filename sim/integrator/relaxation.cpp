@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/case/membrane_stiffness.h"
 #include "sim/motion/tolerances.h"
 
 namespace weft::sim {
@@ -204,7 +205,7 @@ double Relaxation::least_hardness() const {
     Eigen::AlignedBox3d box;
     for (const Vec3& x : body.rest) box.extend(x);
     const double weight = material.density * goal_->acceleration * box.diagonal().norm();
-    const double stiffness = material.tensile_stiffness();
+    const double stiffness = largest_membrane_stiffness(material);
     if (stiffness > 0) hardness = std::min(hardness, softest * weight / stiffness);
   }
   return hardness > 0 ? hardness : 1;

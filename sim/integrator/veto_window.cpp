@@ -20,8 +20,7 @@ std::optional<std::int64_t> VetoWindow::add_step() {
 
 Failure VetoWindow::failure(std::int64_t vetoes, double time, const char* remedy,
                             const Scene& scene) const {
-  const bool is_stretched =
-      last_fault_ && last_fault_->kind == ContactFault::Kind::overstretched;
+  const bool is_stretched = last_fault_ && last_fault_->kind == ContactFault::Kind::overstretched;
   return {Failure::Kind::too_many_cuts, time, last_fault_ ? last_fault_->particle(scene) : -1,
           number_text(static_cast<double>(vetoes)) + " steps had to be cut in the last " +
               number_text(length) + " to keep " +

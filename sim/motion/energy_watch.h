@@ -14,7 +14,8 @@ namespace weft::sim {
 
 // Checks that the kinetic and elastic energy E of the free particles does not exceed the energy put
 // in: that of the start, the work of gravity, and that of wind and prescribed motion
-// (external_work.h), less what creases have dissipated. The test uses square roots, which are norms, so that errors add up:
+// (external_work.h), less what creases have dissipated. The test uses square roots, which are
+// norms, so that errors add up:
 //   sqrt(E) <= sqrt(put_in + doubt + 0.05 most) + e,
 //   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most),
 // with the total mass M and the doubt about that work. `most` is the largest energy put in so far,

@@ -23,7 +23,8 @@ std::string describe_triangle(const Scene& scene, int body, int triangle) {
 
 // True if the triangles have points that seams hold together: these touch.
 bool are_sewn(const Scene& scene, const Crossing& crossing) {
-  const SceneBody &one = scene.bodies[crossing.surface_a], &other = scene.bodies[crossing.surface_b];
+  const SceneBody &one = scene.bodies[crossing.surface_a],
+                  &other = scene.bodies[crossing.surface_b];
   for (const int a : one.surface_mesh().triangles[crossing.triangle_a]) {
     for (const int b : other.surface_mesh().triangles[crossing.triangle_b]) {
       if (scene.sewn.are_joined(one.first_point + a, other.first_point + b)) return true;

@@ -7,6 +7,8 @@
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
+#include "sim/case/membrane_stiffness.h"
+#include "sim/scene/cloth_laws.h"
 #include "sim/scene/index_range.h"
 #include "sim/scene/scene.h"
 
@@ -100,6 +102,7 @@ class SeamBuilder {
     int triangle = -1, edge = 0, opposite = 0;
     bool is_along = false;  // the triangle's own direction is that of the border
     double height = 0;      // m, of the triangle on the edge, at rest
+    double stiffness = 0;   // N m, against bending about the edge
   };
 
   [[noreturn]] void fail(const std::string& what, const std::string& hint) const {
@@ -165,9 +168,9 @@ class SeamBuilder {
   double openings(const Border& one, const Border& other, const Matching& matching) const {
     double sum = 0;
     for (std::size_t i = 0; i < one.vertices.size(); ++i) {
-      sum += (place(one, one.vertices[i]) -
-              place(other, point_at(other, matching(one.fractions[i]))))
-                 .squaredNorm();
+      sum +=
+          (place(one, one.vertices[i]) - place(other, point_at(other, matching(one.fractions[i]))))
+              .squaredNorm();
     }
     return sum;
   }
@@ -251,16 +254,28 @@ class SeamBuilder {
     const Vec3 along = body.rest[edge.vertex[1]] - body.rest[edge.vertex[0]];
     const Vec3 arm = body.rest[side.opposite] - body.rest[edge.vertex[0]];
     side.height = along.cross(arm).norm() / along.norm();
+    side.stiffness = stiffness_across(body, side.triangle, along);
     return side;
+  }
+
+  // Returns the stiffness against bending about an edge, N m.
+  static double stiffness_across(const SceneBody& body, int triangle, const Vec3& edge) {
+    if (!body.material->orthotropic_bending) return body.material->bending_stiffness;
+    const materials::OrthotropicModuli moduli = flat_bending_moduli(*body.material);
+    const Vec3 warp = warp_direction(body, triangle);
+    const double cc = warp.cross(edge).squaredNorm() / (warp.squaredNorm() * edge.squaredNorm());
+    const double ss = 1 - cc;
+    return moduli.warp * cc * cc + 2 * (moduli.coupling + 2 * moduli.shear) * cc * ss +
+           moduli.weft * ss * ss;
   }
 
   void add_folds(const Border& one, const Border& other, const Matching& matching, Seam& seam) {
     const std::vector<Side> sides = sides_of(one), others = sides_of(other);
     if (seam.stiffness == 0)
-      seam.stiffness = default_stiffness * std::max(stiffness_of(one, sides),
-                                                    stiffness_of(other, others));
+      seam.stiffness =
+          default_stiffness * std::max(stiffness_of(one, sides), stiffness_of(other, others));
     const auto bends = [&](const Border& border) {
-      return body_of(border).material->bending_stiffness > 0;
+      return body_of(border).material->resists_bending();
     };
     if (source_.bending != SeamBending::continuous || !bends(one) || !bends(other)) return;
     for (int s = 0; s < one.segment_count(); ++s) {
@@ -280,12 +295,9 @@ class SeamBuilder {
   void add_fold(const Border& own, const Side& side, const Border& other, const Side& beyond,
                 const Matching& matching, Seam& seam) const {
     if (side.triangle < 0 || beyond.triangle < 0) return;  // a segment without length
-    const auto stiffness = [&](const Border& border) {
-      return body_of(border).material->bending_stiffness;
-    };
-    // The edge turns so that the moments on its two sides are the same.
-    const double yielding = side.height / stiffness(own);
-    const double all = yielding + beyond.height / stiffness(other);
+    // The edge turns so that the moments on its two sides are the same, at small curvatures.
+    const double yielding = side.height / side.stiffness;
+    const double all = yielding + beyond.height / beyond.stiffness;
     const bool is_oriented = side.is_along != (beyond.is_along != matching.is_reversed);
     const double angle = source_.angle_deg * std::numbers::pi / 180;
     seam.folds.push_back({own.body, other.body, side.triangle, side.edge, beyond.opposite,
@@ -295,7 +307,7 @@ class SeamBuilder {
   double stiffness_of(const Border& border, const std::vector<Side>& sides) const {
     double height = 0;
     for (const Side& side : sides) height += side.height / static_cast<double>(sides.size());
-    return body_of(border).material->tensile_stiffness() / height;
+    return largest_membrane_stiffness(*body_of(border).material) / height;
   }
 
   const Scene& scene_;
@@ -306,8 +318,7 @@ class SeamBuilder {
 
 void add_seams(Scene& scene) {
   for (const SeamCase& source : scene.source.seam) {
-    scene.seams.push_back(
-        SeamBuilder(scene, source).build(static_cast<int>(scene.seams.size())));
+    scene.seams.push_back(SeamBuilder(scene, source).build(static_cast<int>(scene.seams.size())));
   }
 }
 

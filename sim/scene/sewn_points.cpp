@@ -63,7 +63,8 @@ SewnPoints::SewnPoints(const Scene& scene) {
       sets.insert(sets.end(), linked[near].begin(), linked[near].end());
     }
     std::vector<int> others;
-    for (const int set : sets) others.insert(others.end(), members[set].begin(), members[set].end());
+    for (const int set : sets)
+      others.insert(others.end(), members[set].begin(), members[set].end());
     std::ranges::sort(others);
     others.erase(std::unique(others.begin(), others.end()), others.end());
     std::erase(others, point);

@@ -9,8 +9,8 @@ namespace weft::sim {
 std::vector<double> areas_around(const bsi::Mesh& mesh, std::span<const Vec3> vertices);
 
 // Numbers the surface points of all bodies, joins the bodies' maps into that of the scene, and
-// finds the areas around the points and the points that seams hold together. Must be called once particles have their final numbers, and
-// again if bodies get other surfaces. O(mesh).
+// finds the areas around the points and the points that seams hold together. Must be called once
+// particles have their final numbers, and again if bodies get other surfaces. O(mesh).
 void number_surface_points(Scene& scene);
 
 }  // namespace weft::sim

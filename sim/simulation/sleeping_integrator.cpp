@@ -159,8 +159,8 @@ int SleepingIntegrator::sleeping_bodies() const {
   return static_cast<int>(std::ranges::count(asleep_, 1));
 }
 
-// Returns the island of each dynamic body, named by its lowest body. Ties, seams and contacts of the
-// last force evaluation connect the bodies of an island, directly or through other bodies.
+// Returns the island of each dynamic body, named by its lowest body. Ties, seams and contacts of
+// the last force evaluation connect the bodies of an island, directly or through other bodies.
 std::vector<int> SleepingIntegrator::find_islands() const {
   std::vector<int> set(scene_.dynamic_bodies);
   std::iota(set.begin(), set.end(), 0);
@@ -237,8 +237,8 @@ void SleepingIntegrator::fall_asleep() {
 }
 
 // True if a curve that can set the body in motion changes between these times (s), or one of its
-// seams is closing. A jump up to the shortest step before `from` counts as well. A jump at `to` does
-// not count.
+// seams is closing. A jump up to the shortest step before `from` counts as well. A jump at `to`
+// does not count.
 bool SleepingIntegrator::is_driven(int body, double from, double to) const {
   const MaterialCase* material = scene_.bodies[body].material;
   const double nearby = scene_.source.time.minimum_step;
@@ -299,8 +299,7 @@ void SleepingIntegrator::change(double now, const std::vector<int>& bodies, cons
 void SleepingIntegrator::build() {
   integrator_.reset();
   awake_.reset();
-  if (sleeping_bodies() > 0)
-    awake_ = std::make_unique<Awake>(scene_, asleep_, built_at_, whole_);
+  if (sleeping_bodies() > 0) awake_ = std::make_unique<Awake>(scene_, asleep_, built_at_, whole_);
   integrator_ = make_integrator(dynamics().scene(), dynamics());
   integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
 }

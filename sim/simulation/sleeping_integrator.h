@@ -28,9 +28,9 @@ bool may_sleep(const Scene& scene);
 //  - it is not tied or sewn to a body or obstacle whose motion is prescribed;
 //  - for the next half second no obstacle moves near it;
 //  - in that time no curve that acts on it changes (scene_curves.h), and no seam of it closes.
-// Bodies that touch, or are tied or sewn to each other, form an island. An island falls asleep and wakes as a
-// whole. At least one body stays awake. Because the method restarts, bodies fall asleep only if
-// they have at least a tenth of the awake vertices.
+// Bodies that touch, or are tied or sewn to each other, form an island. An island falls asleep and
+// wakes as a whole. At least one body stays awake. Because the method restarts, bodies fall asleep
+// only if they have at least a tenth of the awake vertices.
 //
 // To awake bodies, sleeping bodies are obstacles at rest. A step is taken back if, in any
 // evaluation of its forces, a sleeping body is in reach of an awake one. It is also taken back if

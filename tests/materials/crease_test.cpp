@@ -89,8 +89,8 @@ TEST(Crease, KeepsWhatTheFormulaSays) {
       EXPECT_LT((bent.crease.angles - expected).norm(), 1e-12);
       // Released, it has no moment at its crease.
       EXPECT_LT(respond(of, bent.crease.angles, bent.crease).moments.norm(), 1e-15);
-      EXPECT_NEAR(bent.energy,
-                  0.5 * of.area * stiffness * std::pow(size - left, 2), 1e-12 * bent.energy + 1e-18);
+      EXPECT_NEAR(bent.energy, 0.5 * of.area * stiffness * std::pow(size - left, 2),
+                  1e-12 * bent.energy + 1e-18);
     }
   }
 }
@@ -98,8 +98,7 @@ TEST(Crease, KeepsWhatTheFormulaSays) {
 TEST(Crease, OneStepIsAsGoodAsMany) {
   const Triangle of = triangle();
   Crease many;
-  for (int i = 1; i <= 100; ++i)
-    many = respond(of, cylinder(of, 1.5 * i, 0.7), many).crease;
+  for (int i = 1; i <= 100; ++i) many = respond(of, cylinder(of, 1.5 * i, 0.7), many).crease;
   const Crease one = respond(of, cylinder(of, 150, 0.7), {}).crease;
   EXPECT_LT((many.angles - one.angles).norm(), 1e-12);
   EXPECT_NEAR(many.curvature, one.curvature, 1e-9);
@@ -173,7 +172,8 @@ TEST(Crease, DissipatesTheWorkOfACycle) {
 
 TEST(Crease, IdealPlasticityHoldsTheMoment) {
   const Triangle of = triangle(0);
-  const Response one = respond(of, cylinder(of, 80, 0), {}), other = respond(of, cylinder(of, 300, 0), {});
+  const Response one = respond(of, cylinder(of, 80, 0), {}),
+                 other = respond(of, cylinder(of, 300, 0), {});
   EXPECT_LT((one.moments - other.moments).norm(), 1e-12 * one.moments.norm());
 }
 

@@ -44,8 +44,7 @@ Nodes3 stretched(std::mt19937& generator, const Nodes3& rest, double major, doub
   const Mat3 turn = Eigen::AngleAxisd(random_matrix<Vec3>(generator).norm(), axis).matrix();
   const Vec3 along = (rest.col(1) - rest.col(0)).normalized();
   const Vec3 normal = along.cross(rest.col(2) - rest.col(0)).normalized();
-  const Mat3 in_plane =
-      Eigen::AngleAxisd(random_matrix<Vec3>(generator)[0] * 3, normal).matrix();
+  const Mat3 in_plane = Eigen::AngleAxisd(random_matrix<Vec3>(generator)[0] * 3, normal).matrix();
   const Vec3 first = in_plane * along, second = normal.cross(first);
   const Mat3 stretch = major * first * first.transpose() + minor * second * second.transpose() +
                        normal * normal.transpose();
@@ -69,8 +68,8 @@ double expected_energy(const Nodes3& rest, const Nodes3& x) {
 }
 
 // Principal strains on either side of the onset and near the limit; equal ones, too.
-const std::vector<std::array<double, 2>> strains = {{0.02, -0.2},  {0.07, 0.01}, {0.08, 0.06},
-                                                    {0.09, 0.09},  {0.099, 0.06}, {0.0995, -0.3},
+const std::vector<std::array<double, 2>> strains = {{0.02, -0.2},   {0.07, 0.01},  {0.08, 0.06},
+                                                    {0.09, 0.09},   {0.099, 0.06}, {0.0995, -0.3},
                                                     {0.098, 0.098}, {0.051, 0.049}};
 
 }  // namespace
@@ -157,7 +156,8 @@ TEST(StrainLimit, TermsAreSmooth) {
   const StrainLimit of = make_strain_limit(rest_triangle(generator), limit, stiffness);
   for (const double d : {0.02, 1.0}) {
     const double square = of.onset + of.range * (1 - d), by = 1e-9 * of.range;
-    const LimitTerm<double> below = limit_term(of, square - by), above = limit_term(of, square + by);
+    const LimitTerm<double> below = limit_term(of, square - by),
+                            above = limit_term(of, square + by);
     EXPECT_NEAR(below.value, above.value, 1e-5 * (1 + below.value));
     EXPECT_NEAR(below.slope, above.slope, 1e-5 * (1 + below.slope));
     EXPECT_NEAR(below.curvature, above.curvature, 1e-4 * (1 + below.curvature));

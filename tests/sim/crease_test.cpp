@@ -207,8 +207,8 @@ TEST(Crease, TheEnergyWatchSubtractsTheLoss) {
   EXPECT_EQ(failure->kind, Failure::Kind::energy);
 }
 
-// Folded between clamps and let go: every place keeps what the formula says of the largest curvature
-// it had.
+// Folded between clamps and let go: every place keeps what the formula says of the largest
+// curvature it had.
 TEST(Crease, KeepsWhatTheFoldHad) {
   ChannelRun run(folded_strip);
   const auto curvature = [&] {
@@ -283,9 +283,9 @@ TEST(Crease, DoesNotDependOnThreads) {
   std::vector<std::vector<double>> ends;
   std::vector<std::optional<double>> losses;
   for (const char* threads : {"compute.threads=1", "compute.threads=3"}) {
-    Simulation simulation = simulation_of(
-        bent_strip, {"time.method=\"euler\"", "time.step=2e-3", threads,
-                     "body.strip.shape.resolution=[33,129]"});
+    Simulation simulation =
+        simulation_of(bent_strip, {"time.method=\"euler\"", "time.step=2e-3", threads,
+                                   "body.strip.shape.resolution=[33,129]"});
     for (int i = 0; i < 3; ++i) ASSERT_FALSE(simulation.step());
     ends.emplace_back(simulation.state().begin(), simulation.state().end());
     losses.push_back(simulation.energies().dissipated);

@@ -28,8 +28,8 @@ inline Vec3 mean_of(const std::vector<Vec3>& all) {
 }
 
 // Compares a scene's forces with differences of their energies, together with what creases have
-// dissipated, and their matrices with differences of their forces, at a random state near the start and at `time`. Precondition: without contact
-// and mass damping; moving pins rest at `time`.
+// dissipated, and their matrices with differences of their forces, at a random state near the start
+// and at `time`. Precondition: without contact and mass damping; moving pins rest at `time`.
 inline void expect_consistent_forces(const std::string& text, double time) {
   const auto scene = build_scene(parse_case(text, "test.toml", {}));
   Statistics statistics;

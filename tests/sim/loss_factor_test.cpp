@@ -124,19 +124,18 @@ TEST(LossFactor, DampsTheMembraneAsMeasured) {
 }
 
 TEST(LossFactor, DampsSpringsAsMeasured) {
-  const Decay decay = ring_down(stretched_strip, 0, 0.25,
-                                {"material.rubber.membrane=\"springs\"",
-                                 "material.rubber.structural_stiffness=2000",
-                                 "material.rubber.shear_stiffness=0"});
+  const Decay decay =
+      ring_down(stretched_strip, 0, 0.25,
+                {"material.rubber.membrane=\"springs\"",
+                 "material.rubber.structural_stiffness=2000", "material.rubber.shear_stiffness=0"});
   EXPECT_NEAR(decay.loss_factor, loss_factor * decay.frequency / 50, 0.02 * loss_factor);
 }
 
 // Beside its frequency the loss factor is proportional to the frequency, as the guide says.
 TEST(LossFactor, FollowsTheFrequency) {
   for (const double factor : {0.5, 2.0}) {
-    const Decay decay =
-        ring_down(bent_strip, 2, 0,
-                  {"material.steel.loss_frequency=" + std::to_string(12.514 * factor)});
+    const Decay decay = ring_down(
+        bent_strip, 2, 0, {"material.steel.loss_frequency=" + std::to_string(12.514 * factor)});
     EXPECT_NEAR(decay.loss_factor, loss_factor / factor, 0.02 * loss_factor / factor);
   }
 }

@@ -307,8 +307,8 @@ TEST(Seam, BehavesAsTheUncutSheet) {
   }
 }
 
-// Bending goes on across the seam: a cantilever that is cut half way sags as the whole one does; with
-// a hinge it would hang down.
+// Bending goes on across the seam: a cantilever that is cut half way sags as the whole one does;
+// with a hinge it would hang down.
 TEST(Seam, BendsAsTheUncutStrip) {
   const std::string whole = std::string(setting) + R"(
 [[body]]
@@ -353,7 +353,8 @@ to_edge = "last_col"
             0.02 * std::abs(expected.z()));
 }
 
-// Beside a far softer piece the seam turns with the softer side; the stiff one stays as it is alone.
+// Beside a far softer piece the seam turns with the softer side; the stiff one stays as it is
+// alone.
 TEST(Seam, TurnsWithTheSofterSide) {
   const std::string text = std::string(setting) + R"(
 [material.rag]
@@ -396,9 +397,9 @@ TEST(Seam, StitchesByFractionsOfTheEdges) {
   EXPECT_EQ(seam.stitches[3].nodes[0], seam.stitches[3].nodes[1]);  // a third of 9 and of 6
   EXPECT_NEAR(seam.stitches[1].weight, 1.0 / 3, 1e-12);
   // Sewn from the other end, or turned around, it finds the same points.
-  const auto turned = build_scene(
-      parse_case(thrown_pieces, "test.toml",
-                 {"body.other.rotation_deg=[0,0,180]", "seam.0.to_edge=\"last_col\""}));
+  const auto turned =
+      build_scene(parse_case(thrown_pieces, "test.toml",
+                             {"body.other.rotation_deg=[0,0,180]", "seam.0.to_edge=\"last_col\""}));
   for (const Stitch& stitch : turned->seams.at(0).stitches) EXPECT_LT(stitch.gap, 1e-12);
 }
 
@@ -422,7 +423,8 @@ TEST(Seam, ClosesInItsTime) {
 }
 
 TEST(Seam, ContactDoesNotPushSewnEdgesApart) {
-  Simulation simulation = simulation_of(quilt, {"world.gravity=[0,0,0]", "obstacle.ball.position=[0,0,-1]"});
+  Simulation simulation =
+      simulation_of(quilt, {"world.gravity=[0,0,0]", "obstacle.ball.position=[0,0,-1]"});
   const std::vector<double> start(simulation.state().begin(), simulation.state().end());
   advance_to(simulation, 0.25);
   EXPECT_EQ(position_difference(start, {simulation.state().begin(), simulation.state().end()}), 0);
@@ -483,9 +485,8 @@ edge = "last_col"
 to = "sewn"
 to_edge = "first_col"
 )";
-  Simulation simulation =
-      simulation_of(text, {"world.gravity=[0,0,0]", "time.duration=2", "time.method=\"euler\"",
-                           "time.step=0.02"});
+  Simulation simulation = simulation_of(text, {"world.gravity=[0,0,0]", "time.duration=2",
+                                               "time.method=\"euler\"", "time.step=0.02"});
   advance_to(simulation, 1);
   EXPECT_EQ(simulation.summary_of(1, simulation.state()).sleeping_bodies, 2);
 }

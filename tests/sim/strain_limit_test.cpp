@@ -71,15 +71,14 @@ struct Method {
   std::string name;
   Overrides more;
 };
-const std::vector<Method> all_methods = {
-    {"cvode", {}},
-    {"arkode", {}},
-    {"euler", {"time.step=0.005"}},
-    {"euler", {"time.step=0.005", "time.newton=1"}},
-    {"euler", {"time.position_tolerance=1e-4"}},
-    {"implicit_midpoint", {"time.step=0.001"}},
-    {"verlet", {"material.soft.stiffness_damping=0"}},
-    {"static", {"time.frames_per_second=30"}}};
+const std::vector<Method> all_methods = {{"cvode", {}},
+                                         {"arkode", {}},
+                                         {"euler", {"time.step=0.005"}},
+                                         {"euler", {"time.step=0.005", "time.newton=1"}},
+                                         {"euler", {"time.position_tolerance=1e-4"}},
+                                         {"implicit_midpoint", {"time.step=0.001"}},
+                                         {"verlet", {"material.soft.stiffness_damping=0"}},
+                                         {"static", {"time.frames_per_second=30"}}};
 
 // Two edges are drawn apart by a tenth of the sheet: no state keeps within the limit.
 constexpr const char* drawn_sheet = R"(
@@ -139,9 +138,9 @@ TEST(StrainLimit, WithoutItTheSheetStretchesFurther) {
 // In equilibrium the same limit gives the same shape, whatever the method that led there.
 TEST(StrainLimit, EquilibriaAgree) {
   Simulation relaxed = simulation_of(heavy_sheet, method("static", {"time.frames_per_second=30"}));
-  Simulation stepped = simulation_of(
-      heavy_sheet, method("euler", {"time.step=0.01", "time.duration=3",
-                                    "material.soft.stiffness_damping=0.02"}));
+  Simulation stepped =
+      simulation_of(heavy_sheet, method("euler", {"time.step=0.01", "time.duration=3",
+                                                  "material.soft.stiffness_damping=0.02"}));
   advance_to(relaxed, 0.15);
   advance_to(stepped, 3);
   const std::vector<Vec3> one = relaxed.position("sheet"), other = stepped.position("sheet");
@@ -169,12 +168,11 @@ shape = { type = "rectangle", size = [1, 1], resolution = [5, 6] }
 
 // Pins can stretch a sheet beyond any limit: the run ends at the limit and says so.
 TEST(StrainLimit, EndsWhenPinsLeaveNoStateWithin) {
-  for (const Method& each :
-       std::vector<Method>{{"cvode", {}},
-                           {"arkode", {}},
-                           {"euler", {"time.step=0.005"}},
-                           {"static", {}},
-                           {"static", {"static.loading=\"in_time\""}}}) {
+  for (const Method& each : std::vector<Method>{{"cvode", {}},
+                                                {"arkode", {}},
+                                                {"euler", {"time.step=0.005"}},
+                                                {"static", {}},
+                                                {"static", {"static.loading=\"in_time\""}}}) {
     SCOPED_TRACE(each.name + (each.more.empty() ? "" : ", " + each.more.back()));
     Simulation simulation = simulation_of(drawn_sheet, method(each.name, each.more));
     std::optional<Failure> failure;
@@ -218,9 +216,9 @@ TEST(StrainLimit, HoldsSpringsToo) {
 TEST(StrainLimit, DoesNotDependOnThreads) {
   std::vector<std::vector<double>> ends;
   for (const char* threads : {"compute.threads=1", "compute.threads=3"}) {
-    Simulation simulation =
-        simulation_of(heavy_sheet, method("euler", {"time.step=0.01", threads,
-                                                    "body.sheet.shape.resolution=[33,33]"}));
+    Simulation simulation = simulation_of(
+        heavy_sheet,
+        method("euler", {"time.step=0.01", threads, "body.sheet.shape.resolution=[33,33]"}));
     for (int i = 0; i < 4; ++i) ASSERT_FALSE(simulation.step());
     ends.emplace_back(simulation.state().begin(), simulation.state().end());
   }
