@@ -33,12 +33,14 @@ void refuse_timed_pins(const Case& source) {
 
 bool moves(const std::optional<MotionCase>& motion) { return motion.has_value(); }
 
-// True if loads, fields or supports change in time.
+// True if loads, fields, supports or seams change in time.
 bool changes(const Case& source) {
   const auto has_moving_pin = [](const BodyCase& body) {
     return std::ranges::any_of(body.pin, [](const PinCase& pin) { return moves(pin.motion); });
   };
+  const auto closes = [](const SeamCase& seam) { return seam.closing_time > 0; };
   return !find_curves(source).empty() || std::ranges::any_of(source.body, has_moving_pin) ||
+         std::ranges::any_of(source.seam, closes) ||
          std::ranges::any_of(source.obstacle,
                              [](const ObstacleCase& each) { return moves(each.motion); });
 }

@@ -44,6 +44,17 @@ std::vector<BadCase> bad_cloth() {
       {"strain_limit_without_stiffness", cloth("strain_limit = 0.1\nmembrane_stiffness = 0\n"),
        R"(case.toml:2:16: a strain_limit of a membrane without stiffness
   expected membrane_stiffness > 0 in [material.cloth])"},
+      {"strain_limit_of_slack_curves",
+       cloth("strain_limit = 0.1\n[material.cloth.orthotropic_membrane]\nwarp_curve = { strains = "
+             "[0, 1], tensions = [0, 0] }\nweft_curve = { strains = [0, 1], tensions = [0, 0] }\n"
+             "shear_modulus = 10\n"),
+       R"(case.toml:2:16: a strain_limit of a membrane without stiffness
+  expected membrane_stiffness > 0 in [material.cloth])"},
+      {"crease_of_woven_bending",
+       cloth("yield_curvature = 100\n[material.cloth.orthotropic_bending]\nwarp = [1e-4]\nbias = "
+             "[1e-4]\nweft = [1e-4]\n"),
+       R"(case.toml:2:19: a yield_curvature beside orthotropic_bending: creases are of isotropic bending
+  expected bending_stiffness in place of orthotropic_bending in [material.cloth])"},
       {"crease_without_bending", cloth("yield_curvature = 100\n"),
        R"(case.toml:2:19: a yield_curvature of a material that does not resist bending
   expected bending_stiffness > 0 in [material.cloth])"},

@@ -131,6 +131,38 @@ TEST(LossFactor, DampsSpringsAsMeasured) {
   EXPECT_NEAR(decay.loss_factor, loss_factor * decay.frequency / 50, 0.02 * loss_factor);
 }
 
+// Cloth whose stiffness differs by direction, or comes from a table, takes the same times.
+TEST(LossFactor, DampsWovenMembranesAsMeasured) {
+  std::string bare = stretched_strip;
+  const std::string stiffness = "membrane_stiffness = 2000\n";
+  bare.erase(bare.find(stiffness), stiffness.size());
+  const std::string woven =
+      "[material.rubber.orthotropic_membrane]\nweft_stiffness = 500\nshear_modulus = 200\n";
+  for (const std::string& warp :
+       {std::string("warp_stiffness = 2000\n"),
+        std::string("warp_curve = { strains = [-1, 0, 1], tensions = [-2000, 0, 2000] }\n")}) {
+    SCOPED_TRACE(warp);
+    const Decay decay = ring_down(bare + woven + warp, 0, 0.25);
+    EXPECT_NEAR(decay.frequency, 50, 0.01 * 50);
+    EXPECT_NEAR(decay.loss_factor, loss_factor, 0.02 * loss_factor);
+  }
+}
+TEST(LossFactor, DampsWovenBendingAsMeasured) {
+  std::string text = bent_strip;
+  const std::string stiffness = "bending_stiffness = 0.01\n";
+  text.erase(text.find(stiffness), stiffness.size());
+  text += "[material.steel.orthotropic_bending]\n";
+  for (const char* stiffnesses :
+       {"warp = [0.01]\nbias = [0.005]\nweft = [0.003]\n",
+        "warp = [0.01, 0.01]\nbias = [0.005, 0.005]\nweft = [0.003, 0.003]\n"
+        "curvatures = [0, 1]\n"}) {
+    SCOPED_TRACE(stiffnesses);
+    const Decay decay = ring_down(text + stiffnesses, 2, 0);
+    EXPECT_NEAR(decay.frequency, 12.514, 0.01 * 12.514);
+    EXPECT_NEAR(decay.loss_factor, loss_factor, 0.02 * loss_factor);
+  }
+}
+
 // Beside its frequency the loss factor is proportional to the frequency, as the guide says.
 TEST(LossFactor, FollowsTheFrequency) {
   for (const double factor : {0.5, 2.0}) {

@@ -353,6 +353,90 @@ to_edge = "last_col"
             0.02 * std::abs(expected.z()));
 }
 
+// Woven cloth bends across a seam by its stiffness there, linear or by curvature.
+TEST(Seam, BendsAsTheUncutWovenStrip) {
+  std::string woven = setting;
+  const std::string stiffness = "bending_stiffness = 1e-3\n";
+  woven.erase(woven.find(stiffness), stiffness.size());
+  const std::string whole = R"(
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [0.2, 0.05], resolution = [5, 17] }
+[[body.pin]]
+edges = ["first_col"]
+clamp = true
+)";
+  const std::string cut = R"(
+[[body]]
+name = "near"
+position = [-0.05, 0, 0]
+shape = { type = "rectangle", size = [0.1, 0.05], resolution = [5, 9] }
+[[body.pin]]
+edges = ["first_col"]
+clamp = true
+[[body]]
+name = "far"
+position = [0.05, 0, 0]
+shape = { type = "rectangle", size = [0.1, 0.05], resolution = [5, 9] }
+[[seam]]
+body = "far"
+edge = "first_col"
+to = "near"
+to_edge = "last_col"
+)";
+  for (const char* bending :
+       {"warp = [1e-3]\nbias = [5e-4]\nweft = [2e-4]\n",
+        "warp = [1e-3, 5e-4]\nbias = [5e-4, 3e-4]\nweft = [2e-4, 2e-4]\ncurvatures = [0, 5]\n"}) {
+    SCOPED_TRACE(bending);
+    const std::string cloth = woven + "[material.cloth.orthotropic_bending]\n" + bending;
+    const auto tip = [&](const std::string& text, const char* body) {
+      Simulation simulation =
+          simulation_of(cloth + text, {"time.method=\"static\"", "time.frames_per_second=25"});
+      advance_to(simulation, 0.2);
+      return simulation.position(body).back();
+    };
+    const Vec3 expected = tip(whole, "strip");
+    ASSERT_LT(expected.z(), -0.03);
+    EXPECT_LT((tip(cut, "far") - expected).norm(), 1e-3 * std::abs(expected.z()));
+    std::string free = cloth + cut;
+    free.replace(free.find("[contact]"), 0, "[world]\ngravity = [0, 0, 0]\n");
+    expect_consistent_forces(free, 0);
+  }
+}
+
+// The stiffness across a seam is that of the direction: here along the warp of one side, the weft
+// of the other.
+TEST(Seam, TurnsByTheStiffnessOfTheDirection) {
+  const std::string text = std::string(setting) + R"(
+[material.woven]
+density = 0.2
+[material.woven.orthotropic_bending]
+warp = [3e-3]
+bias = [1e-3]
+weft = [1e-3]
+[[body]]
+name = "near"
+material = "woven"
+position = [-0.05, 0, 0]
+shape = { type = "rectangle", size = [0.1, 0.05], resolution = [5, 9] }
+[[body]]
+name = "far"
+material = "woven"
+warp_angle_deg = 90
+position = [0.05, 0, 0]
+shape = { type = "rectangle", size = [0.1, 0.05], resolution = [5, 9] }
+[[seam]]
+body = "near"
+edge = "last_col"
+to = "far"
+to_edge = "first_col"
+)";
+  const auto scene = build_scene(parse_case(text, "test.toml", {}));
+  ASSERT_EQ(scene->seams.at(0).folds.size(), 8);
+  for (const SeamFold& fold : scene->seams[0].folds)
+    EXPECT_NEAR(fold.share, fold.body == 0 ? 0.5 : 1.5, 1e-12);
+}
+
 // Beside a far softer piece the seam turns with the softer side; the stiff one stays as it is
 // alone.
 TEST(Seam, TurnsWithTheSofterSide) {

@@ -212,6 +212,32 @@ TEST(StrainLimit, HoldsSpringsToo) {
   }
 }
 
+// The limit is a force of its own, whatever the law of the membrane.
+TEST(StrainLimit, HoldsWovenAndMeasuredClothToo) {
+  std::string bare = heavy_sheet;
+  const std::string stiffness = "membrane_stiffness = 100\n";
+  bare.erase(bare.find(stiffness), stiffness.size());
+  const std::string woven = "[material.soft.orthotropic_membrane]\nweft_stiffness = 150\n";
+  for (const std::string& law :
+       {woven + "warp_stiffness = 100\nshear_modulus = 5\n",
+        woven + "warp_curve = { strains = [0, 0.05, 0.1], tensions = [0, 1, 11] }\n"
+                "shear_modulus = 5\n",
+        std::string("[material.soft.measured_membrane]\nwarp = [100, 120, 110, 100, 90, 80]\n"
+                    "coupling = [20, 20, 20, 20, 20, 20]\nweft = [150, 90, 100, 120, 160, 180]\n"
+                    "shear = [10, 10, 10, 10, 10, 10]\n")}) {
+    SCOPED_TRACE(law);
+    Simulation simulation = simulation_of(bare + law, method("euler", {"time.step=0.005"}));
+    double largest = 0;
+    while (simulation.time() < 0.15) {
+      if (const auto failure = simulation.step()) FAIL() << failure->text;
+      const double strain = strain_of(simulation, simulation.state(), simulation.time());
+      EXPECT_LT(strain, 0.05);
+      largest = std::max(largest, strain);
+    }
+    EXPECT_GT(largest, 0.04);
+  }
+}
+
 // The same bits for any number of threads.
 TEST(StrainLimit, DoesNotDependOnThreads) {
   std::vector<std::vector<double>> ends;
