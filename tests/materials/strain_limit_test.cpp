@@ -55,14 +55,21 @@ double area_of(const Nodes3& rest) {
   return 0.5 * Vec3(rest.col(1) - rest.col(0)).cross(Vec3(rest.col(2) - rest.col(0))).norm();
 }
 
+// The function b of the header, with the parabola that stands for it near the limit.
+double barrier(double d) {
+  if (d >= 1) return 0;
+  if (d >= 0.02) return std::pow(1 - d, 3) / d;
+  const double by = d - 0.02;
+  return std::pow(0.98, 3) / 0.02 + (3 - 0.04 - 1 / 4e-4) * by + (1 / 8e-6 - 1) * by * by;
+}
+
 // The energy of the header from singular values.
 double expected_energy(const Nodes3& rest, const Nodes3& x) {
   const Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>> decomposed(gradient(rest, x));
   const double most = 1.1 * 1.1, onset = 1.05 * 1.05, range = most - onset;
   double sum = 0;
   for (int i = 0; i < 2; ++i) {
-    const double d = (most - std::pow(decomposed.singularValues()[i], 2)) / range;
-    if (d < 1) sum += std::pow(1 - d, 3) / d;
+    sum += barrier((most - std::pow(decomposed.singularValues()[i], 2)) / range);
   }
   return area_of(rest) * stiffness * range * range / 8 * sum;
 }
