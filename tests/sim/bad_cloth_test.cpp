@@ -37,7 +37,7 @@ std::vector<BadCase> bad_cloth() {
       {"loss_factor_beside_damping",
        cloth("loss_factor = 0.1\nloss_frequency = 10\nbending_damping = 1e-3\n"),
        R"(case.toml:4:1: "bending_damping" does not go with "loss_factor"
-  expected one of them)"},
+  expected only one of the two)"},
       {"strain_limit_of_zero", cloth("strain_limit = 0\n"),
        R"(case.toml:2:16: "strain_limit" is 0
   expected a number > 0)"},
@@ -78,8 +78,8 @@ std::vector<BadCase> bad_cloth() {
        R"(case.toml:12:8: "edge" is "last_column"
   did you mean "last_col"?)"},
       {"seam_without_an_edge", sewn("body = \"sheet\"\nto = \"other\"\nto_edge = \"first_col\"\n"),
-       R"(case.toml:10:1: "edge" is missing in [[seam]]
-  expected one of "first_row", "last_row", "first_col", "last_col")"},
+       R"(case.toml:10:1: [[seam]] has no "edge"
+  expected "edge", one of "first_row", "last_row", "first_col", "last_col")"},
       {"seam_beyond_the_edge",
        sewn("body = \"sheet\"\nedge = \"last_col\"\nrange = [0, 5]\nto = \"other\"\nto_edge = "
             "\"first_col\"\n"),
@@ -102,8 +102,8 @@ std::vector<BadCase> bad_cloth() {
       {"hinged_seam_with_an_angle",
        sewn("body = \"sheet\"\nedge = \"last_col\"\nto = \"other\"\nto_edge = "
             "\"first_col\"\nbending = \"hinged\"\nangle_deg = 10\n"),
-       R"(case.toml:16:1: "angle_deg" does not go with bending = "hinged"
-  expected bending = "continuous" or no "angle_deg")"},
+       R"(case.toml:16:1: "angle_deg" does not belong to bending = "hinged"
+  expected only with bending = "continuous")"},
       {"seam_of_a_shell",
        R"([material.shell]
 model = "shell"
@@ -131,7 +131,7 @@ to_edge = "last_col"
        "[static]\nloading = \"arc_length\"\nscale_gravity = true\n[time]\nmethod = \"static\"\n" +
            sewn("body = \"sheet\"\nedge = \"last_col\"\nto = \"other\"\nto_edge = "
                 "\"first_col\"\nclosing_time = 0.5\n"),
-       R"(case.toml:20:16: the seam closes in time, which time.method = "static" has not with static.loading = "arc_length"
+       R"(case.toml:20:16: the seam closes in time, which static.loading = "arc_length" does not follow
   expected edges that meet at the start, static.loading = "in_time", or a method that follows the motion in time)"},
       {"channel_of_no_crease", "[output]\nchannels = [\"crease_curvature\"]\n" + sheet,
        R"(case.toml:2:13: the channel "crease_curvature" would be zero: no body yields
