@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -62,8 +61,7 @@ class CreaseHistory {
 
   std::vector<std::size_t> first_;  // by body of the case, one more at the end
   Creases at_begin_, at_end_;
-  // s; creases of the start shape itself are accepted by the first restart.
-  double begin_ = -std::numeric_limits<double>::infinity(), end_ = begin_;
+  double begin_ = 0, end_ = 0;  // s
   bool is_earlier_ = false;     // the creases at the start of the last step are selected
   const Creases* fixed_ = nullptr;
   std::int64_t version_ = 0;

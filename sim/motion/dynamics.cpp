@@ -75,6 +75,11 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   varies_ = gravity_curve_.varies() || mass_damping_curves_.varies() ||
             (contact_ && friction_curve_.varies()) ||
             std::ranges::any_of(forces_, [](const auto& force) { return force->varies(); });
+  if (creases_) {
+    // A start shape that is bent beyond the yield curvature has its creases from the beginning.
+    set_time(0);
+    accept_creases(0, initial_state());
+  }
 }
 
 void Dynamics::add_mass_damping() {
