@@ -14,20 +14,20 @@ namespace weft::sim {
 
 namespace {
 
-// Upper limit of a body's vertices; it keeps every index well within an int.
+// Largest number of vertices of a body. It keeps every index well within an int.
 constexpr int most_vertices = 100'000'000;
 
-// Size of a shape's image; 64 bits hold any resolution that an int can express.
+// Size of a shape's image. 64 bits are enough for any resolution that an int can express.
 struct ImageSize {
-  std::int64_t patches;  // all of one size
+  std::int64_t patches;  // all of equal size
   std::int64_t rows;
   std::int64_t cols;
 
-  // Number of vertices. The product of three sizes may exceed 64 bits, so it is a double.
+  // Returns the number of vertices, as a double because the product may exceed 64 bits.
   double vertices() const {
     return static_cast<double>(patches) * static_cast<double>(rows) * static_cast<double>(cols);
   }
-  // The size in words: "17 x 33 vertices", "6 patches of 9 x 9 vertices".
+  // Returns the size in words: "17 x 33 vertices", "6 patches of 9 x 9 vertices".
   std::string text() const {
     return (patches > 1 ? std::to_string(patches) + " patches of " : std::string()) +
            std::to_string(rows) + " x " + std::to_string(cols) + " vertices";
@@ -35,8 +35,8 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-// Returns the size of the image of a block with x, y and z quads along its axes (bsi/shapes.h,
-// make_box). The products may exceed 64 bits: they are capped far above most_vertices.
+// Returns the size of the image of a block with x, y and z quads along its axes (make_box() in
+// bsi/shapes.h). The number of patches may exceed 64 bits, so it is capped far above most_vertices.
 ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   const std::int64_t side = std::gcd(std::gcd(x, y), z);
   const auto tiles = [side](std::int64_t quads) {
@@ -47,8 +47,40 @@ ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   return {static_cast<std::int64_t>(std::min(patches, 1e18)), side + 1, side + 1};
 }
 
-// Returns the size of a shape's image; nothing for a shape from a file, whose size is known only
-// once it is opened. Precondition: the resolution has its entries, each at least 2.
+// True if the columns of the shape's only patch close around the z axis.
+bool closes_around(const ShapeCase& shape) {
+  switch (shape.type) {
+    case ShapeType::annulus:
+    case ShapeType::cylinder:
+    case ShapeType::sphere_sector:
+      return shape.angle_deg == 360;
+    case ShapeType::cone:
+      return !has_apex(shape);
+    default:
+      return shape.type == ShapeType::torus;
+  }
+}
+
+// Quads along an axis of a shape's only patch: 0 along its rows' direction v, 1 along u.
+std::int64_t quads_along(const ShapeCase& shape, int axis) {
+  const bool is_closed = axis == 0 ? shape.type == ShapeType::torus : closes_around(shape);
+  return shape.resolution[axis] - (is_closed ? 0 : 1);
+}
+
+// Returns the size of the image of a shape that is one patch, or cut into patches of one size.
+ImageSize cut_size(const ShapeCase& shape) {
+  ImageSize size{1, shape.resolution[0], shape.resolution[1]};
+  if (shape.patches.empty()) return size;
+  const std::int64_t n = shape.patches[0], m = shape.patches[1];
+  if (n > 1) size.rows = quads_along(shape, 0) / n + 1;
+  if (m > 1) size.cols = quads_along(shape, 1) / m + 1;
+  size.patches = n * m;
+  return size;
+}
+
+// Returns the size of a shape's image. Returns nothing for a shape from a file, whose size is
+// unknown before the file is opened. Precondition: the resolution has the right number of entries,
+// each at least 2.
 std::optional<ImageSize> image_size(const ShapeCase& shape) {
   if (shape.type == ShapeType::file) return std::nullopt;
   if (shape.type == ShapeType::plane) return ImageSize{1, plane_vertices, plane_vertices};
@@ -68,11 +100,11 @@ std::optional<ImageSize> image_size(const ShapeCase& shape) {
     case ShapeType::capsule:
       return block_size(2 * (last - 1), 2 * (last - 1), 2 * (last - 1) + n - 1);
     default:
-      return ImageSize{1, n, last};
+      return cut_size(shape);
   }
 }
 
-// The entries of a type's "resolution", and their meaning.
+// The number of entries of a shape's "resolution", and their meaning.
 struct ResolutionEntries {
   std::size_t count;
   const char* hint;
@@ -99,20 +131,6 @@ ResolutionEntries resolution_entries(const ShapeCase& shape) {
   }
 }
 
-// True if the columns of the shape's only patch close around the z axis.
-bool closes_around(const ShapeCase& shape) {
-  switch (shape.type) {
-    case ShapeType::annulus:
-    case ShapeType::cylinder:
-    case ShapeType::sphere_sector:
-      return shape.angle_deg == 360;
-    case ShapeType::cone:
-      return !has_apex(shape);
-    default:
-      return shape.type == ShapeType::torus;
-  }
-}
-
 class ShapeChecker {
  public:
   ShapeChecker(const ShapeCase& shape, const std::string& path, const Locations& locations)
@@ -123,6 +141,7 @@ class ShapeChecker {
     if (shape_.type != ShapeType::plane) {
       resolution();
       closed_axes();
+      patches();
     }
     if (shape_.type == ShapeType::torus) {
       below("minor_radius", *shape_.minor_radius, "major_radius", *shape_.major_radius);
@@ -168,6 +187,17 @@ class ShapeChecker {
     }
   }
 
+  void patches() const {
+    for (std::size_t axis = 0; axis < shape_.patches.size(); ++axis) {
+      const std::int64_t quads = quads_along(shape_, static_cast<int>(axis));
+      if (quads % shape_.patches[axis] == 0) continue;
+      fail(join_path("patches", axis),
+           std::to_string(quads) + (axis == 0 ? " rows" : " columns") +
+               " of quads do not divide into " + std::to_string(shape_.patches[axis]) + " patches",
+           "expected a divisor of " + std::to_string(quads));
+    }
+  }
+
   std::string type_with_article() const {
     switch (shape_.type) {
       case ShapeType::annulus:
@@ -202,7 +232,8 @@ class ShapeChecker {
   const Locations& locations_;
 };
 
-// Checks a range of rows or columns in an image of `size` of them, if that is known.
+// Checks a range of rows or columns. `size` is the number of rows or columns of the image, if it is
+// known.
 class RangeChecker {
  public:
   RangeChecker(std::string key, const std::vector<int>& range, std::optional<std::int64_t> size,
@@ -230,8 +261,8 @@ class RangeChecker {
     }
   }
 
-  // Refuses an empty range. A negative index compares with a positive one only if the size is
-  // known.
+  // Refuses an empty range. Without the size, a negative index cannot be compared with a positive
+  // one.
   void order() const {
     std::int64_t first = range_[0];
     std::int64_t last = range_[1];

@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "materials/shell.h"
+#include "sim/forces/element_points.h"
 #include "sim/forces/force.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/forces/varying_numbers.h"
@@ -18,10 +17,10 @@
 namespace weft::sim {
 
 // The elements of all shells of one degree. Bending is integrated at two Gauss points per element
-// and axis. Stretching is integrated at about one point per element (SplineAxis::strain_points),
-// but for a fraction (t / size)^2 of it, which the Gauss points of bending integrate: the few
-// points alone leave three waves of a flat patch without energy, and more points alone would lock
-// thin shells (docs/theory.md, docs/decisions/0052).
+// and axis. Stretching along a parameter line takes the strain points of the line's axis
+// (SplineAxis::strain_points) and the value points of the other axis, all other stretching the
+// strain points of both. With more points thin shells would lock, with fewer some waves would have
+// no stiffness (docs/theory.md).
 template <int degree>
 class ShellElements {
  public:
@@ -49,6 +48,7 @@ class ShellElements {
   // Must be called once, after the last body.
   void finish(int particle_count) {
     elements_ = StencilArray<nodes>(stencils_, particle_count);
+    fibres_.finish(elements_.count());
     stretch_.finish(elements_.count());
     bend_.finish(elements_.count());
     set_time({});
@@ -71,13 +71,17 @@ class ShellElements {
     double sum = 0;
     for (int e = first; e < last; ++e) {
       const Nodes x = gather(e, position);
-      stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-        sum += energy_of(Stretch(materials::derivatives(basis, x)).strain(law), law);
+      for (const FibrePoint& point : fibres_.of(e)) {
+        const double strain = Fibre(x * point.slope.matrix()).strain(point.law);
+        sum += 0.5 * point.law.modulus * strain * strain;
+      }
+      visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
+        const Vec3 strain = Stretch(materials::derivatives(basis, x)).strain(law);
+        sum += 0.5 * strain.dot(law.modulus * strain);
       });
-      bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
-        const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
-        sum += energy_of(Stretch(now).strain(laws.stretch), laws.stretch);
-        sum += energy_of(Bend(now).bending(laws.bend), laws.bend);
+      visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
+        const Vec3 bending = Bend(materials::derivatives(basis, x)).bending(law);
+        sum += 0.5 * bending.dot(law.modulus * bending);
       });
     }
     return sum;
@@ -88,16 +92,17 @@ class ShellElements {
     elements_.for_each(threads, [&](int e) {
       const Nodes x = gather(e, state.position), v = gather(e, state.velocity);
       Nodes gradient = Nodes::Zero();
-      stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+      for (const FibrePoint& point : fibres_.of(e)) {
+        const Fibre fibre(x * point.slope.matrix());
+        fibre.template add_gradient<nodes>(stress(fibre, point, v, e), point.slope, gradient);
+      }
+      visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
         const Stretch stretch(materials::derivatives(basis, x));
         stretch.add_gradient(stress(stretch, law, basis, v, e), basis, gradient);
       });
-      bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
-        const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
-        const Stretch stretch(now);
-        stretch.add_gradient(stress(stretch, laws.stretch, basis, v, e), basis, gradient);
-        const Bend bend(now);
-        bend.add_gradient(moment(bend, laws.bend, basis, v, e), basis, gradient);
+      visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
+        const Bend bend(materials::derivatives(basis, x));
+        bend.add_gradient(moment(bend, law, basis, v, e), basis, gradient);
       });
       scatter(e, -gradient, force);
     });
@@ -121,45 +126,25 @@ class ShellElements {
 
  private:
   using ShellLaw = materials::ShellLaw;
+  using Fibre = materials::ShellFibre;
   using Stretch = materials::ShellStretch;
   using Bend = materials::ShellBend;
-  // Of a Gauss point.
-  struct BendLaws {
-    ShellLaw bend, stretch;
-  };
 
-  // The points of one quadrature rule with their laws, element by element.
-  template <class Law>
-  class Points {
-   public:
-    void add(int element, const SplineBasis& u, const SplineBasis& v, const Law& law) {
-      unsorted_.push_back({element, {u, v, law}});
-    }
-    void finish(int elements) {
-      first_.assign(elements + 1, 0);
-      for (const auto& [element, point] : unsorted_) ++first_[element + 1];
-      std::partial_sum(first_.begin(), first_.end(), first_.begin());
-      std::vector<int> place(first_);
-      points_.resize(unsorted_.size());
-      for (const auto& [element, point] : unsorted_) points_[place[element]++] = point;
-      unsorted_ = {};
-    }
-    // Calls body(basis, law) for the points of an element.
-    template <class Body>
-    void visit(int element, const Body& body) const {
-      for (int i = first_[element]; i < first_[element + 1]; ++i)
-        body(basis_of(points_[i].u, points_[i].v), points_[i].law);
-    }
-
-   private:
-    struct Point {
-      SplineBasis u, v;
-      Law law;
-    };
-    std::vector<std::pair<int, Point>> unsorted_;
-    std::vector<Point> points_;
-    std::vector<int> first_;  // by element
+  struct Point {
+    SplineBasis u, v;
+    ShellLaw law;
   };
+  struct FibrePoint {
+    typename Basis::Numbers slope;  // of the basis functions along the line
+    materials::FibreLaw law;
+  };
+  using Points = ElementPoints<Point>;
+
+  // Calls body(basis, law) for the points of an element.
+  template <class Body>
+  static void visit(const Points& points, int element, const Body& body) {
+    for (const Point& point : points.of(element)) body(basis_of(point.u, point.v), point.law);
+  }
 
   // The basis of a tensor product: node (degree + 1) j + i has function i along u and j along v.
   static Basis basis_of(const SplineBasis& u, const SplineBasis& v) {
@@ -186,48 +171,59 @@ class ShellElements {
         for (int i = 0; i < nodes; ++i) stencil[i] = body.first_particle + control[i];
       }
     }
-    const MaterialCase& material = *body.material;
-    add_points(body, first, u, v, u.strain_points(), v.strain_points(), stretch_,
-               [&](const materials::SurfaceDerivatives& rest, double weight) {
-                 return stretch_law(rest, material, weight * (1 - gauss_part(rest, material)));
-               });
-    add_points(body, first, u, v, u.gauss_points(2), v.gauss_points(2), bend_,
-               [&](const materials::SurfaceDerivatives& rest, double weight) {
-                 return BendLaws{
-                     materials::bending_law(rest, material.youngs_modulus, material.poisson_ratio,
-                                            material.shell_thickness, weight),
-                     stretch_law(rest, material, weight * gauss_part(rest, material))};
-               });
+    add_fibres(materials::FibreAxis::u, body, first, u, v);
+    add_fibres(materials::FibreAxis::v, body, first, u, v);
+    add_points(body, first, u, v, u.strain_points(), v.strain_points(), materials::membrane_law,
+               stretch_);
+    add_points(body, first, u, v, u.bending_points(), v.bending_points(), materials::bending_law,
+               bend_);
   }
-  static ShellLaw stretch_law(const materials::SurfaceDerivatives& rest,
-                              const MaterialCase& material, double weight) {
-    return materials::membrane_law(rest, material.youngs_modulus, material.poisson_ratio,
-                                   material.shell_thickness, weight);
-  }
-  // The fraction of stretching that the Gauss points integrate. A wave that the other points do not
-  // see then has about the energy of bending at its length.
-  static double gauss_part(const materials::SurfaceDerivatives& rest,
-                           const MaterialCase& material) {
-    const double size = rest.u.squaredNorm() + rest.v.squaredNorm();
-    return std::min(1.0, material.shell_thickness * material.shell_thickness / size);
-  }
-  template <class Law, class MakeLaw>
+  template <class MakeLaw>
   void add_points(const SceneBody& body, int first, const SplineAxis& u, const SplineAxis& v,
                   const std::vector<QuadraturePoint>& along_u,
-                  const std::vector<QuadraturePoint>& along_v, Points<Law>& points,
-                  const MakeLaw& make_law) {
+                  const std::vector<QuadraturePoint>& along_v, const MakeLaw& make_law,
+                  Points& points) {
+    const MaterialCase& material = *body.material;
+    visit_grid(u, v, along_u, along_v, [&](const SplineBasis& bu, const SplineBasis& bv, double w) {
+      const int element = first + bv.element * u.elements() + bu.element;
+      points.add(element,
+                 {bu, bv,
+                  make_law(rest_derivatives(body, element, bu, bv), material.youngs_modulus,
+                           material.poisson_ratio, material.shell_thickness, w)});
+    });
+  }
+  void add_fibres(materials::FibreAxis axis, const SceneBody& body, int first, const SplineAxis& u,
+                  const SplineAxis& v) {
+    const MaterialCase& material = *body.material;
+    const bool is_u = axis == materials::FibreAxis::u;
+    visit_grid(u, v, is_u ? u.strain_points() : u.value_points(),
+               is_u ? v.value_points() : v.strain_points(),
+               [&](const SplineBasis& bu, const SplineBasis& bv, double w) {
+                 const int element = first + bv.element * u.elements() + bu.element;
+                 const Basis basis = basis_of(bu, bv);
+                 fibres_.add(element,
+                             {is_u ? basis.u : basis.v,
+                              materials::fibre_law(axis, rest_derivatives(body, element, bu, bv),
+                                                   material.youngs_modulus, material.poisson_ratio,
+                                                   material.shell_thickness, w)});
+               });
+  }
+  // Calls body(basis along u, basis along v, weight) for the points of a product of rules.
+  template <class Body>
+  static void visit_grid(const SplineAxis& u, const SplineAxis& v,
+                         const std::vector<QuadraturePoint>& along_u,
+                         const std::vector<QuadraturePoint>& along_v, const Body& body) {
     for (const QuadraturePoint& at_v : along_v) {
-      for (const QuadraturePoint& at_u : along_u) {
-        const SplineBasis bu = u.at(at_u.parameter), bv = v.at(at_v.parameter);
-        const int element = first + bv.element * u.elements() + bu.element;
-        Nodes rest;
-        for (int i = 0; i < nodes; ++i)
-          rest.col(i) = body.rest[stencils_[element][i] - body.first_particle];
-        points.add(
-            element, bu, bv,
-            make_law(materials::derivatives(basis_of(bu, bv), rest), at_u.weight * at_v.weight));
-      }
+      for (const QuadraturePoint& at_u : along_u)
+        body(u.at(at_u.parameter), v.at(at_v.parameter), at_u.weight * at_v.weight);
     }
+  }
+  materials::SurfaceDerivatives rest_derivatives(const SceneBody& body, int element,
+                                                 const SplineBasis& u, const SplineBasis& v) const {
+    Nodes rest;
+    for (int i = 0; i < nodes; ++i)
+      rest.col(i) = body.rest[stencils_[element][i] - body.first_particle];
+    return materials::derivatives(basis_of(u, v), rest);
   }
 
   Nodes gather(int element, std::span<const Vec3> values) const {
@@ -244,10 +240,12 @@ class ShellElements {
     return blocks;
   }
 
-  static double energy_of(const Vec3& strain, const ShellLaw& law) {
-    return 0.5 * strain.dot(law.modulus * strain);
-  }
   // The stress, damping included.
+  double stress(const Fibre& fibre, const FibrePoint& point, const Nodes& v, int element) const {
+    double strain = fibre.strain(point.law);
+    if (is_damped_) strain += stretch_time_[element] * fibre.strain_rate(v * point.slope.matrix());
+    return point.law.modulus * strain;
+  }
   Vec3 stress(const Stretch& stretch, const ShellLaw& law, const Basis& basis, const Nodes& v,
               int element) const {
     Vec3 strain = stretch.strain(law);
@@ -267,20 +265,22 @@ class ShellElements {
   void add_stiffness(int e, const Nodes& x, const Nodes& v, const Derivatives& into, bool exact,
                      Blocks& sum) const {
     const double joined = into.is_joined() ? into.inverse_gamma : 0;
-    const auto add_stretch = [&](const Stretch& stretch, const Basis& basis, const ShellLaw& law) {
+    for (const FibrePoint& point : fibres_.of(e)) {
+      const Fibre fibre(x * point.slope.matrix());
+      const double now = stress(fibre, point, v, e);
+      fibre.template add_stiffness<nodes>((1 + joined * stretch_time_[e]) * point.law.modulus,
+                                          exact ? now : std::max(now, 0.0), point.slope, sum);
+    }
+    visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
+      const Stretch stretch(materials::derivatives(basis, x));
       const Vec3 now = stress(stretch, law, basis, v, e);
       stretch.add_stiffness((1 + joined * stretch_time_[e]) * law.modulus,
                             exact ? now : materials::pulling_part(now), basis, sum);
-    };
-    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-      add_stretch(Stretch(materials::derivatives(basis, x)), basis, law);
     });
-    bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
-      const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
-      add_stretch(Stretch(now), basis, laws.stretch);
-      const Bend bend(now);
-      bend.add_stiffness((1 + joined * bend_time_[e]) * laws.bend.modulus,
-                         moment(bend, laws.bend, basis, v, e), exact, basis, sum);
+    visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
+      const Bend bend(materials::derivatives(basis, x));
+      bend.add_stiffness((1 + joined * bend_time_[e]) * law.modulus, moment(bend, law, basis, v, e),
+                         exact, basis, sum);
     });
   }
   // D, or its product if it is joined to K.
@@ -289,20 +289,26 @@ class ShellElements {
     Nodes product = Nodes::Zero();
     const bool joined = into.is_joined();
     const Nodes along = joined ? gather(e, into.along) : product;
-    const auto add_stretch = [&](const Stretch& stretch, const Basis& basis, const ShellLaw& law) {
+    for (const FibrePoint& point : fibres_.of(e)) {
+      const Fibre fibre(x * point.slope.matrix());
+      const double modulus = stretch_time_[e] * point.law.modulus;
+      if (joined) {
+        const double rate = fibre.strain_rate(along * point.slope.matrix());
+        fibre.template add_gradient<nodes>(modulus * rate, point.slope, product);
+      } else {
+        fibre.template add_stiffness<nodes>(modulus, 0, point.slope, damping);
+      }
+    }
+    visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
+      const Stretch stretch(materials::derivatives(basis, x));
       const Mat3 modulus = stretch_time_[e] * law.modulus;
       if (!joined) return stretch.add_stiffness(modulus, Vec3::Zero(), basis, damping);
       stretch.add_gradient(modulus * stretch.strain_rate(materials::derivatives(basis, along)),
                            basis, product);
-    };
-    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
-      add_stretch(Stretch(materials::derivatives(basis, x)), basis, law);
     });
-    bend_.visit(e, [&](const Basis& basis, const BendLaws& laws) {
-      const materials::SurfaceDerivatives now = materials::derivatives(basis, x);
-      add_stretch(Stretch(now), basis, laws.stretch);
-      const Bend bend(now);
-      const Mat3 modulus = bend_time_[e] * laws.bend.modulus;
+    visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
+      const Bend bend(materials::derivatives(basis, x));
+      const Mat3 modulus = bend_time_[e] * law.modulus;
       if (!joined) return bend.add_stiffness(modulus, Vec3::Zero(), false, basis, damping);
       bend.add_gradient(modulus * bend.bending_rate(materials::derivatives(basis, along)), basis,
                         product);
@@ -313,8 +319,8 @@ class ShellElements {
 
   std::vector<Stencil> stencils_;
   StencilArray<nodes> elements_;
-  Points<ShellLaw> stretch_;
-  Points<BendLaws> bend_;
+  ElementPoints<FibrePoint> fibres_;
+  Points stretch_, bend_;
   VaryingNumbers stretch_damping_, bend_damping_;
   std::vector<double> stretch_time_, bend_time_;  // s, by element, at the time set
   bool is_damped_ = false;                        // at any time

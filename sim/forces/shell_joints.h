@@ -19,10 +19,7 @@ namespace weft::sim {
 // Stiffness of a joint per length of the border, as a multiple of the bending stiffness over the
 // width of the elements beside it. The angle gives way as if the surface were longer by the inverse
 // of it, in widths of elements (docs/decisions/0051).
-double joint_hardness() {
-  static const double h = std::getenv("HARD") ? std::atof(std::getenv("HARD")) : 1e3;
-  return h;
-}
+inline constexpr double joint_hardness = 1e3;
 
 // The joints of all shells of one degree. Along the border, the change of the angle between both
 // patches (materials/surface_angle.h) is measured at about one point per element.
@@ -105,10 +102,7 @@ class ShellJoints {
 
   void add_joint(const SceneBody& body, const PatchJoint& joint) {
     const SplineAxis axis(degree, static_cast<int>(joint.border.size()), joint.is_closed);
-    const char* rule = std::getenv("RULE");
-    const std::vector<QuadraturePoint> points =
-        rule == nullptr ? axis.strain_points() : axis.gauss_points(std::atoi(rule));
-    for (const QuadraturePoint& at : points) {
+    for (const QuadraturePoint& at : axis.strain_points()) {
       const SplineBasis along = axis.at(at.parameter);
       Stencil& stencil = stencils_.emplace_back();
       Basis& basis = bases_.emplace_back();
@@ -130,7 +124,7 @@ class ShellJoints {
       }
       const SurfaceAngle angle(basis, rest);
       const double length = angle.length() * at.weight;
-      laws_.push_back({joint_hardness() * rigidity(*body.material) / angle.width() * length,
+      laws_.push_back({joint_hardness * rigidity(*body.material) / angle.width() * length,
                        angle.cosine(), angle.sine()});
     }
   }

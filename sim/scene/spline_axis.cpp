@@ -27,7 +27,7 @@ GaussRule gauss_rule(int points) {
   };
   if (points == 2) return both_sides({{std::sqrt(1.0 / 3), 1}});
   if (points == 3) {
-    GaussRule rule = both_sides({{std::sqrt(0.6), 5.0 / 9}});
+    GaussRule rule = both_sides({{std::sqrt(3.0 / 5), 5.0 / 9}});
     rule.abscissae.push_back(0.5);
     rule.weights.push_back(4.0 / 9);
     return rule;
@@ -48,14 +48,14 @@ Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& par
   return values;
 }
 
-// The strain rule at the start of an open axis. The rest of its points have weight 1.
+// The strain points at the start of an open axis. All points from `next` on have weight 1.
 struct EndRule {
   std::vector<QuadraturePoint> points;
-  double next;         // the first point of weight 1
-  int least_elements;  // of an axis with the rule at both ends
+  double next;
+  int least_elements;  // of an axis that has the rule at both ends
 };
-// For degree 3 a hybrid Gauss-trapezoidal rule of order 6 (Alpert 1999, SIAM J. Sci. Comput. 20);
-// for degree 2 that of Gregory, of order 4, whose points are knots.
+// For degree 3 a hybrid Gauss-trapezoidal rule of order 6 (Alpert 1999, SIAM J. Sci. Comput. 20).
+// For degree 2 Gregory's rule of order 4, whose points are knots.
 const EndRule& end_rule(int degree) {
   static const EndRule quadratic{{{0, 3.0 / 8}, {1, 7.0 / 6}, {2, 23.0 / 24}}, 3, 6};
   static const EndRule cubic{{{0.092043746485430549, 0.267358028130155544},
@@ -152,25 +152,35 @@ std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
   return points;
 }
 
-// Away from open ends, points in the middle of the elements (degree 3) or at the knots (degree 2)
-// integrate smooth functions to any order. A clamp fulfils the condition of no strain at the end
-// itself: a quadratic spline needs a point there, or its first element could not bend.
+// Away from open ends, the strain points integrate smooth functions to any order. A clamp fulfils
+// the condition of no strain at an end by itself. A quadratic spline needs a strain point there:
+// with two points in the first element, that element would not bend.
 std::vector<QuadraturePoint> SplineAxis::strain_points() const {
-  std::vector<QuadraturePoint> points;
-  if (is_closed_) {
-    const double offset = degree_ == 3 ? 0.5 : 0;
-    for (int e = 0; e < elements(); ++e) points.push_back({e + offset, 1});
-    return points;
-  }
-  const EndRule& end = end_rule(degree_);
-  // Points at 0, 1/2 and 1 would leave a cubic wave unseen that is steady at the Gauss points.
-  if (degree_ == 3 && elements() == 1) return gauss_points(3);
-  if (elements() < end.least_elements) return greville_points_below();
+  if (is_closed_) return points_of_elements(degree_ == 3 ? 0.5 : 0);
+  const auto& [end, next, least_elements] = end_rule(degree_);
+  if (elements() < least_elements) return greville_points_below();
   const auto length = static_cast<double>(elements());
-  points = end.points;
-  for (double x = end.next; x < length - end.next + 0.25; ++x) points.push_back({x, 1});
-  for (std::size_t i = end.points.size(); i-- > 0;)
-    points.push_back({length - end.points[i].parameter, end.points[i].weight});
+  std::vector<QuadraturePoint> points = end;
+  for (double x = next; x < length - next + 0.25; ++x) points.push_back({x, 1});
+  for (std::size_t i = end.size(); i-- > 0;)
+    points.push_back({length - end[i].parameter, end[i].weight});
+  return points;
+}
+
+// A spline of one element has a wave that is zero at `degree` Gauss points.
+std::vector<QuadraturePoint> SplineAxis::value_points() const {
+  if (is_closed_) return points_of_elements(degree_ == 3 ? 0 : 0.5);
+  return gauss_points(elements() == 1 ? degree_ + 1 : degree_);
+}
+
+// A cubic spline of one element has a wave whose second derivatives are zero at two Gauss points.
+std::vector<QuadraturePoint> SplineAxis::bending_points() const {
+  return gauss_points(!is_closed_ && elements() == 1 ? degree_ : 2);
+}
+
+std::vector<QuadraturePoint> SplineAxis::points_of_elements(double offset) const {
+  std::vector<QuadraturePoint> points;
+  for (int e = 0; e < elements(); ++e) points.push_back({e + offset, 1});
   return points;
 }
 
