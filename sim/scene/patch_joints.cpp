@@ -78,8 +78,7 @@ bool align(const Border& with, Border& border) {
 [[noreturn]] void refuse(const Border& border) {
   throw std::invalid_argument("patch " + std::to_string(border.patch) +
                               " shares a part of its border " + border.name +
-                              " with another patch; patches of a shell share whole borders, with "
-                              "the same control points");
+                              " with another patch");
 }
 
 }  // namespace

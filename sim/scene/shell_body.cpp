@@ -107,7 +107,9 @@ void make_spline(SceneBody& body, const BodyCase& from) {
   try {
     find_patch_joints(body.atlas);
   } catch (const std::invalid_argument& error) {
-    throw CaseError(from.shape.location, '"' + body.name + "\": " + error.what());
+    throw CaseError(from.shape.location,
+                    "the patches of \"" + body.name + "\" do not meet: " + error.what(),
+                    "expected patches that share whole borders, with the same control points");
   }
   body.spline = std::make_shared<const SplineSurface>(body.atlas, body.material->spline_degree);
 }
