@@ -298,7 +298,7 @@ class SelectionChecker {
     const bool in_image = !vertices_.corners.empty() || !vertices_.edges.empty() ||
                           !vertices_.rows.empty() || !vertices_.cols.empty();
     if (!in_image && !vertices_.region_min && !vertices_.region_max) {
-      throw CaseError(locations_.value(path_), "the " + owner_ + " holds nothing",
+      throw CaseError(locations_.value(path_), "the " + owner_ + " selects nothing",
                       "expected corners, edges, rows, cols, or region_min and region_max");
     }
     repeats("corners", vertices_.corners);

@@ -63,8 +63,8 @@ class Checker {
                                       const std::string& instead) const {
     const bool is_path = case_.equilibria.loading == Loading::arc_length;
     fail(place,
-         what + ", which time.method = \"static\" has not with static.loading = " +
-             (is_path ? "\"arc_length\"" : "\"proportional\""),
+         what + ", which static.loading = " + (is_path ? "\"arc_length\"" : "\"proportional\"") +
+             " does not follow",
          "expected " + instead +
              ", static.loading = \"in_time\", or a method that follows the motion in time");
   }

@@ -67,8 +67,8 @@ TEST_P(PulledSquare, ContractsAsItsPoissonRatioSays) {
   const double width = std::sqrt(1 - 2 * 0.3 * strain);
   const double force = 1000 * strain * stretch;
   const std::vector<Vec3>& x = run.position();
-  EXPECT_NEAR((x[7 * 6 + 3] - x[3]).y(), width, 1e-4);
-  EXPECT_NEAR((x[6] - x[0]).x(), stretch, 1e-4);
+  EXPECT_NEAR((x[7 * 6 + 3] - x[3]).y(), width, 1e-5);
+  EXPECT_NEAR((x[6] - x[0]).x(), stretch, 1e-5);
   EXPECT_NEAR(run.vector("reactions/square/pin_2/force").x(), force, 1e-3 * force);
   EXPECT_NEAR(run.vector("reactions/square/pin_1/force").x(), -force, 1e-3 * force);
   EXPECT_NEAR(run.vector("reactions/square/pin_1/force").y(), 0, 1e-9 * force);
@@ -147,6 +147,9 @@ TEST(Symmetry, HalfAPlateSagsLikeTheWhole) {
     const std::string size = is_half ? "[0.5, 0.4]" : "[1, 0.4]";
     const std::string resolution = is_half ? "[7, 11]" : "[7, 19]";
     const std::string second = is_half ? "symmetry_normal = [1, 0, 0]" : "axes = [\"z\"]";
+    // The plane of symmetry keeps the half from sliding; the whole is held at one vertex.
+    const std::string third =
+        is_half ? "" : "[[body.pin]]\nrows = [3, 3]\ncols = [0, 0]\naxes = [\"x\"]\n";
     return R"(
 [time]
 method = "static"
@@ -178,11 +181,9 @@ edges = ["last_col"]
            R"(
 [[body.pin]]
 corners = ["first_first"]
-axes = ["x", "y"]
-[[body.pin]]
-corners = ["last_first"]
-axes = ["x"]
-[[load]]
+axes = ["y"]
+)" + third +
+           R"([[load]]
 body = "plate"
 type = "area"
 force = { times = [0, 1], values = [[0, 0, 0], [0, 0, -20]] }
