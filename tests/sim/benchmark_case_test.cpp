@@ -87,6 +87,19 @@ TEST(BenchmarkCases, OpenCylinderIsPulledApart) {
   expect("free_end", start[end].y() - x[end].y(), 0.025);
 }
 
+// Returns the displacement of a loaded point of a hemisphere, at the end of a row of its image.
+double pulled(const std::string& name, const Overrides& overrides) {
+  Simulation hemisphere = benchmark(name, overrides);
+  const double start = hemisphere.position("hemisphere")[0].x();
+  advance_to(hemisphere, 1);
+  return hemisphere.position("hemisphere")[0].x() - start;
+}
+TEST(BenchmarkCases, HemisphereIsTheSameInOneAndInFourPatches) {
+  const double one = pulled("hemisphere_linear", {resolution(25, 25)});
+  const double four = pulled("hemisphere_patches", {});
+  EXPECT_NEAR(four, one, 1e-3 * one);
+}
+
 // A path of a roof: deflections of its centre (mm) and load factors of 3000 N.
 struct Path {
   std::vector<double> deflection, factor;
