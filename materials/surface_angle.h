@@ -29,7 +29,7 @@ struct AngleLaw {
 
 class SurfaceAngle {
  public:
-  // Where a or b is parallel to t, there is no angle: sine, cosine and moments are zero.
+  // There is no angle if a or b is parallel to t: sine, cosine and moments are then zero.
   SurfaceAngle(const Vec3& t, const Vec3& a, const Vec3& b);
   template <int nodes>
   SurfaceAngle(const AngleBasis<nodes>& basis, const NodesOf<double, nodes>& x)
