@@ -19,6 +19,10 @@ constexpr double increment_of_first = 1.0 / 16;
 constexpr double first_homotopy_step = 0.25, least_homotopy_step = 1.0 / 256;
 // Longest extrapolation of the last step, in lengths of that step.
 constexpr double longest_extrapolation = 2.5;
+// An equilibrium is on the path of the last ones if it lies within this many lengths of what the
+// last step leads to, and of the fraction `least_stray` of the size. Near a limit point, steps of
+// one load grow by a factor of 2.4.
+constexpr double farthest_stray = 4, least_stray = 1e-3;
 
 // Finds the equilibrium at each time by Newton's method from the one before.
 class QuasiStaticIntegrator final : public OneStepIntegrator {
@@ -75,6 +79,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     for (const bool careful : {false, true}) {
       if (!begin_search(end, careful, y)) return Trouble::surfaces;
       found = search(end, careful, y);
+      if (found == End::converged && is_elsewhere(end, y)) found = End::diverged;
       if (found == End::converged) return accept_equilibrium();
       if (found == End::stopped) return Trouble::not_converged;
     }
@@ -85,6 +90,25 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     if (found != End::blocked) return Trouble::not_converged;
     set_fault(newton_.fault());
     return Trouble::surfaces;
+  }
+
+  // True if an equilibrium was reached through unstable states and lies far from where the last
+  // step leads: it is on another branch, beyond a limit point.
+  bool is_elsewhere(double end, std::span<const double> y) const {
+    if (earlier_.empty()) return false;
+    if (newton_.most_negative_directions() <= std::max(negative_, newton_.negative_directions()))
+      return false;
+    const double lengths = (end - known_time_) / (known_time_ - earlier_time_);
+    const double expected = lengths * largest_move(earlier_, known_) + least_stray * newton_.size();
+    return largest_move(known_, y) > farthest_stray * expected;
+  }
+  // Returns the largest distance (m) of a particle between two states.
+  static double largest_move(std::span<const double> from, std::span<const double> to) {
+    const StateView first = StateView::of(from), second = StateView::of(to);
+    double largest = 0;
+    for (std::size_t i = 0; i < first.position.size(); ++i)
+      largest = std::max(largest, (second.position[i] - first.position[i]).norm());
+    return largest;
   }
 
   Trouble accept_equilibrium() {

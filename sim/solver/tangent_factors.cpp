@@ -14,6 +14,9 @@ using Matrix = Eigen::SparseMatrix<double>;
 
 // Smallest pivot, as a fraction of its diagonal entry, that is told from rounding.
 constexpr double smallest_pivot = 1e-15;
+// Largest residual of a solution, as a fraction of the right-hand side. Where K is singular but for
+// rounding, the residual is of the order of the right-hand side itself.
+constexpr double largest_residual = 1e-2;
 
 }  // namespace
 
@@ -141,6 +144,8 @@ bool TangentFactors::solve(std::span<const Vec3> force, std::span<Vec3> displace
     right.segment<3>(static_cast<Eigen::Index>(3 * i)) = force[self.free[i]];
   const Eigen::VectorXd result = self.factors.solve(right);
   if (!result.allFinite()) return false;
+  const Eigen::VectorXd product = self.matrix.selfadjointView<Eigen::Lower>() * result;
+  if ((product - right).norm() > largest_residual * right.norm()) return false;
   for (std::size_t i = 0; i < self.free.size(); ++i)
     displacement[self.free[i]] = result.segment<3>(static_cast<Eigen::Index>(3 * i));
   return true;

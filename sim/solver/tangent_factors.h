@@ -26,7 +26,7 @@ class TangentFactors {
   int negative_directions() const;
   // Solves K displacement = force. Both have one entry per dynamic particle; displacements of held
   // particles become zero, and forces on them are not read. Returns false if the displacement is
-  // not finite.
+  // not finite or does not fulfil the equation: K is then singular but for rounding.
   bool solve(std::span<const Vec3> force, std::span<Vec3> displacement) const;
   // The particle whose pivot is the smallest against its own diagonal entry, also after factorise()
   // returned false: it moves in the direction in which K is weakest. -1 if nothing is free.
