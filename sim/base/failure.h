@@ -17,7 +17,7 @@ struct Failure {
     energy,             // the motion has gained energy
     cpu_limit,          // compute.cpu_limit is reached
     interrupted,        // stopped from outside
-    solver              // SUNDIALS stopped for another reason
+    solver              // SUNDIALS, or a search for eigenvalues, stopped for another reason
   };
   Kind kind = Kind::solver;
   double time = 0;    // s
