@@ -9,10 +9,10 @@ namespace weft::sim {
 
 namespace {
 
-// The nodes that a level keeps along one axis of a patch.
+// The nodes of a level along one axis of a patch.
 struct Axis {
-  int quads = 0;      // of the patch
-  int intervals = 0;  // of the level
+  int quads = 0;      // of the patch along this axis
+  int intervals = 0;  // of the level along this axis
   bool wraps = false;
 
   int nodes() const { return wraps ? intervals : intervals + 1; }
@@ -20,8 +20,8 @@ struct Axis {
     return intervals == quads ? quads >= 4 : intervals % 2 == 0 && intervals >= 4;
   }
   // Returns the texel of node j, or `quads` for the node after the last of a wrapped axis. Halves
-  // are rounded towards the middle, so that an axis and its mirror image across a seam keep the
-  // same texels.
+  // are rounded towards the middle of the axis. Hence an axis and its mirror image across a seam
+  // keep equal texels.
   int texel(int j) const {
     const auto rounded = [&](int i) {
       return (2 * i * static_cast<long>(quads) + intervals) / (2L * intervals);
@@ -30,9 +30,9 @@ struct Axis {
   }
 };
 
-// Returns the number of intervals on the next coarser level. On coarser levels this is half. From
-// the finest level it is the number of the form (4 .. 7) 2^k, 2 or 3 whose ratio to half the quads
-// is nearest to one: such numbers can be halved often.
+// Returns the number of intervals on the next coarser level. Below the finest level it is half.
+// From the finest level it is 2, 3 or (4 .. 7) 2^k, whichever is nearest to half the quads by
+// ratio. Such numbers can be halved often.
 int fewer_intervals(const Axis& axis) {
   if (axis.intervals != axis.quads) return axis.intervals / 2;
   int best = axis.quads >= 5 ? 3 : 2;
@@ -45,10 +45,10 @@ int fewer_intervals(const Axis& axis) {
   return best;
 }
 
-// A patch on one level. Coarse nodes from which no free node is interpolated are -1.
+// A patch on one level.
 struct LevelImage {
   Axis rows, cols;
-  std::vector<int> node;  // rows.nodes() x cols.nodes()
+  std::vector<int> node;  // rows.nodes() x cols.nodes(); -1: no free finer node depends on it
 
   int at(int row, int col) const {
     return node[static_cast<std::size_t>(row % rows.nodes()) * cols.nodes() + col % cols.nodes()];
@@ -73,7 +73,8 @@ std::vector<LevelImage> images_of(const Scene& scene) {
   return images;
 }
 
-// The coarse nodes on either side of a node of the fine axis, by the index of the first.
+// The coarse nodes around a node of the fine axis: the index of the one before or at it, and the
+// interpolation weight of the next one.
 struct Place {
   int before = 0;
   double weight_after = 0;
@@ -86,7 +87,7 @@ std::vector<Place> places(const Axis& fine, const Axis& coarse) {
     const int texel = fine.texel(i);
     while (j + 1 < coarse.nodes() && coarse.texel(j + 1) <= texel) ++j;
     const int start = coarse.texel(j);
-    // An open axis has no node after its last one.
+    // A node at the end of an open axis has weight 0: no coarse node follows it.
     const double weight =
         texel == start ? 0 : (texel - start) / static_cast<double>(coarse.texel(j + 1) - start);
     result.push_back({j, weight});
@@ -94,7 +95,8 @@ std::vector<Place> places(const Axis& fine, const Axis& coarse) {
   return result;
 }
 
-// Makes the next coarser level of the `fine` images, which have `count` nodes together.
+// Makes the next coarser level of the `fine` images. `count` is the number of their nodes; `fixed`
+// marks fixed nodes, or is empty if there are none.
 class Coarsening {
  public:
   Coarsening(const std::vector<LevelImage>& fine, int count, std::span<const char> fixed)
@@ -129,7 +131,7 @@ class Coarsening {
     }
   }
 
-  // Returns the indices of the fine axis that the coarse one keeps.
+  // Returns the indices, on the fine axis, of the nodes that the coarse axis keeps.
   static std::vector<int> kept(const Axis& fine, const Axis& coarse) {
     std::vector<int> result;
     int i = 0;
@@ -140,8 +142,9 @@ class Coarsening {
     return result;
   }
 
-  // Sets the parents of fine nodes: a kept node is its own parent, any other has the corners around
-  // it. The first image that contains a node decides.
+  // Sets the parents of the free fine nodes, from which they are interpolated. A kept node is its
+  // own parent. Any other has the corners of the coarse quad around it. If several images contain a
+  // node, the first decides.
   void find_parents(const LevelImage& fine, const LevelImage& coarse) {
     const std::vector<Place> rows = places(fine.rows, coarse.rows),
                              cols = places(fine.cols, coarse.cols);
@@ -166,7 +169,8 @@ class Coarsening {
     }
   }
 
-  // Two corners may be the same node on a short closed axis; their weights add up.
+  // Adds a parent. Two corners may be the same node on a short wrapped axis; their weights then
+  // add up.
   static void add(std::vector<Parent>& parents, int node, double weight) {
     if (node < 0) return;
     const auto same = std::find_if(parents.begin(), parents.end(),
@@ -178,7 +182,7 @@ class Coarsening {
     }
   }
 
-  // Removes the coarse nodes that no free node is interpolated from: they are no unknowns.
+  // Removes coarse nodes from which no free node is interpolated: they are not unknowns.
   void drop_childless() {
     std::vector<int> renumbered(coarse_count_, -1);
     for (const auto& parents : parents_of_) {
@@ -196,7 +200,7 @@ class Coarsening {
     }
   }
 
-  std::vector<int> number_;  // of a kept node on the coarse level; -1 for others
+  std::vector<int> number_;  // by fine node: its number on the coarse level; -1: not kept
   std::vector<std::vector<Parent>> parents_of_;
   std::span<const char> fixed_;
   std::vector<LevelImage> images_;
