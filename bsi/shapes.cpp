@@ -133,6 +133,36 @@ Surface make_torus(double major_radius, double minor_radius, int rows, int cols)
   });
 }
 
+Surface cut_into_patches(const Surface& surface, int patch_rows, int patch_cols) {
+  if (surface.atlas.patches().size() != 1)
+    throw std::invalid_argument("only a surface of one patch can be cut into patches");
+  const Patch& whole = surface.atlas.patches()[0];
+  if (patch_rows < 1 || patch_cols < 1 || whole.quad_rows() % patch_rows != 0 ||
+      whole.quad_cols() % patch_cols != 0) {
+    throw std::invalid_argument("the image does not divide into patches of equal size");
+  }
+  const int quad_rows = whole.quad_rows() / patch_rows, quad_cols = whole.quad_cols() / patch_cols;
+  Patch patch = whole;  // an axis that is not cut stays closed if it is
+  if (patch_rows > 1) {
+    patch.rows = quad_rows + 1;
+    patch.wrap_v = false;
+  }
+  if (patch_cols > 1) {
+    patch.cols = quad_cols + 1;
+    patch.wrap_u = false;
+  }
+  std::vector<Label> labels;
+  for (int tile = 0; tile < patch_rows * patch_cols; ++tile) {
+    for (int texel = 0; texel < patch.texel_count(); ++texel) {
+      const int row = tile / patch_cols * quad_rows + texel / patch.cols;
+      const int col = tile % patch_cols * quad_cols + texel % patch.cols;
+      labels.push_back({surface.atlas.particle(0, row, col), 0, 0});
+    }
+  }
+  return make_sewn(std::vector<Patch>(patch_rows * patch_cols, patch), labels,
+                   [&](const Label& label) { return surface.positions[label[0]]; });
+}
+
 namespace {
 
 bool on_border(const Patch& patch, const TexelAddress& place) {

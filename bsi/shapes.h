@@ -67,6 +67,11 @@ Surface make_sphere_sector(double radius, double south_deg, double north_deg, in
 // and n columns. Each face of the cube is split into 2 x 4 patches. The normal points outwards.
 Surface make_blob(double radius, int n);
 
+// Cuts a surface of one patch into patch_rows x patch_cols patches of equal size, numbered row by
+// row and sewn where they meet. A closed axis that is cut is open in each patch. Throws
+// std::invalid_argument if the surface has several patches or its quads do not divide evenly.
+Surface cut_into_patches(const Surface& surface, int patch_rows, int patch_cols);
+
 // A surface from the positions (m) of its texels, patch by patch and row by row, as read from a
 // file. Border texels of different patches at exactly the same position are sewn. Throws
 // std::invalid_argument on a wrong number of positions, or on one that is not finite, naming the

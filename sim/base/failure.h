@@ -17,7 +17,7 @@ struct Failure {
     energy,             // the motion has gained energy
     cpu_limit,          // compute.cpu_limit is reached
     interrupted,        // a user or another program has stopped the run
-    solver              // SUNDIALS, or a search for eigenvalues, stopped for another reason
+    solver              // SUNDIALS stopped for another reason
   };
   Kind kind = Kind::solver;
   double time = 0;    // s

@@ -121,6 +121,7 @@ struct ShapeCase {
   ShapeType type = ShapeType::rectangle;
   std::vector<double> size;            // rectangle, plane: [x, y]; box: [x, y, z]; m
   std::vector<int> resolution;         // vertices, in the order of docs/guide.md, Shapes
+  std::vector<int> patches;            // [along rows, along columns]; empty: as the type has them
   std::optional<double> radius;        // m; not of rectangle, plane, annulus, box, torus, file
   double top_radius = 0;               // cone: m; 0 is an apex
   std::optional<double> length;        // cylinder, capsule, cone: m

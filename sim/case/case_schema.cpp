@@ -272,7 +272,7 @@ Table describe(MaterialCase& target) {
 }
 
 Table describe(ShapeCase& target) {
-  auto& [type, size, resolution, radius, top_radius, length, inner_radius, outer_radius,
+  auto& [type, size, resolution, patches, radius, top_radius, length, inner_radius, outer_radius,
          major_radius, minor_radius, latitude, angle, path, dataset, wrap_u, wrap_v, location] =
       target;
   Table result{{
@@ -317,6 +317,13 @@ Table describe(ShapeCase& target) {
           .entries(1, 3)
           .only_for("type", {"rectangle", "disc", "annulus", "box", "cylinder", "capsule", "cone",
                              "torus", "sphere", "sphere_sector", "blob"}),
+      field("patches", &patches, "", at_least(1),
+            "[rows, cols] of patches into which the image is cut: patches of one size, sewn where "
+            "they meet and numbered row by row. The image's quads along each axis must divide "
+            "evenly.")
+          .entries(2, 2)
+          .with_default("one")
+          .only_for("type", {"rectangle", "annulus", "cylinder", "torus", "sphere_sector"}),
       field("radius", &radius, "m", positive, "Radius; of a cone: at its base, at the bottom.")
           .needed()
           .only_for("type",

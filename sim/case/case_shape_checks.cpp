@@ -47,6 +47,37 @@ ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   return {static_cast<std::int64_t>(std::min(patches, 1e18)), side + 1, side + 1};
 }
 
+// True if the columns of the shape's only patch close around the z axis.
+bool closes_around(const ShapeCase& shape) {
+  switch (shape.type) {
+    case ShapeType::annulus:
+    case ShapeType::cylinder:
+    case ShapeType::sphere_sector:
+      return shape.angle_deg == 360;
+    case ShapeType::cone:
+      return !has_apex(shape);
+    default:
+      return shape.type == ShapeType::torus;
+  }
+}
+
+// Quads along an axis of a shape's only patch: 0 along its rows' direction v, 1 along u.
+std::int64_t quads_along(const ShapeCase& shape, int axis) {
+  const bool is_closed = axis == 0 ? shape.type == ShapeType::torus : closes_around(shape);
+  return shape.resolution[axis] - (is_closed ? 0 : 1);
+}
+
+// Returns the size of the image of a shape that is one patch, or cut into patches of one size.
+ImageSize cut_size(const ShapeCase& shape) {
+  ImageSize size{1, shape.resolution[0], shape.resolution[1]};
+  if (shape.patches.empty()) return size;
+  const std::int64_t n = shape.patches[0], m = shape.patches[1];
+  if (n > 1) size.rows = quads_along(shape, 0) / n + 1;
+  if (m > 1) size.cols = quads_along(shape, 1) / m + 1;
+  size.patches = n * m;
+  return size;
+}
+
 // Returns the size of a shape's image. Returns nothing for a shape from a file, whose size is
 // unknown before the file is opened. Precondition: the resolution has the right number of entries,
 // each at least 2.
@@ -69,7 +100,7 @@ std::optional<ImageSize> image_size(const ShapeCase& shape) {
     case ShapeType::capsule:
       return block_size(2 * (last - 1), 2 * (last - 1), 2 * (last - 1) + n - 1);
     default:
-      return ImageSize{1, n, last};
+      return cut_size(shape);
   }
 }
 
@@ -100,20 +131,6 @@ ResolutionEntries resolution_entries(const ShapeCase& shape) {
   }
 }
 
-// True if the columns of the shape's only patch close around the z axis.
-bool closes_around(const ShapeCase& shape) {
-  switch (shape.type) {
-    case ShapeType::annulus:
-    case ShapeType::cylinder:
-    case ShapeType::sphere_sector:
-      return shape.angle_deg == 360;
-    case ShapeType::cone:
-      return !has_apex(shape);
-    default:
-      return shape.type == ShapeType::torus;
-  }
-}
-
 class ShapeChecker {
  public:
   ShapeChecker(const ShapeCase& shape, const std::string& path, const Locations& locations)
@@ -124,6 +141,7 @@ class ShapeChecker {
     if (shape_.type != ShapeType::plane) {
       resolution();
       closed_axes();
+      patches();
     }
     if (shape_.type == ShapeType::torus) {
       below("minor_radius", *shape_.minor_radius, "major_radius", *shape_.major_radius);
@@ -166,6 +184,17 @@ class ShapeChecker {
       fail(join_path("resolution", 1),
            type_with_article() + " of " + counted(shape_.resolution[1], "column", "columns"),
            "expected at least 3: columns go around");
+    }
+  }
+
+  void patches() const {
+    for (std::size_t axis = 0; axis < shape_.patches.size(); ++axis) {
+      const std::int64_t quads = quads_along(shape_, static_cast<int>(axis));
+      if (quads % shape_.patches[axis] == 0) continue;
+      fail(join_path("patches", axis),
+           std::to_string(quads) + (axis == 0 ? " rows" : " columns") +
+               " of quads do not divide into " + std::to_string(shape_.patches[axis]) + " patches",
+           "expected a divisor of " + std::to_string(quads));
     }
   }
 

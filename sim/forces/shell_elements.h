@@ -35,8 +35,13 @@ class ShellElements {
     for (std::size_t p = 0; p < body.spline->patches().size(); ++p)
       add_patch(body, static_cast<int>(p));
     const int added = static_cast<int>(stencils_.size()) - first;
-    stretch_damping_.append(added, body.material->stiffness_damping);
-    bend_damping_.append(added, body.material->bending_damping);
+    const auto append = [&](const Varying<double>& from, VaryingNumbers& numbers,
+                            std::vector<double>& times) {
+      numbers.append(added, from);
+      times.resize(stencils_.size(), from.constant_or_zero());
+    };
+    append(body.material->stiffness_damping, stretch_damping_, stretch_time_);
+    append(body.material->bending_damping, bend_damping_, bend_time_);
     is_damped_ |=
         !body.material->stiffness_damping.is_zero() || !body.material->bending_damping.is_zero();
   }
@@ -46,8 +51,6 @@ class ShellElements {
     fibres_.finish(elements_.count());
     stretch_.finish(elements_.count());
     bend_.finish(elements_.count());
-    stretch_time_.assign(elements_.count(), 0);
-    bend_time_.assign(elements_.count(), 0);
     set_time({});
   }
 
@@ -172,7 +175,7 @@ class ShellElements {
     add_fibres(materials::FibreAxis::v, body, first, u, v);
     add_points(body, first, u, v, u.strain_points(), v.strain_points(), materials::membrane_law,
                stretch_);
-    add_points(body, first, u, v, u.gauss_points(2), v.gauss_points(2), materials::bending_law,
+    add_points(body, first, u, v, u.bending_points(), v.bending_points(), materials::bending_law,
                bend_);
   }
   template <class MakeLaw>

@@ -70,7 +70,9 @@ bsi::Surface make_shape(const ShapeCase& shape, const Case& source) {
 
 bsi::Surface build_shape(const ShapeCase& shape, const Case& source) {
   try {
-    return make_shape(shape, source);
+    bsi::Surface surface = make_shape(shape, source);
+    if (shape.patches.empty()) return surface;
+    return bsi::cut_into_patches(surface, shape.patches[0], shape.patches[1]);
   } catch (const std::invalid_argument& error) {
     throw CaseError(shape.location, error.what());
   } catch (const FileError& error) {

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "sim/case/case_error.h"
+#include "sim/scene/patch_joints.h"
 #include "sim/scene/spline_surface.h"
 
 namespace weft::sim {
@@ -100,6 +102,13 @@ double area_factor(const SceneBody& body, const SplineSurface::Point& point) {
 
 void make_spline(SceneBody& body, const BodyCase& from) {
   require_control_points(body, from);
+  try {
+    find_patch_joints(body.atlas);
+  } catch (const std::invalid_argument& error) {
+    throw CaseError(from.shape.location,
+                    "the patches of \"" + body.name + "\" do not meet: " + error.what(),
+                    "expected patches that share whole borders, with the same control points");
+  }
   body.spline = std::make_shared<const SplineSurface>(body.atlas, body.material->spline_degree);
 }
 

@@ -11,7 +11,8 @@
 namespace weft::sim {
 
 // Gives a body its spline surface. Precondition: its material is a shell. Throws CaseError at the
-// shape if an axis has fewer control points than the degree needs.
+// shape if an axis has fewer control points than the degree needs, or if patches share a part of a
+// border only.
 void make_spline(SceneBody& body, const BodyCase& from);
 
 // Returns the control points of a shell for an image of points on it (m, by particle): the image

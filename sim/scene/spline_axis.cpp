@@ -48,16 +48,21 @@ Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& par
   return values;
 }
 
-// The strain points in the first two elements of an open axis. They are those of a hybrid
-// Gauss-trapezoidal rule (Alpert 1999, SIAM J. Sci. Comput. 20). With points of weight 1 from there
-// on, at 2.5, 3.5 .. (degree 3) or at 2, 3 .. (degree 2), the rule is of order 6 or 4.
-constexpr int end_length = 2, least_elements_of_end_points = 2 * end_length;
-const std::vector<QuadraturePoint>& end_points(int degree) {
-  static const std::vector<QuadraturePoint> quadratic{{0.224578497981261393, 0.554078164360637193},
-                                                      {1.013719374359164138, 0.945921835639362806}};
-  static const std::vector<QuadraturePoint> cubic{{0.092043746485430549, 0.267358028130155544},
-                                                  {0.612987968366781725, 0.756204019420385195},
-                                                  {1.505657097358756584, 0.976437952449459259}};
+// The strain points at the start of an open axis. All points from `next` on have weight 1.
+struct EndRule {
+  std::vector<QuadraturePoint> points;
+  double next;
+  int least_elements;  // of an axis that has the rule at both ends
+};
+// For degree 3 a hybrid Gauss-trapezoidal rule of order 6 (Alpert 1999, SIAM J. Sci. Comput. 20).
+// For degree 2 Gregory's rule of order 4, whose points are knots.
+const EndRule& end_rule(int degree) {
+  static const EndRule quadratic{{{0, 3.0 / 8}, {1, 7.0 / 6}, {2, 23.0 / 24}}, 3, 6};
+  static const EndRule cubic{{{0.092043746485430549, 0.267358028130155544},
+                              {0.612987968366781725, 0.756204019420385195},
+                              {1.505657097358756584, 0.976437952449459259}},
+                             2.5,
+                             4};
   return degree == 2 ? quadratic : cubic;
 }
 
@@ -147,23 +152,30 @@ std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
   return points;
 }
 
-// Away from open ends, the strain points integrate smooth functions to any order.
+// Away from open ends, the strain points integrate smooth functions to any order. A clamp fulfils
+// the condition of no strain at an end by itself. A quadratic spline needs a strain point there:
+// with two points in the first element, that element would not bend.
 std::vector<QuadraturePoint> SplineAxis::strain_points() const {
-  const double offset = degree_ == 3 ? 0.5 : 0;
-  if (is_closed_) return points_of_elements(offset);
-  if (elements() < least_elements_of_end_points) return greville_points_below();
-  const std::vector<QuadraturePoint>& end = end_points(degree_);
+  if (is_closed_) return points_of_elements(degree_ == 3 ? 0.5 : 0);
+  const auto& [end, next, least_elements] = end_rule(degree_);
+  if (elements() < least_elements) return greville_points_below();
   const auto length = static_cast<double>(elements());
   std::vector<QuadraturePoint> points = end;
-  for (double x = end_length + offset; x < length - end_length + 0.25; ++x)
-    points.push_back({x, 1});
+  for (double x = next; x < length - next + 0.25; ++x) points.push_back({x, 1});
   for (std::size_t i = end.size(); i-- > 0;)
     points.push_back({length - end[i].parameter, end[i].weight});
   return points;
 }
 
+// A spline of one element has a wave that is zero at `degree` Gauss points.
 std::vector<QuadraturePoint> SplineAxis::value_points() const {
-  return is_closed_ ? points_of_elements(degree_ == 3 ? 0 : 0.5) : gauss_points(degree_);
+  if (is_closed_) return points_of_elements(degree_ == 3 ? 0 : 0.5);
+  return gauss_points(elements() == 1 ? degree_ + 1 : degree_);
+}
+
+// A cubic spline of one element has a wave whose second derivatives are zero at two Gauss points.
+std::vector<QuadraturePoint> SplineAxis::bending_points() const {
+  return gauss_points(!is_closed_ && elements() == 1 ? degree_ : 2);
 }
 
 std::vector<QuadraturePoint> SplineAxis::points_of_elements(double offset) const {

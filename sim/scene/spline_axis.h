@@ -56,13 +56,16 @@ class SplineAxis {
   std::vector<QuadraturePoint> gauss_points(int per_element) const;
   // Points at which strains along the axis are integrated: about one per element, so that thin
   // shells are free to bend without stretching. There the slope of the spline's shortest wave is
-  // largest. Order 6 for degree 3, order 4 for degree 2; 3 or 2 on open axes of fewer than four
-  // elements.
+  // largest. Order 6 for degree 3, order 4 for degree 2; at least 3 on open axes of fewer than four
+  // elements of degree 3, and 2 on those of fewer than six of degree 2.
   std::vector<QuadraturePoint> strain_points() const;
   // Points at which strains across the axis are integrated, enough for all values of the spline:
-  // `degree` Gauss points per element of an open axis. A closed axis has one per element, where the
-  // value of the spline's shortest wave is largest.
+  // `degree` Gauss points per element of an open axis, one more if it is a single element. A closed
+  // axis has one per element, where the value of the spline's shortest wave is largest.
   std::vector<QuadraturePoint> value_points() const;
+  // Points at which bending is integrated: two Gauss points per element, `degree` on an open axis
+  // of a single element.
+  std::vector<QuadraturePoint> bending_points() const;
 
  private:
   std::vector<QuadraturePoint> points_of_elements(double offset) const;

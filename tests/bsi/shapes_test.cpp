@@ -265,6 +265,15 @@ std::vector<SmoothShape> smooth_shapes() {
        0.25 * (sine(50) - sine(10)) * 2 * kPi,
        {},
        25},
+      {"sphere_zone_of_patches",
+       [](int n) {
+         return cut_into_patches(make_sphere_sector(0.5, 10, 50, 2 * n + 1, 12 * n), 2, 3);
+       },
+       [](const Vec3& p) { return p; },
+       0,
+       0.25 * (sine(50) - sine(10)) * 2 * kPi,
+       {},
+       25},
   };
 }
 
@@ -355,6 +364,32 @@ TEST(Shapes, CapsuleIsRoundAtBothEnds) {
   for (const Vec3& p : surface.positions) {
     EXPECT_NEAR(from_segment(0.25)(p).norm(), 0.3, 1e-15);
   }
+}
+
+// Patches of a cut surface have the positions of the whole one, in their places.
+TEST(CutIntoPatches, KeepsEveryVertex) {
+  const Surface whole = make_torus(2, 1, 6, 8);
+  for (const auto& [rows, cols] :
+       {std::pair(1, 1), std::pair(1, 2), std::pair(3, 1), std::pair(2, 4)}) {
+    const Surface cut = cut_into_patches(whole, rows, cols);
+    EXPECT_EQ(cut.atlas.particle_count(), whole.atlas.particle_count());
+    ASSERT_EQ(cut.atlas.patches().size(), static_cast<std::size_t>(rows * cols));
+    const Patch& patch = cut.atlas.patches()[0];
+    EXPECT_EQ(patch.wrap_u, cols == 1);
+    EXPECT_EQ(patch.wrap_v, rows == 1);
+    for (int p = 0; p < rows * cols; ++p) {
+      for (int r = 0; r < patch.rows; ++r) {
+        for (int c = 0; c < patch.cols; ++c) {
+          const int row = p / cols * patch.quad_rows() + r, col = p % cols * patch.quad_cols() + c;
+          EXPECT_EQ(cut.positions[cut.atlas.particle(p, r, c)],
+                    whole.positions[whole.atlas.particle(0, row, col)]);
+        }
+      }
+    }
+  }
+  EXPECT_THROW(cut_into_patches(whole, 4, 1), std::invalid_argument);
+  EXPECT_THROW(cut_into_patches(whole, 0, 1), std::invalid_argument);
+  EXPECT_THROW(cut_into_patches(make_sphere(1, 5), 2, 2), std::invalid_argument);
 }
 
 TEST(Shapes, SectorsBeginAtTheXAxis) {

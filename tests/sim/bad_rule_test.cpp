@@ -177,6 +177,20 @@ shape = { type = "torus", major_radius = 2, minor_radius = 1, angle_deg = 90, re
 )" + sheet,
        R"(case.toml:3:63: "angle_deg" does not belong to type = "torus"
   expected only with type = "annulus", "cylinder", "sphere_sector")"},
+      {"patches_that_do_not_divide",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "cylinder", radius = 1, length = 1, resolution = [9, 12], patches = [2, 5] }
+)" + sheet,
+       R"(case.toml:3:91: 12 columns of quads do not divide into 5 patches
+  expected a divisor of 12)"},
+      {"patches_of_sphere",
+       R"([[obstacle]]
+name = "thing"
+shape = { type = "sphere", radius = 1, resolution = [9], patches = [2, 2] }
+)" + sheet,
+       R"(case.toml:3:58: "patches" does not belong to type = "sphere"
+  expected only with type = "rectangle", "annulus", "cylinder", "torus", "sphere_sector")"},
       {"latitude_missing",
        R"([[obstacle]]
 name = "thing"

@@ -86,6 +86,21 @@ class ShellModel {
     return 0;
   }
 
+  // Returns the tangent stiffness (N/m) of all control points, without supports.
+  Eigen::MatrixXd tangent() const {
+    const std::vector<Vec3> rest(x_.size(), Vec3::Zero());
+    BlockMatrix stiffness(pattern_);
+    for (const auto& each : forces_)
+      each->add_derivatives({x_, rest}, {stiffness, &stiffness}, Definiteness::exact, 1);
+    const auto size = static_cast<Eigen::Index>(3 * x_.size());
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(size, size);
+    for (int i = 0; i < pattern_->rows(); ++i) {
+      for (int slot = pattern_->row_begin(i); slot < pattern_->row_end(i); ++slot)
+        all.block<3, 3>(3 * i, 3 * pattern_->column(slot)) = stiffness.block(i, slot);
+    }
+    return all;
+  }
+
  private:
   struct Tie {
     int a, b, axis;
