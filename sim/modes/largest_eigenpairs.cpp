@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace weft::sim {
 
@@ -37,12 +38,14 @@ class Operator {
       perform_op(x.data(), y.data());
       x = y;
     }
-    if (const double norm = x.norm(); norm > 0) scale_ = 1 / norm;
+    norm_ = x.norm();
+    if (norm_ > 0) scale_ = 1 / norm_;
   }
 
   Eigen::Index rows() const { return a_.rows(); }
   Eigen::Index cols() const { return a_.cols(); }
   double scale() const { return scale_; }
+  bool is_zero() const { return norm_ == 0; }
 
   void perform_op(const double* in, double* out) const {
     Vector x = Eigen::Map<const Vector>(in, rows());
@@ -63,6 +66,7 @@ class Operator {
   const Matrix& a_;
   const SymmetricFactors& factors_;
   const std::vector<Eigenpair>* known_ = nullptr;
+  double norm_ = 0;  // of the operator, estimated from below
   double scale_ = 1;
 };
 
@@ -83,7 +87,7 @@ std::vector<Eigenpair> dense_pairs(const Operator& of) {
 }
 
 // Appends `count` pairs. Returns false if Lanczos does not converge.
-bool add_pairs(Operator& of, int count, std::vector<Eigenpair>& pairs) {
+bool add_pairs(Operator& of, int count, std::vector<Eigenpair>& pairs) try {
   of.set_known(pairs);
   const Eigen::Index vectors = 2 * count + more_vectors;
   Spectra::SymEigsSolver<Operator> solver(of, count, std::min(vectors, of.rows()));
@@ -95,6 +99,8 @@ bool add_pairs(Operator& of, int count, std::vector<Eigenpair>& pairs) {
   for (Eigen::Index i = 0; i < values.size(); ++i)
     pairs.push_back({values[i] / of.scale(), found.col(i)});
   return true;
+} catch (const std::runtime_error&) {
+  return false;  // the small eigenproblems within Lanczos have iterations of their own
 }
 
 // Number of eigenvalues whose magnitude is larger than `least` > 0.
@@ -118,6 +124,7 @@ std::optional<std::vector<Eigenpair>> largest_eigenpairs(const Matrix& a, const 
                                                          int count) {
   Operator of(a, factors);
   std::vector<Eigenpair> pairs;
+  if (of.is_zero()) return pairs;
   count = std::min(count, static_cast<int>(a.rows()));
   if (a.rows() <= 2 * count + more_vectors) {
     pairs = dense_pairs(of);

@@ -26,8 +26,8 @@ struct Eigenpair {
 // F t - A has as many negative pivots as there are values above t. Missing pairs are searched for
 // orthogonally to those found.
 //
-// Returns nothing if Lanczos does not converge. Deterministic: it starts from a fixed vector. Costs
-// one or two factorisations, and some ten solutions per pair.
+// Returns no pairs if A is zero, and nothing if Lanczos does not converge. Deterministic: it starts
+// from a fixed vector. Costs one or two factorisations, and some ten solutions per pair.
 std::optional<std::vector<Eigenpair>> largest_eigenpairs(const Eigen::SparseMatrix<double>& a,
                                                          const Eigen::SparseMatrix<double>& f,
                                                          const SymmetricFactors& factors,

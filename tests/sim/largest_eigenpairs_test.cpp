@@ -112,6 +112,10 @@ TEST(LargestEigenpairs, AreAllOfASmallMatrix) {
   expect_solutions(a, f, pairs);
 }
 
+TEST(LargestEigenpairs, AreNoneOfZero) {
+  EXPECT_TRUE(solve(Matrix(121, 121), laplacian(11, 5), 3).empty());
+}
+
 // Spectra's own test of convergence is absolute below 4e-11.
 TEST(LargestEigenpairs, DependOnNoUnit) {
   const Matrix a = random_symmetric(120, 5), f = laplacian(11, 5).topLeftCorner(120, 120);

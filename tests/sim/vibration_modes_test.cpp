@@ -184,6 +184,42 @@ TEST(Modes, OfClothWithoutTensionAreSlack) {
   for (const VibrationMode& mode : found.modes) EXPECT_EQ(mode.kind, Kind::slack);
 }
 
+// Four vertices of a sheet lie on a plate and can only rise. Each has the stiffness b'' of the
+// barrier times its area: omega^2 = b'' / density, where b' = density gravity in equilibrium.
+TEST(Modes, HaveSpringsForContacts) {
+  const std::string resting = R"(
+[material.cloth]
+density = 0.2
+[[body]]
+name = "sheet"
+position = [0.003, 0.002, 0.0016]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [2, 2] }
+[[body.pin]]
+rows = [0, -1]
+axes = ["x", "y"]
+[[obstacle]]
+name = "plate"
+shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
+)";
+  struct Rest {
+    double height, eigenvalue;
+  };
+  const auto rest = [&](double gravity) {
+    CaseEquilibrium about(parse_case(resting, "test.toml",
+                                     {"world.gravity=[0, 0, " + std::to_string(-gravity) + "]",
+                                      "contact.friction=0.3", "time.position_tolerance=1e-9"}),
+                          {});
+    if (const auto failure = about.find()) ADD_FAILURE() << failure->text;
+    const auto found = find_vibration_modes(about.dynamics(), about.time(), about.state(), 4);
+    for (const VibrationMode& mode : found.modes)
+      EXPECT_NEAR(mode.eigenvalue, found.modes[0].eigenvalue, 1e-6 * found.modes[0].eigenvalue);
+    return Rest{StateView::of(about.state()).position[0].z(), found.modes[0].eigenvalue};
+  };
+  const Rest lower = rest(9.91), middle = rest(9.81), upper = rest(9.71);
+  const double slope = (9.91 - 9.71) / (upper.height - lower.height);
+  EXPECT_NEAR(middle.eigenvalue, slope, 1e-3 * slope);
+}
+
 TEST(Modes, HaveTheSameBitsForAnyNumberOfThreads) {
   std::vector<VibrationModes> found;
   for (const int threads : {1, 3}) {
