@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/base/vectors.h"
+#include "sim/case/case.h"
 
 namespace weft::bench {
 
@@ -60,6 +61,9 @@ struct ShellCheck {
   std::vector<CheckedImage> images;
   // Measures a frame; the worst quantity of all frames is the row's. Frame 0 is the start.
   std::function<std::vector<Measured>(const FramedBody&, int frame)> measure;
+  // Measures the case as a whole instead, such as by its modes. Throws std::runtime_error if that
+  // fails.
+  std::function<std::vector<Measured>(const sim::Case&)> measure_case = {};
 };
 
 const std::vector<ShellCheck>& shell_checks();

@@ -35,42 +35,58 @@ std::string list_of(const std::vector<int>& numbers) {
   return text;
 }
 
-Simulation simulation_of(const ShellCheck& check, const CheckedImage& image) {
+Case case_of(const ShellCheck& check, const CheckedImage& image) {
   std::vector<std::string> overrides = check.overrides;
   overrides.push_back("body." + check.body + ".shape.resolution=[" + list_of(image.resolution) +
                       ']');
-  return make_simulation(read_case(
-      std::string(WEFT_CASES_DIR) + "/benchmarks/" + check.case_name + ".toml", overrides));
+  return read_case(std::string(WEFT_CASES_DIR) + "/benchmarks/" + check.case_name + ".toml",
+                   overrides);
 }
 
-void measure_frame(Simulation& simulation, const std::vector<Vec3>& start, int frame, Row& row) {
-  const FramedBody body(start, simulation.position(row.check->body), row.image.resolution[1]);
-  for (Measured& each : row.check->measure(body, frame)) {
+// Keeps the worst of the quantities measured.
+void keep_worst(std::vector<Measured> measured, Row& row) {
+  for (Measured& each : measured) {
     Row other = row;
     other.worst = std::move(each);
     if (row.worst.quantity.empty() || other.error() > row.error()) row.worst = other.worst;
   }
 }
 
-// Runs the case from frame to frame and keeps the worst of all that is measured.
+void measure_frame(Simulation& simulation, const std::vector<Vec3>& start, int frame, Row& row) {
+  const FramedBody body(start, simulation.position(row.check->body), row.image.resolution[1]);
+  keep_worst(row.check->measure(body, frame), row);
+}
+
+void measure_frames(const Case& source, Row& row) {
+  Simulation simulation = make_simulation(source);
+  const std::vector<Vec3> start = simulation.position(row.check->body);
+  const int frames =
+      static_cast<int>(std::lround(source.time.duration * source.time.frames_per_second));
+  for (int frame = 0; frame <= frames; ++frame) {
+    const double until = frame / source.time.frames_per_second;
+    if (until > simulation.time()) {
+      if (const auto failure = simulation.advance(until - simulation.time())) {
+        row.failure = failure->text;
+        return;
+      }
+    }
+    measure_frame(simulation, start, frame, row);
+  }
+}
+
+void measure_whole(const Case& source, Row& row) try {
+  keep_worst(row.check->measure_case(source), row);
+} catch (const std::runtime_error& error) {
+  row.failure = error.what();
+}
+
+// Runs the case from frame to frame, or measures it as a whole, and keeps the worst quantity.
 Row run_check(const ShellCheck& check, const CheckedImage& image) {
   Row row{.check = &check, .image = image};
   row.control_points = image.resolution[0] * image.resolution[1];
   row.cpu_s = cpu_time_of([&] {
-    Simulation simulation = simulation_of(check, image);
-    const TimeCase& time = simulation.scene().source.time;
-    const std::vector<Vec3> start = simulation.position(check.body);
-    const int frames = static_cast<int>(std::lround(time.duration * time.frames_per_second));
-    for (int frame = 0; frame <= frames; ++frame) {
-      const double until = frame / time.frames_per_second;
-      if (until > simulation.time()) {
-        if (const auto failure = simulation.advance(until - simulation.time())) {
-          row.failure = failure->text;
-          return;
-        }
-      }
-      measure_frame(simulation, start, frame, row);
-    }
+    const Case source = case_of(check, image);
+    check.measure_case ? measure_whole(source, row) : measure_frames(source, row);
   });
   return row;
 }

@@ -36,6 +36,9 @@ set(weft_sim_headers
   case/case.h
   case/case_error.h
   case/case_reader.h
+  modes/buckling_modes.h
+  modes/case_equilibrium.h
+  modes/vibration_modes.h
   run/make_simulation.h
   run/recorded_run.h
   simulation/simulation.h

@@ -84,6 +84,24 @@ void add_counts(Json& json, const IntegratorCounts& counts) {
   json["restarts"] = counts.restarts;
 }
 
+// All members of an analysis of modes except the modes themselves.
+Json modes_head(const RunCommand& command, const ModesReport& report, int unknowns, int code) {
+  Json json = ending_json(code, report.failure ? "failed" : "done",
+                          report.failure ? report.failure->text : "");
+  if (report.failure) json["reason_kind"] = kind_name(report.failure->kind);
+  add_command(json, command);
+  json["title"] = report.title;
+  json["about"] = report.about;
+  json["time_s"] = report.time;
+  json["load_factor"] = report.load_factor;
+  json["imbalance"] = report.imbalance;
+  json["unknowns"] = unknowns;
+  add_cost(json, "", report.cost);
+  json["trajectory"] = report.trajectory.empty() ? Json() : Json(report.trajectory);
+  json["modes"] = Json::array();
+  return json;
+}
+
 }  // namespace
 
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
@@ -110,6 +128,29 @@ std::string report_json(const RunCommand& command, const Case& source, const Run
     add_cost(json["error_estimate"], "", report.bill.error_estimate);
   }
   json["trajectory"] = report.trajectory.empty() ? Json() : Json(report.trajectory);
+  return json_text(json);
+}
+
+std::string modes_json(const RunCommand& command, const ModesReport& report,
+                       const VibrationModes& found, int code) {
+  Json json = modes_head(command, report, found.unknowns, code);
+  for (const VibrationMode& mode : found.modes) {
+    json["modes"].push_back({{"kind", kind_name(mode.kind)},
+                             {"frequency_hz", mode.frequency()},
+                             {"angular_frequency_rad_per_s", mode.angular_frequency()},
+                             {"growth_rate_per_s", mode.growth_rate()},
+                             {"eigenvalue_per_s2", mode.eigenvalue},
+                             {"modal_mass_kg", mode.modal_mass},
+                             {"error", mode.error}});
+  }
+  return json_text(json);
+}
+
+std::string modes_json(const RunCommand& command, const ModesReport& report,
+                       const BucklingModes& found, int code) {
+  Json json = modes_head(command, report, found.unknowns, code);
+  for (const BucklingMode& mode : found.modes)
+    json["modes"].push_back({{"load_factor", mode.load_factor}, {"error", mode.error}});
   return json_text(json);
 }
 

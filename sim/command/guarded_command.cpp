@@ -9,10 +9,11 @@
 #include <iostream>
 #include <optional>
 
+#include "sim/base/file_error.h"
 #include "sim/base/reading_process.h"
+#include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
 #include "sim/command/command_json.h"
-#include "sim/command/run_command.h"
 
 namespace weft::sim {
 
@@ -38,6 +39,25 @@ double limit_of(const std::string& path) {
 }
 
 }  // namespace
+
+int report_faults(const RunCommand& command,
+                  const std::function<int(std::optional<std::string>& title)>& run) {
+  std::optional<std::string> title;
+  const auto refuse = [&](int code, const std::string& reason) {
+    complain(reason);
+    if (command.json) std::cout << refusal_json(command, title, code, reason) << '\n';
+    return code;
+  };
+  try {
+    return run(title);
+  } catch (const CaseError& error) {
+    return refuse(exit_code::bad_case, error.what());
+  } catch (const FileError& error) {
+    return refuse(exit_code::input_output, error.what());
+  } catch (const std::bad_alloc&) {
+    return refuse(exit_code::input_output, "weft: needs more memory than there is");
+  }
+}
 
 void complain(const std::string& text) { std::cerr << printable(text, true) << '\n'; }
 

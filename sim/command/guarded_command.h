@@ -2,7 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
+
+#include "sim/command/run_command.h"
 
 namespace weft::sim {
 
@@ -21,6 +24,12 @@ struct GuardedCommand {
   std::function<int()> run;
 };
 int run_guarded(const GuardedCommand& command);
+
+// Calls run(title) and returns its exit code. A bad case, a file that fails and a lack of memory
+// become a message, with --json an object, too, and their exit codes. `run` sets the title once the
+// case is read.
+int report_faults(const RunCommand& command,
+                  const std::function<int(std::optional<std::string>& title)>& run);
 
 // Prints `text` as a line on standard error, with control characters escaped.
 void complain(const std::string& text);

@@ -14,6 +14,7 @@
 #include "sim/command/bench_command.h"
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
+#include "sim/command/modes_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
 #include "sim/trajectory/trajectory.h"
@@ -29,6 +30,8 @@ constexpr const char* description =
   weft run cases/drape_torus.toml                    simulate; writes out/drape_torus.h5 and .xdmf
   weft run CASE -o DIR --set time.duration=0.5       the same with any case key overridden
   weft check CASE                                    what the scene needs, what it skips, and why
+  weft modes CASE -n 10                              natural frequencies about the equilibrium of a case
+  weft buckling CASE -n 5                            load factors at which it buckles
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
   weft render out/drape_torus.h5 --lod 0.5           the same with fewer triangles, exact to half a pixel
@@ -113,6 +116,7 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
 // The parsed command line.
 struct Arguments {
   RunCommand command;
+  ModesCommand modes;
   std::string trajectory;
   bool crossings = false, json = false;
   std::string pictures = "pictures";
@@ -147,6 +151,59 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
       app.add_subcommand("check", "Say what a case needs and skips, without running it");
   add_case_arguments(*check, arguments);
   check->callback([&] { arguments.code = check_case(arguments.command); });
+}
+
+// Returns an error message unless the text is a finite number; empty if it is.
+std::string is_load_factor(const std::string& text) {
+  double factor = 0;
+  if (CLI::detail::lexical_cast(text, factor) && std::isfinite(factor)) return "";
+  return in_quotes(text) + " is not a load factor: expected a number";
+}
+
+// Adds a command that computes modes, with the options that all such commands have.
+CLI::App* add_modes_command(CLI::App& app, const std::string& name, const std::string& purpose,
+                            Arguments& arguments, int (*show)(const ModesCommand&)) {
+  CLI::App* sub = app.add_subcommand(name, purpose);
+  ModesCommand& modes = arguments.modes;
+  add_case_arguments(*sub, arguments);
+  sub->add_option("-n,--count", modes.count, "Number of modes")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  CLI::Option* output =
+      sub->add_option("-o,--output", arguments.command.directory,
+                      "Folder of a trajectory that shows the modes; without it, none is written")
+          ->type_name("FOLDER");
+  sub->add_option("--animate", modes.frames_per_mode,
+                  "Frames of the trajectory per mode, over one period; without it, each mode has "
+                  "one frame, its shape")
+      ->type_name("FRAMES")
+      ->check(CLI::Range(4, 1000))
+      ->needs(output);
+  sub->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
+  sub->add_flag("--json", arguments.command.json, "Print one JSON object");
+  sub->add_flag("--quiet", arguments.command.quiet, "No progress bar");
+  sub->callback([&arguments, output, show] {
+    arguments.modes.run = arguments.command;
+    arguments.modes.writes = output->count() > 0;
+    arguments.code = show(arguments.modes);
+  });
+  return sub;
+}
+
+void add_modes_and_buckling(CLI::App& app, Arguments& arguments) {
+  CLI::App* modes = add_modes_command(
+      app, "modes", "Natural frequencies and shapes about the equilibrium of a case", arguments,
+      show_modes);
+  modes->add_flag("--start-shape", arguments.modes.start_shape,
+                  "Take the start shape as it is, without a search for the equilibrium");
+  CLI::App* buckling =
+      add_modes_command(app, "buckling", "Load factors at which a case buckles, and shapes",
+                        arguments, show_buckling);
+  buckling
+      ->add_option("--load-factor", arguments.modes.load_factor,
+                   "Load factor of the equilibrium from which critical ones are sought")
+      ->check(is_load_factor)
+      ->capture_default_str();
 }
 
 // Returns an error message unless the text is a number of pixels from 0.001 to 1000; empty if it
@@ -313,6 +370,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Arguments arguments;
   add_run_and_check(app, arguments);
+  add_modes_and_buckling(app, arguments);
   add_info_and_render(app, arguments);
   add_schema(app, arguments);
   add_bench(app, arguments);

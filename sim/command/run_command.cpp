@@ -94,25 +94,13 @@ void print_summary(const RunReport& report) {
 // Loads the case, prepares it, builds its scene and passes it to `use`. Returns the exit code of
 // `use`, or the exit code of the fault.
 int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
-  std::optional<std::string> title;  // set when the case is read
-  const auto refuse = [&](int code, const std::string& reason) {
-    complain(reason);
-    if (command.json) std::cout << refusal_json(command, title, code, reason) << '\n';
-    return code;
-  };
-  try {
+  return report_faults(command, [&](std::optional<std::string>& title) {
     Case source = read_case(command.case_path, command.overrides);
     title = source.title;
     prepare(source);
     const std::unique_ptr<const Scene> scene = build_scene(source);
     return use(*scene);
-  } catch (const CaseError& error) {
-    return refuse(exit_code::bad_case, error.what());
-  } catch (const FileError& error) {
-    return refuse(exit_code::input_output, error.what());
-  } catch (const std::bad_alloc&) {
-    return refuse(exit_code::input_output, "weft: needs more memory than there is");
-  }
+  });
 }
 
 // Refuses --estimate-error for equilibria. An equilibrium does not depend on the steps that lead to

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <filesystem>
 #include <limits>
 
 #include "sim/accuracy/accuracy_pilot.h"
 #include "sim/accuracy/error_monitor.h"
+#include "sim/base/output_folder.h"
 #include "sim/base/stopwatch.h"
 #include "sim/case/case_checks.h"
 #include "sim/case/frame_times.h"
@@ -25,16 +25,6 @@ namespace {
 
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
-// Returns the path after creating its folder if it is missing. Call it when everything else is
-// ready: a faulty case must leave nothing behind.
-std::string in_folder(const std::string& path) {
-  const auto folder = std::filesystem::path(path).parent_path();
-  std::error_code error;
-  if (!folder.empty()) std::filesystem::create_directories(folder, error);
-  if (error) throw FileError(folder.string() + ": cannot create: " + error.message());
-  return path;
-}
-
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -46,7 +36,7 @@ class Run final : private StepObserver {
       : scene_(scene),
         options_(options),
         simulation_(scene),
-        recorder_(std::in_place, simulation_, in_folder(options.trajectory), options.force,
+        recorder_(std::in_place, simulation_, in_output_folder(options.trajectory), options.force,
                   report_.bill.record, error_series()),
         frame_times_(scene.source) {
     simulation_.add_observer(*this);

@@ -87,17 +87,15 @@ double largest_deviation(const SceneBody& body) {
   return spacing * spacing / 8 * largest;
 }
 
-// Area (m^2) per area of the parameters at a point of the rest surface.
-double area_factor(const SceneBody& body, const SplineSurface::Point& point,
-                   const SplineSurface::Place& place, const BodyCase& from) {
+// Gauss points per element and axis by which masses are integrated.
+constexpr int mass_points = 4;
+
+// Area (m^2) per area of the parameters at a point of the rest surface; 0 where the tangents are
+// parallel up to rounding.
+double area_factor(const SceneBody& body, const SplineSurface::Point& point) {
   const Vec3 tangent_u = point.tangent_u(body.rest), tangent_v = point.tangent_v(body.rest);
   const double area = tangent_u.cross(tangent_v).norm();
-  if (area > 1e-10 * (tangent_u.squaredNorm() + tangent_v.squaredNorm())) return area;
-  throw CaseError(from.shape.location, "the rest surface of \"" + body.name +
-                                           "\" has no area in patch " +
-                                           std::to_string(place.patch) + ", near row " +
-                                           std::to_string(static_cast<int>(place.v)) + ", column " +
-                                           std::to_string(static_cast<int>(place.u)));
+  return area > 1e-10 * (tangent_u.squaredNorm() + tangent_v.squaredNorm()) ? area : 0;
 }
 
 }  // namespace
@@ -120,23 +118,41 @@ std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
   return body.spline->interpolate(body.atlas, image);
 }
 
-std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from) {
-  std::vector<double> mass(body.particle_count(), 0.0);
+void visit_shell_mass(const SceneBody& body, const MassVisit& visit) {
   const double density = body.material->area_density();
   for (std::size_t p = 0; p < body.spline->patches().size(); ++p) {
     const auto& [u, v] = body.spline->patches()[p];
-    for (const QuadraturePoint& at_v : v.gauss_points(4)) {
-      for (const QuadraturePoint& at_u : u.gauss_points(4)) {
+    const std::vector<QuadraturePoint> along_u = u.gauss_points(mass_points),
+                                       along_v = v.gauss_points(mass_points);
+    for (int element = 0; element < u.elements() * v.elements(); ++element) {
+      const int first_u = mass_points * (element % u.elements());
+      const int first_v = mass_points * (element / u.elements());
+      for (int i = 0; i < mass_points * mass_points; ++i) {
+        const QuadraturePoint& at_u = along_u[first_u + i % mass_points];
+        const QuadraturePoint& at_v = along_v[first_v + i / mass_points];
         const SplineSurface::Place place{static_cast<int>(p), at_u.parameter, at_v.parameter};
         const SplineSurface::Point point = body.spline->at(body.atlas, place);
-        const double area = area_factor(body, point, place, from);
-        for (std::size_t i = 0; i < point.value.size(); ++i)
-          mass[point.control_points[i]] +=
-              density * at_u.weight * at_v.weight * area * point.value[i];
+        visit(place, point, density * at_u.weight * at_v.weight * area_factor(body, point));
       }
     }
   }
-  return mass;
+}
+
+std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from) {
+  std::vector<double> sums(body.particle_count(), 0.0);
+  visit_shell_mass(
+      body, [&](const SplineSurface::Place& place, const SplineSurface::Point& point, double mass) {
+        if (!(mass > 0)) {
+          throw CaseError(from.shape.location,
+                          "the rest surface of \"" + body.name + "\" has no area in patch " +
+                              std::to_string(place.patch) + ", near row " +
+                              std::to_string(static_cast<int>(place.v)) + ", column " +
+                              std::to_string(static_cast<int>(place.u)));
+        }
+        for (std::size_t i = 0; i < point.value.size(); ++i)
+          sums[point.control_points[i]] += mass * point.value[i];
+      });
+  return sums;
 }
 
 void sample_shell(SceneBody& body) {

@@ -1,10 +1,12 @@
 // Bodies that are shells: spline surfaces whose control points are the particles of an image.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "sim/scene/scene.h"
+#include "sim/scene/spline_surface.h"
 
 namespace weft::sim {
 
@@ -18,9 +20,17 @@ void make_spline(SceneBody& body, const BodyCase& from);
 std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
                                     std::span<const Vec3> image);
 
-// Returns the masses (kg) of a shell's control points: the row sums of its mass matrix. Throws
-// CaseError at the shape if the rest surface has no area at a point. Precondition: `rest` holds
-// control points.
+// Calls visit(place, point, mass) for points of a shell's rest surface with their parts of its mass
+// (kg), element by element: four by four Gauss points, which integrate products of two basis
+// functions exactly on flat nets of equal spacing. The mass is 0 where the surface has no area.
+// Precondition, here and below: `rest` holds control points.
+using MassVisit =
+    std::function<void(const SplineSurface::Place&, const SplineSurface::Point&, double)>;
+void visit_shell_mass(const SceneBody& body, const MassVisit& visit);
+
+// Returns the masses (kg) of a shell's control points: the row sums of its mass matrix
+// (sim/motion/mass_matrix.h). Throws CaseError at the shape if the rest surface has no area at a
+// point.
 std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
 
 // Gives a shell the surface on which contact acts: points at the ends and in the middle of its

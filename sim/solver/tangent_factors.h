@@ -2,28 +2,26 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 
 #include "sim/motion/dynamics.h"
+#include "sim/solver/free_unknowns.h"
+#include "sim/solver/symmetric_factors.h"
 
 namespace weft::sim {
 
-// Factorises K = -dF/dx on the free particles as a sparse L D L^T without pivoting. By Sylvester's
-// law of inertia, K has as many negative eigenvalues as D has negative entries. The order of the
-// unknowns is analysed once for each pattern.
+// Factorises K = -dF/dx on the free particles (symmetric_factors.h).
 class TangentFactors {
  public:
-  explicit TangentFactors(Dynamics& dynamics);
-  ~TangentFactors();
+  explicit TangentFactors(Dynamics& dynamics) : dynamics_(dynamics), unknowns_(dynamics.scene()) {}
   TangentFactors(const TangentFactors&) = delete;
   TangentFactors& operator=(const TangentFactors&) = delete;
 
   // Factorises the K last assembled and that of the contacts last evaluated. Returns false if K is
   // singular to working precision. Costs one factorisation.
   bool factorise();
-  // Number of negative entries of D. Precondition, here and below: factorise() returned true.
-  int negative_directions() const;
+  // Number of negative eigenvalues of K. Precondition, here and below: factorise() returned true.
+  int negative_directions() const { return factors_.negative_pivots(); }
   // Solves K displacement = force. Both have one entry per dynamic particle; displacements of held
   // particles become zero, and forces on them are not read. Returns false if the displacement is
   // not finite or does not fulfil the equation: K is then singular but for rounding.
@@ -31,11 +29,14 @@ class TangentFactors {
   // The particle whose pivot is the smallest against its own diagonal entry, also after factorise()
   // returned false: it moves in the direction in which K is weakest. -1 if nothing is free.
   int weakest_particle() const;
-  std::int64_t factorisations() const;
+  std::int64_t factorisations() const { return count_; }
 
  private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  Dynamics& dynamics_;
+  FreeUnknowns unknowns_;
+  SymmetricFactors::Matrix stiffness_;  // lower half of the K last factorised
+  SymmetricFactors factors_;
+  std::int64_t count_ = 0;
 };
 
 }  // namespace weft::sim

@@ -47,12 +47,13 @@ TEST_F(Command, SaysItsVersion) {
 TEST_F(Command, HelpNamesEveryCommandAndExitCode) {
   const Result result = weft({"--help"});
   EXPECT_EQ(result.code, exit_code::done);
-  for (const char* word : {"weft run", "weft check", "weft info", "weft render", "weft schema",
-                           "0 done", "1 numerical", "2 bad case", "4 input", "130", "143"}) {
+  for (const char* word :
+       {"weft run", "weft check", "weft modes", "weft buckling", "weft info", "weft render",
+        "weft schema", "0 done", "1 numerical", "2 bad case", "4 input", "130", "143"}) {
     EXPECT_TRUE(contains(result.out, word)) << word << '\n' << result.out;
   }
   EXPECT_EQ(result.err, "");
-  for (const char* command : {"run", "check", "info", "render", "schema"}) {
+  for (const char* command : {"run", "check", "modes", "buckling", "info", "render", "schema"}) {
     EXPECT_EQ(weft({command, "--help"}).code, exit_code::done) << command;
   }
 }

@@ -1,0 +1,35 @@
+// Modes as a trajectory, for pictures, ParaView and `weft info`.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/base/bill.h"
+#include "sim/modes/case_equilibrium.h"
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim {
+
+struct RecordedMode {
+  std::span<const Vec3> shape;  // by dynamic particle; the largest has the length 1
+  std::vector<double> values;   // one per series
+};
+
+struct ModeTrajectoryOptions {
+  std::string path;                              // of the HDF5 file; a missing folder is created
+  bool force = false;                            // overwrite
+  int frames_per_mode = 1;                       // 1: the shape alone; more: a period
+  std::vector<TrajectoryWriter::Series> series;  // after "mode", the number of the mode from 1
+};
+
+// Writes the state of the equilibrium as frame 0 at time 0, and then each mode in turn, added to
+// it. With one frame per mode, frame i at time i is mode i at its largest displacement. With n
+// frames per mode, the frames from n (i - 1) + 1 to n i are the sine of one period of mode i, at
+// times from i - 1 to i. The largest displacement of a particle is a tenth of the size of the
+// simulated bodies. The field "displacement" (m) has the displacements. Series are not numbers in
+// frame 0. `bill` is the bill so far. Throws FileError if the file cannot be written.
+void write_modes(CaseEquilibrium& equilibrium, std::span<const RecordedMode> modes,
+                 const ModeTrajectoryOptions& options, const Bill& bill);
+
+}  // namespace weft::sim

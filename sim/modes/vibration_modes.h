@@ -1,0 +1,54 @@
+// Natural modes: small vibrations about an equilibrium.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/base/failure.h"
+#include "sim/base/vectors.h"
+
+namespace weft::sim {
+
+class Dynamics;
+
+// A solution x(t) = equilibrium + shape a cos(omega t) of the linearised motion without damping,
+// K shape = omega^2 M shape.
+struct VibrationMode {
+  enum class Kind {
+    vibration,
+    growth,  // omega^2 < 0: the equilibrium is unstable, and the shape grows as exp(growth_rate t)
+    rigid,   // omega^2 = 0 up to rounding: each body moves as a rigid one
+    slack    // omega^2 = 0 up to rounding: nothing resists the shape
+  };
+  Kind kind = Kind::vibration;
+  double eigenvalue = 0;  // omega^2, 1/s^2, as computed
+  double modal_mass = 0;  // shape . M shape, kg
+  double error = 0;       // of the equation (sim/modes/mode_shape.h)
+  // Displacements by dynamic particle, in multiples of the largest; zero where held.
+  std::vector<Vec3> shape;
+
+  double angular_frequency() const;  // rad/s; 0 unless it vibrates
+  double frequency() const;          // Hz
+  double growth_rate() const;        // 1/s; 0 unless it grows
+};
+
+// The kind in words: "vibration", "growth", "rigid", "slack".
+const char* kind_name(VibrationMode::Kind kind);
+
+struct VibrationModes {
+  std::vector<VibrationMode> modes;  // by rising eigenvalue
+  int unknowns = 0;                  // coordinates of free particles
+  std::optional<Failure> failure;    // there are no modes then
+};
+
+// Returns the `count` modes of lowest eigenvalue about a state, or all if there are fewer. K is the
+// exact tangent stiffness there, under the loads and the time of the dynamics; contacts are springs
+// along their normals, without friction. M is mass_matrix(). Damping has no part.
+//
+// Copies of multiple modes are all found (largest_eigenpairs.h). Costs some ten factorisations of
+// K.
+VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<const double> state,
+                                    int count);
+
+}  // namespace weft::sim

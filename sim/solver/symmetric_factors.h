@@ -1,0 +1,43 @@
+// Factors of a sparse symmetric matrix, which may be indefinite.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <vector>
+
+namespace weft::sim {
+
+// Factorises A = P^T L D L^T P without pivoting. By Sylvester's law of inertia, A has as many
+// negative eigenvalues as D has negative entries. The order P of the unknowns is analysed once for
+// each pattern.
+class SymmetricFactors {
+ public:
+  using Matrix = Eigen::SparseMatrix<double>;
+  using Vector = Eigen::VectorXd;
+
+  // Factorises a matrix, of which only the lower half is read. Returns false if it is singular to
+  // working precision.
+  bool factorise(const Matrix& lower);
+  // Number of negative entries of D. Precondition, here and below: factorise() returned true.
+  int negative_pivots() const { return negative_; }
+  // Returns A^-1 right.
+  Vector solve(const Vector& right) const;
+  // With A = R R^T, R = P^T L D^1/2: return R^-1 x and R^-T x. Precondition: no negative pivots.
+  Vector solve_root(const Vector& x) const;
+  Vector solve_transposed_root(const Vector& x) const;
+
+  // The unknown whose pivot is the smallest against its own diagonal entry, also after factorise()
+  // returned false; -1 if there are no unknowns.
+  int weakest() const { return weakest_; }
+
+ private:
+  bool has_new_pattern(const Matrix& matrix) const;
+  bool judge_pivots(const Matrix& matrix);
+
+  Eigen::SimplicialLDLT<Matrix> factors_;
+  std::vector<int> analysed_start_, analysed_row_;
+  Vector root_;  // of D
+  int negative_ = 0, weakest_ = -1;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,88 @@
+// The states about which modes are computed.
+#include <cmath>
+
+#include "mode_case.h"
+
+namespace weft::sim {
+namespace {
+
+constexpr const char* released = R"(
+[contact]
+enabled = false
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+[[body.pin]]
+edges = ["last_row"]
+release_time = 0.5
+)";
+
+// A weight pulls the membrane down: it is stiffer about its equilibrium than about its start.
+TEST(CaseEquilibrium, IsThatUnderTheLoads) {
+  const Case source = benchmark_case(
+      "membrane_modes", {"world.gravity=[0, 0, -100]", "body.membrane.shape.resolution=[9, 9]"});
+  CaseEquilibrium about(source, {});
+  ASSERT_FALSE(about.find());
+  EXPECT_LT(about.imbalance(), 1e-6);
+  CaseEquilibrium start(source, {.start_shape = true});
+  ASSERT_FALSE(start.find());
+  EXPECT_GT(start.imbalance(), 0.1);
+  EXPECT_GT(modes_of(source, 1).modes[0].frequency(),
+            1.02 * modes_of(source, 1, true).modes[0].frequency());
+}
+
+// What moves and varies acts as at the end of the run: the frequency of a string grows with the
+// root of its tension.
+TEST(CaseEquilibrium, HasThePinsAndLoadsOfTheEnd) {
+  const std::string moving = R"(
+[time]
+duration = 2
+frames_per_second = 2
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.skin]
+poisson_ratio = 0
+[[body]]
+name = "membrane"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 17] }
+stretch = [1.01, 1, 1]
+[[body.pin]]
+edges = ["first_col"]
+[[body.pin]]
+edges = ["last_col"]
+motion = { velocity = [0.015, 0, 0] }
+[[body.pin]]
+rows = [0, -1]
+axes = ["y"]
+)";
+  const double ratio = modes_of(parse_case(moving, "test.toml"), 1).modes[0].frequency() /
+                       modes_of(parse_case(moving, "test.toml"), 1, true).modes[0].frequency();
+  const auto tension = [](double stretch) { return stretch * stretch - 1; };
+  EXPECT_NEAR(ratio, std::sqrt(tension(1.04) / tension(1.01)), 1e-6);
+}
+
+TEST(CaseEquilibrium, FailsWithTheReason) {
+  // Nothing balances a weight on a free body.
+  CaseEquilibrium falling(benchmark_case("plate_modes_ffff", {"world.gravity=[0, 0, -1]"}), {});
+  const auto failure = falling.find();
+  ASSERT_TRUE(failure);
+  EXPECT_NE(failure->text.find("singular"), std::string::npos) << failure->text;
+}
+
+TEST(CaseEquilibrium, RefusesPinsThatLetGo) {
+  const Case source = parse_case(std::string(released), "test.toml");
+  try {
+    CaseEquilibrium about(source, {});
+    FAIL();
+  } catch (const CaseError& error) {
+    EXPECT_STREQ(error.what(),
+                 "test.toml:8:1: a pin that takes hold or lets go in time has no part in modes\n"
+                 "  expected a pin that always holds");
+  }
+}
+
+}  // namespace
+}  // namespace weft::sim

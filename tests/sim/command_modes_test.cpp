@@ -1,0 +1,161 @@
+// `weft modes` and `weft buckling`: tables, objects, files, and what they refuse.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "sim/command/run_command.h"
+#include "sim/trajectory/trajectory.h"
+#include "tests/sim/weft_process.h"
+
+namespace weft::sim {
+namespace {
+
+using Json = nlohmann::json;
+
+class CommandModes : public WeftCommand {
+ protected:
+  static std::string benchmark(const std::string& name) {
+    return std::string(WEFT_CASES_DIR) + "/benchmarks/" + name + ".toml";
+  }
+  // Runs a command on a benchmark of fewer control points.
+  Result run(const std::string& command, const std::string& name,
+             const WeftProcess::Arguments& more) const {
+    WeftProcess::Arguments all{command, benchmark(name), "--quiet", "--set",
+                               "body.plate.shape.resolution=[8, 8]"};
+    all.insert(all.end(), more.begin(), more.end());
+    return weft(all);
+  }
+  // Expects that nothing is done and written.
+  void expect_refused(const Result& result, int code, const std::string& message) const {
+    EXPECT_EQ(result.code, code);
+    EXPECT_NE(result.err.find(message), std::string::npos) << message << "\nin\n" << result.err;
+    EXPECT_FALSE(exists("out"));
+  }
+};
+
+TEST_F(CommandModes, PrintsFrequencies) {
+  const Result result = run("modes", "plate_modes_ffff", {"-n", "7"});
+  EXPECT_EQ(result.code, exit_code::done) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_NE(result.out.find("Modes about the equilibrium at t = 1 s\n"
+                            "mode  frequency Hz   omega rad/s\n"
+                            "   1             0             0  rigid motion\n"),
+            std::string::npos)
+      << result.out;
+  EXPECT_NE(result.out.find("192 unknowns"), std::string::npos);
+  EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(CommandModes, PrintsOneObject) {
+  const Result result = run("modes", "plate_modes_ssss", {"-n", "3", "--json"});
+  ASSERT_EQ(result.code, exit_code::done) << result.err;
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json["status"], "done");
+  EXPECT_EQ(json["exit_code"], 0);
+  EXPECT_EQ(json["about"], "equilibrium");
+  EXPECT_EQ(json["title"], "Square plate, simply supported");
+  EXPECT_TRUE(json["trajectory"].is_null());
+  ASSERT_EQ(json["modes"].size(), 3U);
+  const Json& first = json["modes"][0];
+  EXPECT_EQ(first["kind"], "vibration");
+  const double omega = first["angular_frequency_rad_per_s"];
+  EXPECT_NEAR(omega, 2 * std::pow(std::numbers::pi, 2), 0.1);
+  EXPECT_NEAR(first["frequency_hz"], omega / (2 * std::numbers::pi), 1e-12 * omega);
+  EXPECT_NEAR(first["eigenvalue_per_s2"], omega * omega, 1e-9 * omega * omega);
+  EXPECT_GT(first["modal_mass_kg"], 0);
+  EXPECT_LT(first["error"], 1e-10);
+}
+
+TEST_F(CommandModes, PrintsCriticalLoadFactors) {
+  const Result result = run("buckling", "plate_buckling", {"-n", "2", "--json"});
+  ASSERT_EQ(result.code, exit_code::done) << result.err;
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json["load_factor"], 0);
+  ASSERT_EQ(json["modes"].size(), 2U);
+  EXPECT_NEAR(json["modes"][0]["load_factor"], 4 * std::pow(std::numbers::pi, 2), 0.5);
+  const Result table = run("buckling", "plate_buckling", {"-n", "1"});
+  EXPECT_NE(table.out.find("mode  critical load factor\n   1               39."), std::string::npos)
+      << table.out;
+}
+
+// Frame i is mode i: the equilibrium, displaced by a tenth of the size.
+TEST_F(CommandModes, WritesAFrameForEachMode) {
+  ASSERT_EQ(run("modes", "plate_modes_ssss", {"-n", "2", "-o", "out"}).code, exit_code::done);
+  EXPECT_TRUE(exists("out/plate_modes_ssss_modes.xdmf"));
+  const TrajectoryReader reader(path("out/plate_modes_ssss_modes.h5").string());
+  ASSERT_EQ(reader.frames(), 3);
+  const std::vector<Vec3> rest = reader.positions(0, 0);
+  for (int frame = 0; frame < 3; ++frame) {
+    EXPECT_EQ(reader.time(frame), frame);
+    const std::vector<Vec3> position = reader.positions(0, frame);
+    const std::vector<double> way = reader.field_values(0, "displacement", frame);
+    double largest = 0;
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      for (int axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(position[i][axis], rest[i][axis] + way[3 * i + axis], 1e-6);
+      largest = std::max(largest, (position[i] - rest[i]).norm());
+    }
+    EXPECT_NEAR(largest, frame == 0 ? 0 : 0.1 * std::sqrt(2), 1e-2);
+  }
+  EXPECT_TRUE(std::isnan(reader.series_values("frequency")[0]));
+  EXPECT_EQ(reader.series_values("mode")[2], 2);
+  EXPECT_NEAR(reader.series_values("frequency")[1], std::numbers::pi, 0.02);
+  EXPECT_EQ(reader.end()->status, "done");
+  EXPECT_EQ(weft({"info", "out/plate_modes_ssss_modes.h5"}).code, exit_code::done);
+}
+
+TEST_F(CommandModes, AnimatesEachModeOverAPeriod) {
+  ASSERT_EQ(run("buckling", "plate_buckling", {"-n", "2", "-o", "out", "--animate", "8"}).code,
+            exit_code::done);
+  const TrajectoryReader reader(path("out/plate_buckling_buckling.h5").string());
+  ASSERT_EQ(reader.frames(), 17);
+  EXPECT_EQ(reader.time(10), 1.25);
+  EXPECT_NEAR(reader.series_values("load_factor")[8], reader.series_values("load_factor")[1], 0);
+  const auto height = [&](int frame) {
+    return reader.field_values(0, "displacement", frame)[3 * 27 + 2];
+  };
+  EXPECT_GT(std::abs(height(2)), 0.01);
+  EXPECT_NEAR(height(1), std::sqrt(0.5) * height(2), 1e-6);
+  EXPECT_NEAR(height(6), -height(2), 1e-6);
+  EXPECT_NEAR(height(8), 0, 1e-6);
+}
+
+TEST_F(CommandModes, OverwritesOnlyWithForce) {
+  const WeftProcess::Arguments once{"-n", "1", "-o", "out"};
+  ASSERT_EQ(run("modes", "plate_modes_ssss", once).code, exit_code::done);
+  const Result again = run("modes", "plate_modes_ssss", once);
+  EXPECT_EQ(again.code, exit_code::input_output);
+  EXPECT_EQ(again.out, "");
+  EXPECT_EQ(run("modes", "plate_modes_ssss", {"-n", "1", "-o", "out", "--force"}).code,
+            exit_code::done);
+}
+
+TEST_F(CommandModes, RefusesWhatItCannotDo) {
+  expect_refused(run("modes", "plate_modes_ssss", {"-n", "0"}), exit_code::bad_case, "-n");
+  expect_refused(run("modes", "plate_modes_ssss", {"--animate", "8"}), exit_code::bad_case,
+                 "--output");
+  expect_refused(run("modes", "plate_modes_ssss", {"--set", "time.durations=1"}),
+                 exit_code::bad_case, "did you mean \"duration\"?");
+  expect_refused(run("buckling", "plate_buckling", {"--load-factor", "nan"}), exit_code::bad_case,
+                 "\"nan\" is not a load factor");
+  expect_refused(run("buckling", "plate_modes_ssss", {"-o", "out"}), exit_code::bad_case,
+                 "plate_modes_ssss.toml:15:1: nothing loads the case");
+}
+
+TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {
+  const Result loose = run("buckling", "plate_buckling",
+                           {"--set", "body.plate.pin.1.axes=[\"z\"]", "-o", "out", "--json"});
+  EXPECT_EQ(loose.code, exit_code::numerical_failure);
+  const Json json = Json::parse(loose.out);
+  EXPECT_EQ(json["status"], "failed");
+  EXPECT_EQ(json["reason_kind"], "solver");
+  EXPECT_TRUE(json["modes"].empty());
+  EXPECT_NE(loose.err.find("is singular; it is weakest at body \"plate\""), std::string::npos)
+      << loose.err;
+  EXPECT_FALSE(exists("out"));
+  expect_refused(run("modes", "plate_modes_ffff", {"--set", "world.gravity.2=-1", "-o", "out"}),
+                 exit_code::numerical_failure, "no equilibrium is found");
+}
+
+}  // namespace
+}  // namespace weft::sim
