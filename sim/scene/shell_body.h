@@ -1,10 +1,12 @@
 // Bodies that are shells: spline surfaces whose control points are the particles of an image.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "sim/scene/scene.h"
+#include "sim/scene/spline_surface.h"
 
 namespace weft::sim {
 
@@ -17,9 +19,13 @@ void make_spline(SceneBody& body, const BodyCase& from);
 std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
                                     std::span<const Vec3> image);
 
+// Calls visit(point, mass) for the points at which the mass (kg) of a shell is integrated: four
+// Gauss points per element and axis. Precondition, here and below: `rest` holds control points.
+void visit_shell_mass(const SceneBody& body,
+                      const std::function<void(const SplineSurface::Point&, double mass)>& visit);
+
 // Returns the masses (kg) of a shell's control points: the row sums of its mass matrix. Throws
-// CaseError at the shape if the rest surface has no area at a point. Precondition: `rest` holds
-// control points.
+// CaseError at the shape if the rest surface has no area at a point.
 std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
 
 // Gives a shell the surface on which contact acts: points at the ends and in the middle of its

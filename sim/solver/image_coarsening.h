@@ -1,10 +1,8 @@
 // Coarser and coarser images of the dynamic bodies, and the interpolations between them: the
 // geometry of the multigrid.
 //
-// An axis of `quads` intervals keeps the texels round(j quads / m), j = 0 .. m. It keeps its ends,
-// and its m intervals differ by at most one texel. The first m is near half of `quads`; it halves
-// from level to level. Hence every level keeps texels of the finer one, whatever the size of the
-// image. Both axes of a patch are coarsened together, until one of them cannot be.
+// Every level keeps texels of the finer one, or knots of its splines, whatever the size of the image
+// (coarse_axis.h). Both axes of a patch are coarsened together, until one of them cannot be.
 #pragma once
 
 #include <span>
@@ -20,9 +18,9 @@ struct Prolongation {
   int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
   int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
 
-  // Rows by fine node: the coarse nodes that it is interpolated from (at most four, ascending),
-  // with bilinear weights in texels. A fixed node has none. The weights sum to 1, unless coarse
-  // nodes are left out because only fixed nodes depend on them.
+  // Rows by fine node: the coarse nodes that it is interpolated from (ascending), at most four with
+  // bilinear weights in texels or, of cubic splines, sixteen control points. A fixed node has none.
+  // The weights sum to 1, unless coarse nodes are left out because only fixed nodes depend on them.
   std::vector<int> row_start, column;
   std::vector<float> weight;
   // The transpose by coarse node: its fine nodes, at least one, in ascending order.

@@ -43,6 +43,7 @@ struct TrajectoryBody {
   bool moves = true;  // false: positions are written once, not per frame
   bool is_obstacle = false;
   double thickness = 0;                      // m
+  int spline_degree = 0;  // of a shell, whose image has points of its surface; 0: no shell
   std::vector<TrajectoryField> fields = {};  // only of bodies that move
   // The rows and columns of the body's own images that the atlas shows, in increasing order; empty:
   // all.
@@ -74,7 +75,7 @@ struct RunEnd {
 //                            attributes to 64 KiB
 //   /time[N]                 float64, s; extended last: the commit mark
 //   /body/NAME               attributes: moves, obstacle, thickness_m, wrap_u, wrap_v (one integer,
-//                            or one per patch)
+//                            or one per patch); of a shell also spline_degree
 //   /body/NAME/position      float32, m: [N, rows, cols, 3], or [N, patches, rows, cols, 3] for
 //                            more than one patch; without N if the body does not move
 //   /body/NAME/FIELD         float32, on request: the shape of the positions, without the last

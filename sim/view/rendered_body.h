@@ -12,6 +12,7 @@
 #include "bsi/sphere.h"
 #include "gpu/renderer.h"
 #include "sim/trajectory/trajectory.h"
+#include "sim/view/recorded_surface.h"
 
 namespace weft::sim {
 
@@ -25,13 +26,16 @@ struct SphereSurface {
 // A body in the form that is drawn: the parts that stay the same over the frames, and its shape in
 // one frame.
 struct RenderedBody {
+  explicit RenderedBody(const TrajectoryBody& body) : surface(body) {}
+
+  RecordedSurface surface;
   int index = 0;
   bool moves = true;
   bool is_obstacle = false;
   bsi::Mesh mesh;
   std::vector<std::array<int, 2>> lines;
   gpu::SurfaceColours colours;
-  std::vector<Vec3> positions;
+  std::vector<Vec3> positions;  // m, by particle of the surface
   // Places in `colour_map` by particle; if they are empty, the body has its `colours`.
   std::vector<float> places;
   const gpu::ColourMap* colour_map = nullptr;
@@ -71,7 +75,7 @@ std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame
                                        RenderedBody& body);
 
 // Appends the surfaces of a body that are drawn. They refer to the body's data.
-void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
+void add_surfaces(RenderedBody& body,
                   std::vector<gpu::DrawnSurface>& surfaces);
 
 }  // namespace weft::sim

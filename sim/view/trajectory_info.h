@@ -1,6 +1,7 @@
 // The summary of a trajectory that `weft info` prints.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,13 @@
 #include "sim/view/field_extremes.h"
 
 namespace weft::sim {
+
+// How far the curved surface of a shell leaves the triangles that contact keeps apart, over all
+// frames: an upper bound (m), and the first time (s) at which it is reached. Curved surfaces keep
+// apart while it is no more than half the thickness of contact.
+struct SurfaceDeviation {
+  double largest = 0, time = 0;
+};
 
 struct BodySummary {
   std::string name;
@@ -19,6 +27,7 @@ struct BodySummary {
   double thickness = 0;  // m
   // The rows and columns of the body's own images that are recorded; empty: all.
   std::vector<int> part_rows, part_cols;
+  std::optional<SurfaceDeviation> deviation;  // of shells recorded as a whole
   // Bounds at the last frame, m. They are absent if a moving body has no frame yet, or a position
   // that is not finite.
   bool has_bounds = false, is_finite = true;
@@ -49,8 +58,8 @@ struct TrajectorySummary {
   std::vector<SeriesSummary> series;
 };
 
-// Reads everything except the positions before the last frame, one frame of one field at a time.
-// Throws FileError.
+// Reads everything except the positions of cloth and obstacles before the last frame, one frame of
+// one field at a time. Throws FileError.
 TrajectorySummary summarise_trajectory(const std::string& path);
 // The summary as text for people.
 std::string to_text(const TrajectorySummary& summary);
@@ -71,7 +80,8 @@ struct FrameCrossings {
 };
 
 // Returns one entry per frame, from the exact referee (sim/view/crossings.h) and the float32
-// positions on disk. Throws FileError, also for a file that cannot be judged: it has no frame, no
+// positions on disk. Shells have the triangles of RecordedSurface, and their texels are those of its
+// image. Throws FileError, also for a file that cannot be judged: it has no frame, no
 // moving body, a body of which only a part is recorded, or a position that is not finite or beyond
 // the range of float32. The message names the position.
 std::vector<FrameCrossings> count_crossings(const std::string& path);
