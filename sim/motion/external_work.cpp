@@ -144,8 +144,8 @@ void ExternalWork::measure(double time, std::span<const double> y) {
   if (dynamics_.contact() != nullptr)
     dynamics_.contact()->obstacles().find_poses(time, false, poses_);
   held_kinetic_energy_ = held_gravitational_energy_ = 0;
-  const MassOperator& mass_matrix = dynamics_.mass();
-  std::vector<Vec3> held_velocity(mass_matrix.is_diagonal() ? 0 : scene.dynamic_particles,
+  const MassOperator& inertia = dynamics_.mass();
+  std::vector<Vec3> held_velocity(inertia.is_diagonal() ? 0 : scene.dynamic_particles,
                                   Vec3::Zero());
   const Vec3 gravity = dynamics_.gravity(time);
   for (std::size_t i = 0; i < moved_.size(); ++i) {
@@ -154,14 +154,14 @@ void ExternalWork::measure(double time, std::span<const double> y) {
     place_[i] = position_[particle];
     const double mass = scene.mass[particle];
     held_gravitational_energy_ -= mass * gravity.dot(place_[i]);
-    if (mass_matrix.is_diagonal()) {
+    if (inertia.is_diagonal()) {
       held_kinetic_energy_ += 0.5 * mass * velocity_[particle].squaredNorm();
     } else {
       held_velocity[particle] = velocity_[particle];
     }
   }
   if (!held_velocity.empty())
-    held_kinetic_energy_ = 0.5 * mass_matrix.product(held_velocity, held_velocity, 1);
+    held_kinetic_energy_ = 0.5 * inertia.product(held_velocity, held_velocity, 1);
 }
 
 }  // namespace weft::sim

@@ -5,7 +5,7 @@
 #include <cassert>
 
 #include "sim/base/parallel.h"
-#include "sim/scene/shell_body.h"
+#include "sim/motion/mass_matrix.h"
 
 namespace weft::sim {
 
@@ -19,29 +19,6 @@ bool has_shells(const Scene& scene) {
 }
 
 }  // namespace
-
-Matrix consistent_mass(const Scene& scene) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    const SceneBody& body = scene.bodies[b];
-    const int first = body.first_particle;
-    if (!body.spline) {
-      for (int i = first; i < first + body.particle_count(); ++i)
-        entries.emplace_back(i, i, scene.mass[i]);
-      continue;
-    }
-    visit_shell_mass(body, [&](const SplineSurface::Point& point, double mass) {
-      for (std::size_t i = 0; i < point.value.size(); ++i) {
-        for (std::size_t j = 0; j < point.value.size(); ++j)
-          entries.emplace_back(first + point.control_points[i], first + point.control_points[j],
-                               mass * point.value[i] * point.value[j]);
-      }
-    });
-  }
-  Matrix mass(scene.dynamic_particles, scene.dynamic_particles);
-  mass.setFromTriplets(entries.begin(), entries.end());
-  return mass;
-}
 
 // The Cholesky factor L of the M of the free particles of shells, in an order that keeps it sparse.
 class MassOperator::Factor {
@@ -138,7 +115,7 @@ void MassOperator::attach(std::shared_ptr<const BlockPattern> pattern) {
   pattern_ = std::move(pattern);
   if (is_diagonal_) return;
   entries_.assign(pattern_->upper_count(), 0.0);
-  const Matrix mass = consistent_mass(scene_);
+  const Matrix mass = mass_matrix(scene_);
   for (int row = 0; row < scene_.dynamic_particles; ++row) {
     for (Matrix::InnerIterator entry(mass, row); entry; ++entry) {
       const int column = static_cast<int>(entry.row());

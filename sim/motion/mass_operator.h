@@ -1,7 +1,6 @@
-// The mass matrix of the dynamic particles, the same for each of the three axes.
+// The mass matrix in the equations of motion, with its products and its inverse.
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -13,15 +12,9 @@
 
 namespace weft::sim {
 
-// Returns the mass matrix of the dynamic particles (kg), both halves. Shells have
-//   M_ij = integral of density N_i N_j over the rest surface,
-// with the basis functions N of their control points, by four Gauss points per element and axis;
-// all other bodies have their masses on the diagonal. Its row sums are Scene::mass. O(particles).
-Eigen::SparseMatrix<double> consistent_mass(const Scene& scene);
-
-// The mass matrix M of the equations of motion. Scenes without shells have a diagonal M, whose
-// functions cost what those of particle_masses.h do. With shells, M is stored beside a pattern of
-// blocks, one number per upper block.
+// The mass matrix M of the dynamic particles (mass_matrix.h), the same for each of the three axes.
+// Scenes without shells have a diagonal M, whose functions cost what those of particle_masses.h do.
+// With shells, M is stored beside a pattern of blocks, one number per upper block.
 class MassOperator {
  public:
   // Lumped: the masses of the scene on the diagonal, shells included. Equilibria need no more.

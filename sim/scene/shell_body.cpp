@@ -24,35 +24,15 @@ void require_control_points(const SceneBody& body, const BodyCase& from) {
   }
 }
 
-// Area (m^2) per area of the parameters at a point of the rest surface; 0 if tangents are parallel.
+// Gauss points per element and axis by which masses are integrated.
+constexpr int mass_points = 4;
+
+// Area (m^2) per area of the parameters at a point of the rest surface; 0 where the tangents are
+// parallel up to rounding.
 double area_factor(const SceneBody& body, const SplineSurface::Point& point) {
   const Vec3 tangent_u = point.tangent_u(body.rest), tangent_v = point.tangent_v(body.rest);
   const double area = tangent_u.cross(tangent_v).norm();
   return area > 1e-10 * (tangent_u.squaredNorm() + tangent_v.squaredNorm()) ? area : 0;
-}
-
-// Calls visit(point, place, area) for the points at which masses are integrated, with their part
-// (m^2) of the rest surface.
-template <class Visit>
-void visit_areas(const SceneBody& body, const Visit& visit) {
-  for (std::size_t p = 0; p < body.spline->patches().size(); ++p) {
-    const auto& [u, v] = body.spline->patches()[p];
-    for (const QuadraturePoint& at_v : v.gauss_points(4)) {
-      for (const QuadraturePoint& at_u : u.gauss_points(4)) {
-        const SplineSurface::Place place{static_cast<int>(p), at_u.parameter, at_v.parameter};
-        const SplineSurface::Point point = body.spline->at(body.atlas, place);
-        visit(point, place, at_u.weight * at_v.weight * area_factor(body, point));
-      }
-    }
-  }
-}
-
-CaseError without_area(const SceneBody& body, const SplineSurface::Place& place,
-                       const BodyCase& from) {
-  return {from.shape.location, "the rest surface of \"" + body.name + "\" has no area in patch " +
-                                   std::to_string(place.patch) + ", near row " +
-                                   std::to_string(static_cast<int>(place.v)) + ", column " +
-                                   std::to_string(static_cast<int>(place.u))};
 }
 
 }  // namespace
@@ -68,24 +48,41 @@ std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
   return body.spline->interpolate(body.atlas, image);
 }
 
-void visit_shell_mass(const SceneBody& body,
-                      const std::function<void(const SplineSurface::Point&, double mass)>& visit) {
+void visit_shell_mass(const SceneBody& body, const MassVisit& visit) {
   const double density = body.material->area_density();
-  visit_areas(body, [&](const SplineSurface::Point& point, const SplineSurface::Place&,
-                        double area) { visit(point, density * area); });
+  for (std::size_t p = 0; p < body.spline->patches().size(); ++p) {
+    const auto& [u, v] = body.spline->patches()[p];
+    const std::vector<QuadraturePoint> along_u = u.gauss_points(mass_points),
+                                       along_v = v.gauss_points(mass_points);
+    for (int element = 0; element < u.elements() * v.elements(); ++element) {
+      const int first_u = mass_points * (element % u.elements());
+      const int first_v = mass_points * (element / u.elements());
+      for (int i = 0; i < mass_points * mass_points; ++i) {
+        const QuadraturePoint& at_u = along_u[first_u + i % mass_points];
+        const QuadraturePoint& at_v = along_v[first_v + i / mass_points];
+        const SplineSurface::Place place{static_cast<int>(p), at_u.parameter, at_v.parameter};
+        const SplineSurface::Point point = body.spline->at(body.atlas, place);
+        visit(place, point, density * at_u.weight * at_v.weight * area_factor(body, point));
+      }
+    }
+  }
 }
 
 std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from) {
-  visit_areas(body, [&](const SplineSurface::Point&, const SplineSurface::Place& place,
-                        double area) {
-    if (!(area > 0)) throw without_area(body, place, from);
-  });
-  std::vector<double> mass(body.particle_count(), 0.0);
-  visit_shell_mass(body, [&](const SplineSurface::Point& point, double share) {
-    for (std::size_t i = 0; i < point.value.size(); ++i)
-      mass[point.control_points[i]] += share * point.value[i];
-  });
-  return mass;
+  std::vector<double> sums(body.particle_count(), 0.0);
+  visit_shell_mass(
+      body, [&](const SplineSurface::Place& place, const SplineSurface::Point& point, double mass) {
+        if (!(mass > 0)) {
+          throw CaseError(from.shape.location,
+                          "the rest surface of \"" + body.name + "\" has no area in patch " +
+                              std::to_string(place.patch) + ", near row " +
+                              std::to_string(static_cast<int>(place.v)) + ", column " +
+                              std::to_string(static_cast<int>(place.u)));
+        }
+        for (std::size_t i = 0; i < point.value.size(); ++i)
+          sums[point.control_points[i]] += mass * point.value[i];
+      });
+  return sums;
 }
 
 void sample_shell(SceneBody& body) {

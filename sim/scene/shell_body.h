@@ -19,13 +19,17 @@ void make_spline(SceneBody& body, const BodyCase& from);
 std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
                                     std::span<const Vec3> image);
 
-// Calls visit(point, mass) for the points at which the mass (kg) of a shell is integrated: four
-// Gauss points per element and axis. Precondition, here and below: `rest` holds control points.
-void visit_shell_mass(const SceneBody& body,
-                      const std::function<void(const SplineSurface::Point&, double mass)>& visit);
+// Calls visit(place, point, mass) for points of a shell's rest surface with their parts of its mass
+// (kg), element by element: four by four Gauss points, which integrate products of two basis
+// functions exactly on flat nets of equal spacing. The mass is 0 where the surface has no area.
+// Precondition, here and below: `rest` holds control points.
+using MassVisit =
+    std::function<void(const SplineSurface::Place&, const SplineSurface::Point&, double)>;
+void visit_shell_mass(const SceneBody& body, const MassVisit& visit);
 
-// Returns the masses (kg) of a shell's control points: the row sums of its mass matrix. Throws
-// CaseError at the shape if the rest surface has no area at a point.
+// Returns the masses (kg) of a shell's control points: the row sums of its mass matrix
+// (sim/motion/mass_matrix.h). Throws CaseError at the shape if the rest surface has no area at a
+// point.
 std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
 
 // Gives a shell the surface on which contact acts: points at the ends and in the middle of its
