@@ -154,4 +154,14 @@ struct SkippingOptions {
 std::vector<std::string> skipping_pair_names();
 int run_skipping(const SkippingOptions& options);
 
+// Shells against closed forms and published figures, on cases/benchmarks/. Returns 1 if a row is
+// beyond its limit.
+struct ShellsOptions {
+  std::vector<std::string> cases;  // empty: all
+  bool json = false;
+  std::filesystem::path plots;  // folder of SVG files; empty: none
+};
+std::vector<std::string> shell_check_names();
+int run_shells(const ShellsOptions& options);
+
 }  // namespace weft::bench

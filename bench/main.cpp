@@ -29,6 +29,7 @@ struct Arguments {
   StabilityOptions stability;
   CalibrateOptions calibrate;
   SkippingOptions skipping;
+  ShellsOptions shells;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -243,6 +244,15 @@ void add_skipping(CLI::App& sub, Arguments& arguments) {
   sub.add_flag("--json", options.json, "Print JSON instead of a table");
 }
 
+void add_shells(CLI::App& sub, Arguments& arguments) {
+  ShellsOptions& options = arguments.shells;
+  sub.add_option("--cases", options.cases, "Cases of cases/benchmarks/ (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(shell_check_names()));
+  sub.add_flag("--json", options.json, "Print JSON instead of a table");
+  sub.add_option("--plots", options.plots, "Folder of charts of errors (SVG)");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -310,6 +320,8 @@ constexpr std::array experiments{
     Experiment{"gpu", "Pyramids and traversals in compute shaders against the CPU", add_gpu,
                [](const Arguments& a) { return run_gpu(a.gpu); }},
 #endif
+    Experiment{"shells", "Shells against closed forms and published figures", add_shells,
+               [](const Arguments& a) { return run_shells(a.shells); }},
     Experiment{"skipping", "Cost of features that a scene does not need", add_skipping,
                [](const Arguments& a) { return run_skipping(a.skipping); }},
 };

@@ -13,17 +13,17 @@ namespace weft::bsi {
 
 namespace {
 
-// Quads along the block's x, y and z axis.
+// Numbers of quads along the block's x, y and z axes.
 using Quads = std::array<int, 3>;
 
-// Quads of each patch along v (rows) and u (columns).
+// Numbers of quads of each patch along v (rows) and u (columns).
 struct Tile {
   int v = 0;
   int u = 0;
 };
 
-// Returns the label of a point of a face: twice its distance from the block's centre along each
-// axis, in quads. Faces are numbered +x, -x, +y, -y, +z, -z.
+// Returns the label of a point of a face: twice its coordinates relative to the block's centre, in
+// quads. Faces are numbered +x, -x, +y, -y, +z, -z.
 Label block_point(int face, int row, int col, const Quads& quads) {
   const int normal = face / 2;
   const int u = (normal + 1) % 3;
@@ -31,14 +31,14 @@ Label block_point(int face, int row, int col, const Quads& quads) {
   const int sign = face % 2 == 0 ? 1 : -1;
   Label point{};
   point[normal] = sign * quads[normal];
-  // (u, v, normal) is right-handed on every face: u is reversed on the negative ones.
+  // (u, v, normal) is right-handed on every face, because u is reversed on the negative faces.
   point[u] = sign * (2 * col - quads[u]);
   point[v] = 2 * row - quads[v];
   return point;
 }
 
-// Makes the six faces of a block, each split into patches of one tile. The quads along each axis
-// are a multiple of the tile's.
+// Makes the six faces of a block, each split into patches of the size of `tile`. Precondition: the
+// sides of every face are multiples of the tile's.
 Surface make_block(const Quads& quads, const Tile& tile,
                    const std::function<Vec3(const Label&)>& position) {
   std::vector<Patch> patches;
@@ -65,8 +65,8 @@ Tile square_tile(const Quads& quads) {
   return {side, side};
 }
 
-// Projects a point of the cube's surface on the unit sphere. Rows and columns of a face lie in
-// planes through the centre, at equal angles.
+// Projects a point of the surface of a cube, with `quads` quads per edge, on the unit sphere. Rows
+// and columns of a face lie in planes through the centre, at equal angles.
 Vec3 on_unit_sphere(const Label& point, int quads) {
   Vec3 direction;
   for (int axis = 0; axis < 3; ++axis) {
@@ -75,8 +75,8 @@ Vec3 on_unit_sphere(const Label& point, int quads) {
   return direction.normalized();
 }
 
-// Makes a cube with `quads` quads along each edge. Its vertices are projected on the unit sphere,
-// and position(direction), in m, puts each in place.
+// Makes a sphere-like surface from a cube with `quads` quads per edge. Its vertices are projected
+// on the unit sphere, and position(unit vector), m, places each of them.
 template <typename Position>
 Surface make_cube_sphere(int quads, const Tile& tile, Position position) {
   return make_block({quads, quads, quads}, tile,
@@ -118,7 +118,7 @@ Surface make_box(const Vec3& size, const std::array<int, 3>& vertices) {
   }
   return make_block(quads, square_tile(quads), [&](const Label& point) {
     Vec3 position;
-    // Halves are exact: the corners lie at half the size to the bit.
+    // Multiplying by 0.5 is exact, so the corners lie at exactly half the size.
     for (int axis = 0; axis < 3; ++axis)
       position[axis] = size[axis] * (0.5 * point[axis] / quads[axis]);
     return position;
@@ -131,7 +131,7 @@ Surface make_capsule(double radius, double length, int rows, int n) {
   check_vertices(n);
   check_vertices(rows);
   const int straight = rows - 1;
-  // Half of a cube of 2 (n - 1) quads at each end, with the straight part between them.
+  // Each end is half of a cube of 2 (n - 1) quads per edge. The straight part lies between them.
   const int cube = 2 * (n - 1);
   const Quads quads{cube, cube, cube + straight};
   return make_block(quads, square_tile(quads), [=](const Label& point) -> Vec3 {

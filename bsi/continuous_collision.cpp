@@ -10,19 +10,18 @@ namespace weft::bsi {
 namespace {
 
 constexpr int most_queries = 512;
-// Fractions of the starting gap. A path that must be cut ends at `left_part`; the search for a
-// proof that all of it is safe stops at `hopeless_part`.
+// Fractions of the starting gap. A path that is not safe to its end is cut where `left_part` of the
+// gap remains. The search for a proof gives up where `hopeless_part` remains.
 constexpr double left_part = 0.1;
 constexpr double hopeless_part = 0.01;
-// Fraction of the present gap that each advance aims at. Each advance uses up at least the rest, so
-// the loop ends.
+// Each advance stops where the projected gap has shrunk to this fraction of the present gap.
 constexpr double aimed_part = 0.05;
-// Relative rounding of a projected gap: it sums a dozen terms, none larger than the size of the
-// pair.
+// Relative rounding of a projected gap. The gap is a sum of a dozen terms, none larger than the
+// size of the pair.
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
 
-// The pair in the moving frame of its first point, which rests at the origin: a motion common to
-// all points costs neither accuracy nor advances.
+// The pair in the frame of its first point, which rests at the origin. Motion common to all points
+// then costs neither accuracy nor advances.
 struct Motion {
   std::array<Vec3, 4> position;
   std::array<Vec3, 4> displacement;
@@ -38,16 +37,17 @@ Motion relative_motion(const FourPoints& start, const FourPoints& end) {
     const Vec3 displacement = end[i] - start[i];
     motion.position[i] = start[i] - start[0];
     motion.displacement[i] = displacement - first_displacement;
-    // A sum keeps NaN; a maximum would lose it.
+    // A sum propagates NaN; a maximum would drop it.
     size += displacement.lpNorm<1>() + motion.position[i].lpNorm<1>();
   }
   motion.rounding = rounding_part * size;
   return motion;
 }
 
-// The shadows of both features on the line along `direction`, whose length scales all results. The
-// first `first_count` points (1 or 2) belong to the first feature. The difference of two points,
-// one of each feature, is linear in time; the gap is the least of these.
+// The projections (shadows) of both features on the line along `direction`. The length of
+// `direction` scales all results. The first `first_count` points (1 or 2) belong to the first
+// feature. The gap is the smallest difference between a point of the first feature and a point of
+// the second. Each difference is linear in time.
 template <int first_count>
 struct Shadows {
   std::array<double, 4> place, speed;
@@ -59,7 +59,7 @@ struct Shadows {
     }
   }
 
-  // Returns the gap after another `part` of the path.
+  // Returns the gap after a further fraction `part` of the path.
   double gap_after(double part) const {
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < first_count; ++i)
@@ -68,7 +68,7 @@ struct Shadows {
     return least;
   }
 
-  // Returns the part of the path after which the gap has shrunk to `aim`.
+  // Returns the fraction of the path after which the gap has shrunk to `aim`.
   double advance_to(double aim) const {
     double advance = std::numeric_limits<double>::infinity();
     for (int i = 0; i < first_count; ++i) {
@@ -94,7 +94,7 @@ double safe_fraction(const FourPoints& start, const FourPoints& end, double mini
     const double distance = separation.norm();
     const double gap = distance - least;
     if (query == 0) starting_gap = gap;
-    if (!(starting_gap > 0)) return 0;  // also if the input is NaN
+    if (!(starting_gap > 0)) return 0;  // holds for NaN, too
 
     const Shadows<first_count> shadows(position, motion, separation);
     if (shadows.gap_after(1 - fraction) > least * distance) return 1;

@@ -1,26 +1,29 @@
 // Conservative continuous collision detection: bounds how far two features can move along straight
-// lines before they come too close.
+// paths before they come too close.
 #pragma once
 
 #include "bsi/proximity.h"
 
 namespace weft::bsi {
 
-// Return a fraction t in [0, 1] of the straight paths start -> end up to which the distance is
-// certain to stay above `minimum_separation` (m, >= 0). The result is 1 if the whole path is proved
-// safe. No unsafe path is ever reported as safe (no false negatives). A path that is not proved
-// safe to its end is cut where at most a tenth of the starting gap (distance - minimum_separation)
-// is left. A path that comes nearer than a hundredth of that gap counts as unsafe, even without
-// contact. Points as in closest_vertex_triangle / closest_edge_edge. The result is 0 if the start
-// is already too close, within rounding (1e-14 of the sum of the sizes and paths), or not finite.
+// Return a fraction t in [0, 1] of the straight paths start -> end. Up to t the distance is certain
+// to stay above `minimum_separation` (m, >= 0). If t = 1, the whole path is proved safe; no unsafe
+// path is ever reported as safe. Points are ordered as in closest_vertex_triangle and
+// closest_edge_edge.
 //
-// Additive CCD (Li, Kaufman, Jiang 2021, "Codimensional Incremental Potential Contact", section 5)
-// with a sharper bound. The distance of two convex hulls is at least the gap between their shadows
-// on any line. On the line through the closest points that gap equals the distance, and only the
-// points' speeds along the line close it: sliding costs nothing. Most paths without contact take
-// one closest-point query; paths with contact take a few tens. After 512 queries (long paths that
-// rotate at a tiny gap) the result is the fraction proved safe so far. No allocation; 60 ns for one
-// query, a few hundred for paths with contact.
+// A path that is not proved safe to its end is cut where at most a tenth of the starting gap
+// (distance - minimum_separation) is left. A path that comes nearer than a hundredth of the
+// starting gap counts as unsafe, even without contact. The result is 0 if the start is not finite
+// or is too close, within rounding (1e-14 of the sum of the sizes and paths).
+//
+// The method is additive CCD (Li, Kaufman, Jiang 2021, "Codimensional Incremental Potential
+// Contact", section 5) with a sharper bound. The distance of two convex hulls is at least the gap
+// between their projections on any line. On the line through the closest points that gap equals the
+// distance. Only the points' speeds along the line close the gap, so sliding costs nothing.
+//
+// Most paths without contact take one closest-point query; paths with contact take a few tens.
+// After 512 queries (long paths that rotate at a tiny gap) the result is the fraction proved safe
+// so far. No allocation; 60 ns for one query, a few hundred ns for paths with contact.
 double safe_fraction_vertex_triangle(const FourPoints& start, const FourPoints& end,
                                      double minimum_separation);
 double safe_fraction_edge_edge(const FourPoints& start, const FourPoints& end,

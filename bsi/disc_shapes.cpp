@@ -1,8 +1,6 @@
-// Discs and pointed cones: a square of four patches inside a ring of eight.
-//
-// If a single square image were the disc, its corners would be flattened to 180 degrees on the rim.
-// Here three patches meet at each corner of the inner square, with nearly 120 degrees each. The
-// patches have equally many vertices, and their cells have similar sizes.
+// In a single square image of the disc, the corners would be flattened to 180 degrees on the rim.
+// Here three patches meet at each corner of the inner square, with nearly 120 degrees each. All
+// patches have the same number of vertices, and their cells have similar sizes.
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -14,25 +12,25 @@ namespace weft::bsi {
 
 namespace {
 
-constexpr double quarter_turn = std::numbers::pi / 4;  // 45 degrees: half of a side
+constexpr double quarter_turn = std::numbers::pi / 4;  // 45 degrees: angle of half a side
 
-// Distance of the square's corners from the centre of the unit disc, and the roundness of its
-// sides: 0 is straight, 1 an arc of a circle. With these the smallest angle is some 32 degrees,
-// near the largest possible.
+// Distance of the square's corners from the centre of the unit disc, and roundness of its sides: 0
+// is straight, 1 a circular arc. With these values the smallest angle on fine images is about 31.5
+// degrees, near the largest possible.
 constexpr double corner_distance = 0.52;
 constexpr double roundness = 0.7;
 
-// The image of the disc in quads: the square covers |i|, |j| <= n, the ring has 8 n quads around
+// The image of the disc in quads. The square covers |i|, |j| <= n. The ring has 8 n quads around
 // and n across.
 struct DiscLattice {
   int n = 0;
 
-  // Labels: {i, j, 0} in the square with its border; {i, j, k} on the ray through the border point
-  // (i, j), k quads outside it.
+  // Returns the label of a point of the square or its border. The point k quads outside the border
+  // point (i, j), on its ray from the centre, has the label {i, j, k}.
   static Label in_square(int i, int j) { return {i, j, 0}; }
 
-  // Returns the label `around` quads counter-clockwise from the corner (n, -n) along the border,
-  // and `across` quads outside it.
+  // Returns the label of a point of the ring. It lies `around` quads counter-clockwise from the
+  // corner (n, -n) along the border, and `across` quads outside the border.
   Label in_ring(int around, int across) const {
     const int along = around % (2 * n) - n;
     switch (around / (2 * n) % 4) {
@@ -51,8 +49,8 @@ struct DiscLattice {
   Vec3 position(const Label& label) const;
 };
 
-// Each quarter of the square is turned so that its diagonals run from the centre outwards: they
-// split the angle at the corner.
+// Returns the labels of all texels, patch by patch. Each quarter of the square is turned so that
+// its diagonals run outwards from the centre. They split the angle at the square's corner.
 std::vector<Label> DiscLattice::labels() const {
   std::vector<Label> result;
   for (int quarter = 0; quarter < 4; ++quarter) {
@@ -76,8 +74,8 @@ std::vector<Label> DiscLattice::labels() const {
   return result;
 }
 
-// Returns the point of the square's right side at s in -1 .. 1. It lies on the ray at the angle
-// s * 45 degrees.
+// Returns the point of the square's right side that lies on the ray at the angle s * 45 degrees,
+// for s in -1 .. 1.
 Vec3 side_point(double s) {
   const double angle = s * quarter_turn;
   const double straight = 1 / (std::numbers::sqrt2 * std::cos(angle));
@@ -97,7 +95,8 @@ Vec3 DiscLattice::position(const Label& label) const {
   return (1 - outside) * inner + outside * inner.normalized();
 }
 
-// Makes the disc's patches of n x n vertices; position(point of the unit disc) is in m.
+// Makes a surface of the disc's patches of n x n vertices. position(p), m, maps points p of the
+// unit disc.
 template <typename Position>
 Surface make_from_disc(int n, Position position) {
   if (n < 2) throw std::invalid_argument("an open axis needs at least 2 vertices");

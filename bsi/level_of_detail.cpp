@@ -22,7 +22,8 @@ std::vector<DetailPatch> coarsest_patches(const Pyramid& pyramid,
   return patches;
 }
 
-// The patches, each at one level, with the particles that replace those of their borders.
+// Patches with all blocks on one level each, and for every particle the border sample that replaces
+// it.
 struct PatchesAtLevels {
   std::vector<DetailPatch> patches;
   std::vector<int> sample_of;
@@ -50,12 +51,12 @@ Vec3 centre_of(const Pyramid& pyramid, const PatchBlock& block) {
   return centre;
 }
 
-// Returns the first whole number beyond `place`, which must not be negative.
+// Returns the smallest integer above `place`. Precondition: place >= 0.
 int first_after(double place) { return static_cast<int>(place) + 1; }
 
-// Measures how far coarse triangles of a patch are from the original surface at the same place of
-// the image. Both are linear on each piece of the image that the edges of the two cut out, so the
-// distance is largest at a corner of such a piece.
+// Measures how far coarse triangles of a patch are from the original surface at the same places of
+// the image. The edges of both triangulations cut the image into pieces on which both surfaces are
+// linear. The distance is therefore largest at a corner of a piece.
 class Ruler {
  public:
   Ruler(const Pyramid& pyramid, std::span<const Vec3> positions, int patch,
@@ -72,10 +73,10 @@ class Ruler {
     return positions_[atlas.particle_of_texel(atlas.first_texel(patch_) + vertex)];
   }
 
-  // Returns false, and stops measuring, if the tolerance is exceeded.
+  // Measures a triangle. Returns false at the first point that exceeds the tolerance.
   bool measure(const DetailPatch& patch, const DetailTriangle& triangle);
 
-  // The largest distance that was found within the tolerance.
+  // The largest distance measured within the tolerance, m.
   double largest() const { return largest_; }
 
  private:
@@ -110,7 +111,8 @@ class Ruler {
   double largest_ = 0;
 };
 
-// True if the corners are texels of one triangle of a quad.
+// Returns true if the triangle is one of the original surface: its corners are the texels of one
+// triangle of a quad.
 bool Ruler::is_original(const DetailPatch& patch, const DetailTriangle& triangle) {
   const auto is_within_one = [&](const auto& place) {
     const auto [least, most] =
@@ -124,7 +126,8 @@ bool Ruler::is_original(const DetailPatch& patch, const DetailTriangle& triangle
          is_within_one([](const DetailCorner& corner) { return corner.row + corner.col; });
 }
 
-// Moves a triangle with a corner before the first texel of a wrap one turn further on.
+// Shifts a triangle by one period along every wrapped axis on which a corner lies before the first
+// texel.
 void Ruler::take_round_wraps(std::array<Corner, 3>& corners) const {
   for (const Corner& first : corners) {
     const double rows = first.row < 0 ? size_.rows : 0, cols = first.col < 0 ? size_.cols : 0;
@@ -150,8 +153,8 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (int i = 0; i < 3; ++i) {
     const int from = triangle[i].vertex;
     const int to = triangle[(i + 1) % 3].vertex;
-    // The triangle on the other side has this edge from `to` to `from` and checks it, too, unless
-    // it belongs to another patch. One of the two suffices.
+    // Two triangles of the patch share an inner edge, in opposite directions. Only the triangle
+    // whose edge runs from the lower to the higher vertex checks it.
     const bool is_inside = patch.is_block(from) || patch.is_block(to);
     if (is_inside && from > to) continue;
     if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;
@@ -159,7 +162,7 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   return true;
 }
 
-// The point of the original surface at a place of the image.
+// Returns the point of the original surface at (row, col) of the image.
 Vec3 Ruler::original(double row, double col) const {
   const int last_row = size_.wrap_v ? 2 * size_.rows - 2 : size_.rows - 2;
   const int last_col = size_.wrap_u ? 2 * size_.cols - 2 : size_.cols - 2;
@@ -178,7 +181,7 @@ Vec3 Ruler::original(double row, double col) const {
          (1 - down) * (upper_right - lower_right);
 }
 
-// Checks the edge where it crosses the rows, the columns and the diagonals of the image.
+// Checks an edge where it crosses the rows, the columns and the diagonals of the image.
 bool Ruler::check_edge(const Corner& from, const Corner& to) {
   const std::array<std::array<double, 2>, 3> ends{
       {{from.row, to.row}, {from.col, to.col}, {from.row + from.col, to.row + to.col}}};
@@ -197,11 +200,11 @@ bool Ruler::check_edge(const Corner& from, const Corner& to) {
   return true;
 }
 
-// Checks the triangle at the texels inside it.
+// Checks a triangle at the texels inside it.
 bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
   const auto [lowest, highest] = std::minmax({corners[0].row, corners[1].row, corners[2].row});
   for (int row = first_after(lowest); row < highest; ++row) {
-    // The points where the row enters the triangle and leaves it, in order of columns.
+    // The points where the row enters and leaves the triangle, in order of columns.
     std::array<Corner, 2> ends;
     int found = 0;
     for (int i = 0; i < 3 && found < 2; ++i) {
@@ -223,7 +226,8 @@ bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
   return true;
 }
 
-// Splits until every triangle is within the tolerance; returns the largest distance left.
+// Splits blocks until every triangle is within the tolerance. Returns the largest remaining
+// distance, m.
 double refine(DetailPatch& patch, Ruler& ruler) {
   std::vector<char> too_coarse;
   int first_new = patch.texel_count();  // blocks from here on have not been measured
@@ -238,10 +242,10 @@ double refine(DetailPatch& patch, Ruler& ruler) {
           coarsest = std::min(coarsest, patch.block(corner.vertex).level);
           is_new = is_new || corner.vertex >= first_new;
         } else {
-          is_new = true;  // may have been in a block until now
+          is_new = true;  // the texel may have been in a block until now
         }
       }
-      // A triangle may be folded over where a long block meets a wide one.
+      // A triangle can be inverted in the image where a long block meets a wide one.
       if (!is_new || (image_area(triangle) > 0 && ruler.measure(patch, triangle))) return;
       done = false;
       for (const DetailCorner& corner : triangle) {

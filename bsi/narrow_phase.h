@@ -1,4 +1,4 @@
-// The narrow phase in batches: the candidates of a traversal that are near, and their distances.
+// The narrow phase in batches: selects the candidates within a margin and computes their distances.
 #pragma once
 
 #include <array>
@@ -25,41 +25,43 @@ struct NarrowPhaseOptions {
   int threads = 0;         // 0: as many as OpenMP uses
 };
 
-// Pairs of triangles and, if requested, their distances (m; 0 if they have a point in common).
+// Pairs of triangles and, if requested, their distances (m; 0 if they have a common point).
 struct TriangleHits {
   std::vector<LeafPair> pairs;
   std::vector<double> distances;
 };
 
-// Numbers of pairs by the arithmetic they reached. All pairs are judged in float32. Pairs left open
-// are measured in float64, and those still open by scalar functions.
+// Numbers of pairs that reach each stage. All pairs are judged in float32. Undecided pairs, and
+// near ones whose distance is requested, are measured in float64. Pairs that are still uncertain go
+// to scalar functions.
 struct NarrowPhaseCounters {
   std::int64_t judged = 0, measured = 0, scalar = 0;
 };
 
-// Appends to `hits` the pairs (a of `first`, b of `second`, which may be the same body) that are at
-// most the margin apart. They keep the order of the candidates, for any number of threads and any
-// instruction set.
+// Appends to `hits` the pairs (a of `first`, b of `second`, which may be the same body) whose
+// distance is at most the margin. Hits are in the order of the candidates, for any number of
+// threads and any instruction set.
 //
 // Every verdict is proved with bounds of its rounding (docs/theory.md, "The narrow phase"), with
 // one exception. Where the distance is within rounding (1e-14 of the pair's size) of the margin,
-// squared_triangle_distance() decides. Distances equal that function's within rounding (1e-12 of
-// themselves and 1e-15 of the size of the pair). With AVX-512 a candidate takes about 15 ns, and a
-// hit 60 ns more if distances are requested (`weft bench narrow-phase`).
+// squared_triangle_distance() decides. Distances agree with that function within 1e-12 of
+// themselves plus 1e-15 of the pair's size. With AVX-512 a candidate takes about 15 ns, and a hit
+// 60 ns more if distances are requested (`weft bench narrow-phase`).
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
                         std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
                         TriangleHits& hits, NarrowPhaseCounters& counters);
 
-// A body's triangles, and the pyramid built from their positions, not swept.
+// The triangles of a body, and the pyramid built from the same positions by rebuild(), not by
+// rebuild_swept().
 struct PyramidTriangles {
   const Pyramid& pyramid;
   TriangleSet triangles;
 };
 
-// Finds the same hits among the candidates that a dual traversal of the two bodies, or a self
-// traversal, found as pairs of leaf blocks. Vertices are read block by block and in float32, which
-// is a quarter faster. If the margin is not well above the rounding to float32 (2^-23 of the
-// coordinates' size), more pairs are left to float64.
+// Find the same hits from candidates in the form of leaf-block pairs, as a dual traversal of two
+// bodies or a self traversal returns them. Vertices are read block by block and in float32, which
+// is a quarter faster. More pairs need float64 if the margin is not well above the rounding to
+// float32 (2^-23 of the largest coordinate).
 void find_triangle_hits(const PyramidTriangles& first, const PyramidTriangles& second,
                         std::span<const LeafBlockPair> candidates,
                         const NarrowPhaseOptions& options, TriangleHits& hits,
@@ -73,16 +75,17 @@ struct TriangleMeeting {
   TriangleIntersection intersection;  // never of kind none
 };
 
-// Appends the pairs that have a point in common, in the order of the candidates, with their
-// intersections. Both are exact for coordinates as in exact_predicates.h. The candidates are judged
-// as above with a margin of 0; the remaining ones are intersected one by one.
+// Appends the pairs that have a common point, in the order of the candidates, with their
+// intersections. Both are exact for coordinates as in exact_predicates.h. find_triangle_hits() with
+// a margin of 0 selects the pairs, which are then intersected one by one. `threads` as in
+// NarrowPhaseOptions.
 void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,
                                  std::span<const LeafPair> candidates, int threads,
                                  std::vector<TriangleMeeting>& meetings,
                                  NarrowPhaseCounters& counters);
 
-// Returns the squared distance of two triangles. It is 0 if they have a point in common, which is
-// decided exactly (coordinates as in exact_predicates.h). Otherwise it is the least of six
+// Returns the squared distance of two triangles, m^2. It is 0 if they have a common point; that
+// test is exact (coordinates as in exact_predicates.h). Otherwise it is the smallest of six
 // vertex-triangle and nine edge-edge distances (proximity.h). Scalar: some 300 ns.
 double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 

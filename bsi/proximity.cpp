@@ -8,10 +8,11 @@ namespace weft::bsi {
 
 namespace {
 
-// Below this squared sine (of a triangle's corner, of the angle between two edges) rounding may
+// Below this squared sine (of a triangle's corner, or of the angle between two edges) rounding may
 // misjudge which feature is closest. All features are then tried.
 constexpr double thin_squared_sine = 1e-12;
-// Below this squared sine two directions count as one: a second one would make E^T E singular.
+// Below this squared sine two edges count as parallel: the system for both parameters is nearly
+// singular.
 constexpr double parallel_squared_sine = 1e-20;
 
 struct OnEdge {
@@ -19,7 +20,8 @@ struct OnEdge {
   Vec3 separation = Vec3::Zero();
 };
 
-// Returns the point of an edge closest to a point, which is given relative to the edge's start.
+// Returns the point of an edge closest to a given point. `from_start` is that point relative to the
+// start of the edge.
 inline OnEdge closest_on_edge(const Vec3& from_start, const Vec3& edge) {
   const double along = from_start.dot(edge);
   const double squared_length = edge.squaredNorm();
@@ -106,12 +108,13 @@ Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, 
   const double area1 = scale - area2 - area3;
   const bool interior = area1 > 0 && area2 > 0 && area3 > 0;
   const bool thin = !(scale > thin_squared_sine * squared_lengths);
-  // The separation along the normal keeps its direction even where it is nearly zero.
+  // The separation is computed along the normal, which keeps its direction even where it is nearly
+  // zero.
   if (interior && !thin)
     return at_interior((from1.dot(normal) / scale) * normal, area2 / scale, area3 / scale);
 
-  // From outside, the closest point lies on an edge whose line separates the foot from the
-  // triangle: the closest point of a convex polygon is on an edge that faces the point.
+  // If the foot is outside, the closest point lies on an edge whose line separates the foot from
+  // the triangle. (The closest point of a convex polygon is on an edge that faces the given point.)
   BorderPoint best;
   if (thin || area3 <= 0) best.offer(from1, edge2, 1, 2);
   if (thin || area2 <= 0) best.offer(from1, edge3, 1, 3);
@@ -142,8 +145,8 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
   }
 
   // Otherwise one of the closest points is an end of its edge. The squared distance is a convex
-  // quadratic function of both parameters, least where the lines are closest. Over the square of
-  // parameters it is least on a side that faces that place.
+  // quadratic function of both parameters. Its minimum over the unit square lies on a side that
+  // faces the unconstrained minimum, where the lines are closest.
   const auto offer_end = [&](const Vec3& from_start, const Vec3& edge, bool end_of_first,
                              double end_parameter) {
     const OnEdge found = closest_on_edge(from_start, edge);
@@ -157,7 +160,8 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
   if (thin || scaled_t <= 0) offer_end(-from2, first, false, 0);
   if (thin || scaled_t >= scale) offer_end(x3 - x0, first, false, 1);
   if (thin && interior && scale > parallel_squared_sine * squared_lengths) {
-    // s is inaccurate here, but the distance is not, once t is the best one for that s.
+    // s is inaccurate here. The distance is accurate nevertheless, because t is the best parameter
+    // for this s.
     const double s = scaled_s / scale;
     const OnEdge found = closest_on_edge(from2 + s * first, second);
     if (inside(found.parameter)) best.offer(found.separation, s, found.parameter);

@@ -1,4 +1,4 @@
-// Distances between vertices, edges and triangles, and their first derivatives.
+// Distances between vertices, edges and triangles, and the first derivatives of these distances.
 #pragma once
 
 #include <array>
@@ -7,32 +7,30 @@
 
 namespace weft::bsi {
 
-// The four points of a pair: a vertex and a triangle's corners, or the ends of one edge and of
-// another.
+// The four points of a pair: a vertex and the corners of a triangle, or the ends of two edges.
 using FourPoints = std::array<Vec3, 4>;
 
 // The closest points of a vertex and a triangle, or of two edges, given by four points x_i. The
-// vector between the closest points is separation = sum_i weight[i] * x_i, and squared_distance its
-// square. The weights of each feature sum to +1 and -1.
+// vector between the closest points is separation = sum_i weight[i] * x_i, and squared_distance is
+// its square. Weights sum to +1 over the first feature and to -1 over the second.
 //
 // The first derivative of the distance follows from the weights: d|s|/dx_i = weight_i s/|s|.
 struct Closest {
   double squared_distance = 0;
   Vec3 separation = Vec3::Zero();
   std::array<double, 4> weight{};
-  // Number of directions in which the closest points may slide: 0 between two points, 1 along an
+  // Number of directions in which the closest points can slide: 0 between two points, 1 along an
   // edge, 2 in the interior of a triangle or of two edges.
   int free_directions = 0;
 };
 
-// Returns the closest points of x0 and the triangle (x1, x2, x3): weight[0] = 1. Degenerate
-// triangles (a corner's sine below 1e-10) are treated as their edges. Precondition: finite points.
-// No allocation; 20-30 ns.
+// Returns the closest points of x0 and the triangle (x1, x2, x3): weight[0] = 1. A degenerate
+// triangle (sine of the corner at x1 below 1e-10) is treated as its edges. Precondition: finite
+// points. No allocation; 20-30 ns.
 Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
-// Returns the closest points of the edges (x0, x1) and (x2, x3): weight[0] + weight[1] = 1.
-// Parallel edges (a sine below 1e-10) and degenerate ones give one of their closest pairs that
-// contains an end of an edge: at most one direction is then free. Precondition: finite points. No
-// allocation; 20-30 ns.
+// Returns the closest points of the edges (x0, x1) and (x2, x3): weight[0] + weight[1] = 1. For
+// parallel edges (sine below 1e-10) and degenerate ones, one closest point is an end of its edge,
+// so at most one direction is free. Precondition: finite points. No allocation; 20-30 ns.
 Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
 
 }  // namespace weft::bsi

@@ -18,7 +18,8 @@ namespace weft::bsi {
 
 namespace {
 
-// This alignment keeps vector loads from being split between two rows.
+// Rows are padded to a multiple of this many floats, so that a vector load does not straddle two
+// rows.
 constexpr std::size_t row_alignment = plane_padding;
 
 std::size_t aligned(std::size_t count) {
@@ -27,7 +28,8 @@ std::size_t aligned(std::size_t count) {
 
 std::size_t blocks_along(int log) { return std::size_t{1} << log; }
 
-// Patches with fewer quads are bounded by a single thread.
+// Patches with fewer quads are not split into strips. Others are split into at most
+// 2^strip_log_limit strips.
 constexpr int least_quads_per_thread = 1 << 13;
 constexpr int strip_log_limit = 4;
 
@@ -45,7 +47,7 @@ Pyramid::Pyramid(const Atlas& atlas, const PyramidParts& parts) : atlas_(atlas),
   const int patches = static_cast<int>(atlas.patches().size());
   for (int patch = 0; patch < patches; ++patch) add_patch(patch);
   for (int patch = 0; patch < patches; ++patch) add_strips(patch);
-  // The last row may be read past its end.
+  // Kernels may read past the end of the last row.
   vertices_[0].resize(vertices_[0].size() + row_alignment);
   group_levels_ = group_levels_above(patches);
   patch_order_.resize(patches);
@@ -107,7 +109,7 @@ void Pyramid::add_strips(int patch) {
   const BoxPatch& view = patches_[patch];
   const BoxLevel& leaves = level_of(patch, levels(patch) - 1);
   const bool parallel = view.quad_rows * view.quad_cols >= least_quads_per_thread;
-  // A strip holds whole rows of the parents of leaves.
+  // A strip consists of whole rows of the parents of leaf blocks.
   strip_log_.push_back(parallel ? std::clamp(leaves.log_v - 1, 0, strip_log_limit) : 0);
   for (int index = 0; index < 1 << strip_log_[patch]; ++index) {
     Strip strip;
@@ -125,7 +127,8 @@ void Pyramid::add_strips(int patch) {
   }
 }
 
-// The views stay valid when the pyramid is moved: moving the vectors keeps their arrays in place.
+// Sets the pointers in the views. They stay valid when the pyramid is moved, because moving the
+// vectors keeps their arrays in place.
 void Pyramid::point_views() {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const bool leaf = i + 1 == levels_.size() || levels_[i].patch != levels_[i + 1].patch;
@@ -234,9 +237,9 @@ std::optional<TexelAddress> Pyramid::rebuild_all(int ends, int threads) {
   return std::nullopt;
 }
 
-// Rounds the vertices of the strip to float32 and bounds its blocks, one row of leaves after
-// another. A row of parents is made as soon as its children's rows exist, while they are in the
-// cache.
+// Rounds the vertices of a strip to float32 and bounds its blocks, one row of leaf blocks after
+// another. A row of parents is built as soon as the rows of its children exist, while they are in
+// the cache.
 void Pyramid::rebuild_strip(Strip& strip) {
   const BoxPatch& image = patches_[strip.patch];
   const int leaf_level = levels(strip.patch) - 1;
@@ -274,8 +277,8 @@ void Pyramid::bound_leaf_row(Strip& strip, int v) {
                        blocks_u(strip.patch, level), row(strip, level, v));
 }
 
-// Bounds the steps of row v of the parents of leaves, the finest level that has such bounds. Steps
-// of the vertices of the whole row are gathered by the columns of leaves, then by those of their
+// Bounds the steps of row v of the parents of leaf blocks, the finest level with such bounds. The
+// kernels combine the steps by column of vertices, then by column of leaf blocks, then by column of
 // parents.
 void Pyramid::bound_step_row(Strip& strip, int v, BoundRow out) {
   const BoxBuildKernels& kernels = box_build_kernels();
@@ -294,8 +297,9 @@ void Pyramid::bound_step_row(Strip& strip, int v, BoundRow out) {
                 blocks_u(strip.patch, level), out);
 }
 
-// Loads the vertices of row `row` of the closed image at one end of their paths. Returns false if
-// one is not finite. The first row of the next strip is stored in this strip.
+// Rounds row `row` of the vertices at one end of their paths to float32. Returns false if a vertex
+// is not finite. On a wrapped axis the row after the last repeats row 0. The first row of the next
+// strip is stored in this strip, too.
 bool Pyramid::load_row(Strip& strip, int row, int end) {
   const BoxPatch& image = patches_[strip.patch];
   const VertexRows place = vertex_rows(strip, row, row, end);
@@ -333,15 +337,15 @@ VertexRows Pyramid::vertex_rows(const Strip& strip, int first_row, int last_row,
   return rows;
 }
 
-// Levels above the strip's own top have one row.
+// Returns the scratch row of a level. Rows v and v + 1 have separate memory, except on levels from
+// the strip's top upwards, where the strip has a single row.
 BoundRow Pyramid::row(Strip& strip, int level, int v) const {
   const std::size_t stride = aligned(blocks_along(level_of(strip.patch, level).log_u));
   const std::size_t second = level > strip_log_[strip.patch] ? v & 1 : 0;
   return {&strip.rows[strip.row[level] + second * plane_count * stride], stride};
 }
 
-// Makes the rows of parents that a finished row of leaf blocks completes, up to the top of the
-// strip.
+// Builds the rows of parents that row v of leaf blocks completes, up to the top of the strip.
 void Pyramid::finish_row(Strip& strip, int v) {
   const int top = strip_log_[strip.patch];
   for (int level = levels(strip.patch) - 1; level > top; --level) {
@@ -358,7 +362,8 @@ void Pyramid::finish_row(Strip& strip, int v) {
   }
 }
 
-// Makes the levels above the tops of the strips. The first strip of each row stores it.
+// Builds the levels above the tops of the strips. The first of the strips below a row stores the
+// row.
 void Pyramid::join_strips(std::span<Strip> strips) {
   const int patch = strips[0].patch;
   const int top = strip_log_[patch];
@@ -377,7 +382,7 @@ void Pyramid::join_strips(std::span<Strip> strips) {
   }
 }
 
-// Makes row v of a level from the rows of its children; lower.plane is null if v is not split.
+// Builds row v of a level from the rows of its children. lower.plane is null if v is not split.
 void Pyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v,
                                 BoundRow out) {
   const BoxBuildKernels& kernels = box_build_kernels();
@@ -386,7 +391,7 @@ void Pyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRow l
   const std::size_t first = static_cast<std::size_t>(v) << parent.log_u;
   BoxGroup* groups = &groups_[places_[patches_[patch].first_level + level].groups + first];
   kernels.store_groups(upper, lower, parent.split_u != 0, blocks, groups);
-  // Leaves have no bounds of steps to merge.
+  // Leaf blocks have no bounds of steps to merge.
   const bool steps = parts_.tangents && level < levels(patch) - 2;
   const PlaneRange planes{0, steps ? step_planes.end : box_planes.end};
   kernels.merge(upper, lower.plane != nullptr ? lower : upper, planes, parent.split_u != 0, blocks,
@@ -406,13 +411,14 @@ TexelAddress Pyramid::first_unbounded() const {
     assert(texel < atlas_.texel_count());
     for (int end = 0; end <= tree_.swept; ++end) {
       const Eigen::Vector3f rounded = ends_[end][atlas_.particle_of_texel(texel)].cast<float>();
-      // A maximum would swallow NaN.
+      // NaN fails this comparison; a maximum would drop NaN.
       if (!(rounded.array().abs() < coordinate_limit).all()) return atlas_.texel_address(texel);
     }
   }
 }
 
-// Orders the patches by their places at the first rebuild: neighbours on a surface stay neighbours.
+// Orders the patches by their positions at the first rebuild, so that groups consist of nearby
+// patches.
 void Pyramid::order_patches() {
   if (is_ordered_) return;
   is_ordered_ = true;

@@ -1,5 +1,5 @@
-// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image. It
-// is rebuilt from the deformed image in one pass, and the traversals descend it.
+// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image. One
+// pass rebuilds it from the deformed image, and the traversals descend it.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace weft::bsi {
 
-// A box of vertices rounded to float32, m.
+// The bounding box of vertices rounded to float32, m.
 struct Box {
   std::array<float, 3> low{};
   std::array<float, 3> high{};
@@ -30,28 +30,31 @@ struct PatchBlock {
 };
 
 struct PyramidParts {
-  // Bounds of the steps between vertices. With them, self traversals skip whole blocks that cannot
-  // touch themselves (docs/theory.md, "The tangent certificate"). They take more than half of the
-  // time of a rebuild.
+  // Bounds of the differences between adjacent vertices (steps). Self traversals use them to skip
+  // whole blocks that cannot touch themselves (docs/theory.md, "The tangent certificate").
+  // Computing them takes more than half of the time of a rebuild.
   bool tangents = true;
   // Spheres, for pictures and for traversals whose bound is not `box`.
   bool spheres = false;
 };
 
-// Level l of a patch splits its quads into up to 2^l x 2^l nested blocks. Each axis stops at blocks
-// of one or two quads; boundaries are block_boundary(k, quads, log). The last level holds the leaf
-// blocks. No block is empty. Above the patch tops of a body of several patches there are groups:
-// level k has 2^k of them, whose numbers of patches differ by at most one. A group is split along
-// the longest side of the box around its patches' centres, as they lay at the first rebuild.
+// A pyramid of bounds over the patches of a body. Level l of a patch splits its quads into up to
+// 2^l x 2^l nested blocks. Along each axis the splitting stops at blocks of one or two quads. Block
+// boundaries are block_boundary(k, quads, log). The last level holds the leaf blocks. No block is
+// empty.
+//
+// A body of several patches has groups above its patches. Group level k has 2^k groups, whose
+// numbers of patches differ by at most one. A group is split along the longest side of the box
+// around its patches' centres. The positions at the first rebuild determine the groups.
 //
 // The pyramid holds a box for every block, the vertices in float32, and the parts that PyramidParts
-// names. Boxes lie exactly inside their parents', because minima and maxima round nothing. They
-// bound the vertices rounded to float32; the traversals widen them by the possible rounding.
+// selects. A box lies exactly inside its parent's box, because minima and maxima round nothing.
+// Boxes bound the vertices rounded to float32; the traversals widen them by the possible rounding.
 //
 // A sphere is centred in its block's box and contains the boxes of all leaf blocks below. Spheres
-// therefore never separate leaves whose boxes overlap. Its radius is the lesser of half the box's
-// diagonal and the reach of the children's spheres; the four top levels use the spheres of the
-// sixth. Every float64 vertex lies inside.
+// therefore never separate leaves whose boxes overlap. The radius is half the diagonal of the box
+// or, if smaller, the radius that contains the children's spheres. Levels 0 to 3 also use the
+// spheres of level 5 (or of the last level). Every float64 vertex lies inside.
 //
 // Pyramids can be moved, not copied. Const members are safe to call from several threads at once.
 class Pyramid {
@@ -67,13 +70,14 @@ class Pyramid {
   Pyramid& operator=(Pyramid&&) = default;
 
   // Rebuilds everything from the positions (m) of the atlas' particles on `threads` threads (0: as
-  // many as OpenMP uses). Any number of threads gives the same bits. O(quads); allocates nothing.
-  // Returns the first texel whose position is not finite, if any; the pyramid is then unusable
-  // until the next rebuild.
+  // many as OpenMP uses). Any number of threads gives the same bits. O(quads); allocates nothing
+  // after the first call. Returns the first texel whose position is not finite (see
+  // coordinate_limit), if any. The pyramid is then unusable until the next rebuild.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
                                                     int threads = 0);
-  // Bounds every vertex at both ends of its path, and hence on the straight path between them. The
-  // first call allocates the second image.
+  // Rebuilds everything for straight paths start -> end, m: bounds every vertex at both ends, and
+  // hence all along its path. Otherwise like rebuild(). The first call allocates a second image of
+  // vertices.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
                                                           std::span<const Vec3> end,
                                                           int threads = 0);
@@ -94,7 +98,7 @@ class Pyramid {
     return sphere(block.patch, block.level, block.u, block.v);
   }
   int group_levels() const { return group_levels_; }
-  // Returns the patches of the u-th group of a level above the patch tops.
+  // Returns the patches of group u of a level of groups.
   std::span<const std::int32_t> patches_of_group(int level, int u) const {
     const auto [begin, end] = group_range(patch_count(), level, u);
     return std::span(patch_order_).subspan(begin, end - begin);
@@ -104,32 +108,33 @@ class Pyramid {
   }
   // Returns the box of the whole body.
   Box top() const { return group_levels_ > 0 ? group_box(0, 0) : box(0, 0, 0, 0); }
-  // The largest |coordinate| of the float32 vertices, m.
+  // The largest |coordinate| of the vertices rounded to float32, m.
   float magnitude() const { return tree_.magnitude; }
   std::size_t bytes() const;
-  // The pyramid in plain pointers, for the kernels of the traversals.
+  // The pyramid as plain pointers, for the kernels of the traversals.
   const BoxTree& tree() const { return tree_; }
 
  private:
-  // A run of rows of leaf blocks of a patch, bounded by one thread, with the rows being built.
+  // Consecutive rows of leaf blocks of a patch, bounded by one thread, with scratch memory for rows
+  // of bounds.
   struct Strip {
     int patch = 0;
     int index = 0;
-    std::vector<float> rows;       // two per level, and those of the columns of vertices
-    std::vector<std::size_t> row;  // start of the rows of each level
+    std::vector<float> rows;       // two rows per level, then the bounds of columns of vertices
+    std::vector<std::size_t> row;  // by level: start of its rows
     std::size_t columns = 0;
-    // The row of vertices shared with the next strip, at both ends of its path.
+    // The row of vertices that this strip shares with the next one, at both ends of its path.
     std::array<std::vector<float>, 2> boundary;
     bool finite = true;
   };
-  // The starts of a level in the arrays.
+  // The index of a level's first block in groups_ and spheres_, and in tangents_.
   struct LevelPlace {
     std::size_t groups = 0;
     std::size_t tangents = 0;
   };
-  // The place of a block among the children of its parent.
+  // The place of a block: its parent, and its number among the parent's children.
   struct ChildPlace {
-    std::size_t parent = 0;  // among the groups of its level
+    std::size_t parent = 0;  // index in the level above
     int child = 0;
   };
 
@@ -166,20 +171,20 @@ class Pyramid {
   std::vector<LevelPlace> places_;         // by level, like levels_
   std::vector<std::size_t> first_vertex_;  // by patch, into vertices_
   std::vector<int> strip_log_;             // by patch: log2 of its number of strips
-  std::vector<std::int32_t> boundaries_;   // of the columns of leaf blocks, patch by patch
+  std::vector<std::int32_t> boundaries_;   // first quads of the columns of leaf blocks, by patch
   std::vector<std::size_t> first_boundary_;
   int group_levels_ = 0;
-  std::vector<std::int32_t> patch_order_;  // groups are runs of these
+  std::vector<std::int32_t> patch_order_;  // each group is a run of these patches
   bool is_ordered_ = false;
   std::vector<BoxGroup> groups_;
   std::vector<TangentBounds> tangents_;
-  std::vector<SphereGroup> spheres_;  // like groups_, or empty
+  std::vector<SphereGroup> spheres_;  // indexed like groups_; may be empty
   std::array<std::vector<float>, 2> vertices_;
   std::vector<Box> group_boxes_;
   std::vector<Strip> strips_;
   BoxTree tree_{};
   bool built_ = false;
-  std::array<std::span<const Vec3>, 2> ends_;  // of the rebuild in progress
+  std::array<std::span<const Vec3>, 2> ends_;  // positions, while rebuilding
 };
 
 }  // namespace weft::bsi

@@ -12,9 +12,9 @@ namespace weft::bsi {
 
 namespace {
 
-// Returns a bound of the rounding of a placed box along an axis (docs/theory.md, "A rigid body in
-// its own frame"): 28 units of 2^-24 of the largest coordinate in the frame and 7 of the
-// translation, and an allowance for underflow.
+// Returns a bound (m) of the rounding of a placed box along an axis (docs/theory.md, "A rigid body
+// in its own frame"). The proof needs 28 x 2^-24 of the largest coordinate in the frame and 7 x
+// 2^-24 of the translation. The last term covers underflow.
 double rounding_of_boxes(double magnitude, double translation) {
   return 0x1p-19 * magnitude + 0x1p-21 * translation + 0x1p-120;
 }
@@ -70,12 +70,13 @@ void RigidPyramid::place(std::span<const RigidFrame> ends, PlacedTree& placed) c
     placed.tree.magnitude = std::max({placed.tree.magnitude, -whole.low[axis], whole.high[axis]});
   }
   assert(placed.tree.magnitude < Pyramid::coordinate_limit);
-  // Spheres are placed by the last frame alone. At the other end, a vertex is at most `way` from
-  // its place there.
+  // Spheres are placed by the last frame alone. At the first frame, a vertex is at most `way` from
+  // its place at the last.
   const RigidFrame &first = ends.front(), &last = ends.back();
   const double way = (last.rotation - first.rotation).norm() * radius_ +
                      (last.translation - first.translation).norm();
-  // Every coordinate of the box of a leaf is within this distance of each of its vertices.
+  // Along each axis, every point of a leaf's box is within this distance of every vertex of the
+  // leaf at the last frame.
   const double side = largest_quad_ + way;
   placed.beyond_spheres = static_cast<double>(root_of_three) * side * (1 + 0x1p-40) +
                           2 * static_cast<double>(placement.rounding);

@@ -14,11 +14,11 @@ namespace weft::bsi {
 
 namespace {
 
-// Makes a patch row by row; position(row, col) is in m.
+// Makes a surface of one patch from position(row, col), m.
 template <typename Position>
 Surface make_patch(const Patch& patch, Position position) {
   Surface surface;
-  surface.atlas = Atlas({patch});  // first: it checks the size
+  surface.atlas = Atlas({patch});  // comes first because it checks the size
   surface.positions.reserve(surface.atlas.particle_count());
   for (int row = 0; row < patch.rows; ++row) {
     for (int col = 0; col < patch.cols; ++col) surface.positions.push_back(position(row, col));
@@ -28,8 +28,8 @@ Surface make_patch(const Patch& patch, Position position) {
 
 double turn(int index, int count) { return 2 * std::numbers::pi * index / count; }
 
-// The columns of a surface of revolution: from the x axis, counter-clockwise seen from +z; closed
-// after a full turn.
+// The angles of the columns of a surface of revolution. They begin at the x axis and run
+// counter-clockwise seen from +z. A sector of 360 degrees is closed.
 struct Sector {
   explicit Sector(double degrees, int cols) : angle_deg(degrees), count(cols) {
     if (degrees > 0 && degrees <= 360) return;
@@ -52,7 +52,8 @@ struct ProfilePoint {
   double z;
 };
 
-// Turns a profile around the z axis; profile(fraction of the rows) gives its points.
+// Revolves a profile around the z axis. profile(v) returns its point at v = 0 (first row) to 1
+// (last row).
 template <typename Profile>
 Surface revolve(int rows, int cols, double angle_deg, Profile profile) {
   const Sector sector(angle_deg, cols);
@@ -126,7 +127,7 @@ Surface make_torus(double major_radius, double minor_radius, int rows, int cols)
     const double tube = turn(col, cols);
     const double axis = turn(row, rows);
     const double distance = major_radius + minor_radius * std::cos(tube);
-    // v runs downwards on the outside, so that u x v points out of the tube.
+    // u runs downwards on the outside, so that u x v points out of the tube.
     return Vec3(distance * std::cos(axis), distance * std::sin(axis),
                 -minor_radius * std::sin(tube));
   });
@@ -150,8 +151,8 @@ void check_finite(const Atlas& atlas, const std::vector<Vec3>& texels) {
   }
 }
 
-// Returns for each texel the first one it is sewn to, or itself. Texels at one place that all
-// belong to one patch are not sewn.
+// Returns for each texel the first texel to which it is sewn, or itself. Border texels at one
+// position are sewn only if they belong to more than one patch.
 std::vector<int> sew(const Atlas& atlas, const std::vector<Vec3>& texels) {
   std::vector<int> first_of(texels.size());
   std::iota(first_of.begin(), first_of.end(), 0);

@@ -1,17 +1,17 @@
-// A sphere of the pyramid.
+// The bounding sphere of a block, as the pyramid stores it.
 #pragma once
 
 namespace weft::bsi {
 
-// Centre and radius in float32, m. A negative radius bounds nothing.
+// Centre and radius, m. A sphere with a negative radius is empty.
 struct Sphere {
   float x = 0, y = 0, z = 0;
   float radius = -1;
   bool operator==(const Sphere&) const = default;
 };
 
-// Returns a lower bound (m) of the distance from any point of one sphere to any point of the other,
-// whatever the rounding. 0 if they meet, infinity if one of them is empty.
+// Returns a lower bound (m) of the distance between two spheres. Rounding never makes it too large.
+// The result is 0 if the spheres meet, and infinity if either is empty.
 double bounding_sphere_gap(const Sphere& first, const Sphere& second);
 
 }  // namespace weft::bsi

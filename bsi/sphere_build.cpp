@@ -1,4 +1,4 @@
-// The spheres of a pyramid, built from its boxes, from the leaf blocks up.
+// Builds the spheres of a pyramid from its boxes, from the leaf blocks up.
 #include <omp.h>
 
 #include <algorithm>
@@ -16,7 +16,8 @@ namespace {
 // Levels with fewer blocks are built by a single thread.
 constexpr int least_blocks_per_team = 1 << 12;
 
-// Makes spheres around the boxes of the children, with half the diagonals as radii.
+// Circumscribes a sphere about the box of each child, with half the diagonal as its radius. An
+// absent child gets NaN as its centre.
 void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
 #pragma omp simd
   for (int child = 0; child < 4; ++child) {
@@ -35,7 +36,7 @@ void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
   }
 }
 
-// Returns the distance from `centre` to which the spheres of a block's children reach.
+// Returns the radius around `centre` that contains the spheres of a block's children.
 float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
   float reach[4];
 #pragma omp simd
@@ -51,11 +52,12 @@ float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
 }
 
 // Radii near the top of a patch are loose, because each level encloses spheres that already exceed
-// their boxes. Levels 0 to tight_level - 2 are therefore found from the spheres of tight_level.
+// their boxes. Levels 0 to tight_level - 2 are therefore bounded from the spheres of tight_level,
+// too.
 constexpr int tight_level = 5;
 
-// Returns the distance from `centre` to which blocks below block (u, v) of a level reach. `parents`
-// is the level above those blocks.
+// Returns the radius around `centre` that contains all spheres below block (u, v) of `level` on one
+// finer level. `parents` is the level above these spheres.
 float reach_of_descendants(const BoxLevel& level, const BoxLevel& parents, int u, int v,
                            const float (&centre)[3]) {
   const int log_u = parents.log_u - level.log_u, log_v = parents.log_v - level.log_v;
@@ -69,7 +71,8 @@ float reach_of_descendants(const BoxLevel& level, const BoxLevel& parents, int u
   return largest;
 }
 
-// Makes the spheres of the children of block (u, v) of a level.
+// Computes the spheres of the children of block (u, v) of `level`. The level of these children is
+// `below`.
 void bound_children(const BoxLevel& level, const BoxLevel& below, int u, int v,
                     SphereGroup& spheres) {
   surround_boxes(level.groups[(static_cast<std::size_t>(v) << level.log_u) + u], spheres);
@@ -104,7 +107,7 @@ void Pyramid::rebuild_spheres(int patch, int threads) {
       }
     }
   }
-  // The whole patch has no parent: it is bounded like the first child of a block.
+  // The whole patch has no parent. It is bounded like the first child of a block.
   BoxGroup box{};
   for (int axis = 0; axis < 3; ++axis) {
     box.low[axis][0] = whole.low[axis];

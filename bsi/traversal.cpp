@@ -25,7 +25,8 @@ std::size_t count_pairs(std::span<const LeafBlockPair> blocks) {
 
 namespace {
 
-// Returns the margin, limited to a size beyond which it changes nothing and might overflow.
+// Returns the margin, but at most four times the coordinate limit. A larger margin would not change
+// the result and could overflow.
 double largest_margin_that_counts(double margin) {
   return std::min(margin, 4.0 * static_cast<double>(Pyramid::coordinate_limit));
 }
@@ -35,8 +36,8 @@ std::uint64_t next_serial() {
   return ++last;
 }
 
-// Makes a query. `second` is the tree of a second pyramid, or that tree in space. Precondition: the
-// spheres that the bound needs exist.
+// Makes a query. `second` is the tree of a second pyramid, or a tree placed in space. Precondition:
+// the pyramids have the spheres that the bound needs.
 DescentQuery query_of(const Pyramid& first, const BoxTree& second, bool self,
                       const TraversalOptions& options) {
   assert(first.is_built());
@@ -72,7 +73,7 @@ bool overlap(const Box& a, const Box& b, float half) {
   return true;
 }
 
-// The pairs of patches from which descents start, found through the groups above the patch tops.
+// The pairs of patches from which descents start, found by descending the groups above the patches.
 class PatchPairs {
  public:
   PatchPairs(const Pyramid& first, const Pyramid& second, const DescentQuery& query)
@@ -112,7 +113,8 @@ class PatchPairs {
     if (query_.b->placement != nullptr) box_b = placed_box(*query_.b, box_b);
     if (!overlap(box_of(first_, a), box_b, query_.half_margin)) return;
     if (a.is_patch() && b.is_patch()) {
-      // Within one body, pairs name the lower patch first; groups hold patches in any order.
+      // Within one body, a pair names the lower patch first, although groups hold patches in any
+      // order.
       const bool is_turned = query_.self && a.u > b.u;
       found_.push_back({{first_.tree().patches[is_turned ? b.u : a.u].first_level, 0, 0},
                         {second_.tree().patches[is_turned ? a.u : b.u].first_level, 0, 0}});
@@ -138,8 +140,8 @@ void add(TraversalCounters& total, const DescentCounters& part) {
   total.certified += part.certified;
 }
 
-// Replaces every pair that can be expanded by the pairs of its children, unless `keep` selects it.
-// Returns false if it replaced none.
+// Replaces each pair of blocks by the pairs of their children. Leaf blocks, and pairs that `keep`
+// selects, are kept. Returns false if no pair was replaced.
 template <class Keep>
 bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, DescentCounters& counters,
                 const Keep& keep) {
@@ -160,8 +162,8 @@ bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, Descent
   return expanded;
 }
 
-// Returns enough pairs of blocks to share among threads. They do not depend on the number of
-// threads.
+// Returns pairs of blocks from which descents start: at least 256 if possible, to share among
+// threads. They do not depend on the number of threads.
 std::vector<NodePair> frontier(const Pyramid& first, const Pyramid& second,
                                const DescentQuery& query, DescentCounters& counters) {
   constexpr std::size_t enough = 256;
@@ -172,7 +174,8 @@ std::vector<NodePair> frontier(const Pyramid& first, const Pyramid& second,
   return pairs;
 }
 
-// Collects the results of a descent. Sink: BlockSink or PairSink; Found: the type of its elements.
+// Appends the results of descents to a vector. `Sink` is BlockSink or PairSink, `Found` the type of
+// its elements.
 template <class Sink, class Found>
 class Collector {
  public:
@@ -213,9 +216,10 @@ void collect(int count, int chunk, int threads, std::vector<Found>& found,
     return;
   }
   const int chunks = (count + chunk - 1) / chunk;
-  // The calling thread keeps this memory: allocating it anew would add half the cost of a query.
+  // The calling thread keeps this memory: allocating it for each query would add half the query's
+  // cost.
   thread_local std::vector<std::vector<Found>> kept;
-  std::vector<std::vector<Found>>& parts = kept;  // the teams' threads use it, too
+  std::vector<std::vector<Found>>& parts = kept;  // a reference, which the team's threads can use
   parts.resize(std::max<std::size_t>(parts.size(), chunks));
   std::vector<DescentCounters> tests(chunks);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(team)
@@ -242,20 +246,21 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
               std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
-  // Below this number of starts, a team of threads costs more than it saves.
+  // With fewer starts, a team of threads costs more than it saves.
   constexpr std::size_t few = 64;
   if (starts.size() < few) threads = 1;
   const DescentKernels& kernels = descent_kernels();
   collect<BlockSink>(static_cast<int>(starts.size()), 4, threads, blocks, tests,
                      [&](int i, BlockSink& sink, DescentCounters& own) {
-                       // Each thread keeps its workspace, which costs more to make than to use.
+                       // Each thread keeps its workspace, because creating one costs more than
+                       // using it.
                        thread_local AlignedVector<std::byte> workspace(descent_workspace);
                        kernels.descend(query, starts[i], workspace.data(), sink, own);
                      });
   add(counters, tests);
 }
 
-// Makes a query with the fields on which the numbers of leaves depend.
+// Makes a query with only those fields that determine the numbers of leaves.
 DescentQuery numbering(const Pyramid& first, const Pyramid& second, bool self, Leaf leaf) {
   DescentQuery query{};
   query.a = &first.tree();
@@ -307,7 +312,8 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
   append_numbers(query, blocks, options.threads, pairs);
 }
 
-// Frees aligned memory. Unlike the memory of a vector, it is not touched before it is needed.
+// Frees memory of CacheLineAllocator. Such memory is not initialised, whereas a vector would write
+// all of it.
 struct FreeAligned {
   void operator()(std::byte* memory) const {
     CacheLineAllocator<std::byte>().deallocate(memory, 0);
@@ -323,7 +329,7 @@ void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQ
                      int level, std::vector<BlockPair>& pairs, TraversalCounters& counters) {
   DescentCounters tests{};
   std::vector<NodePair> nodes = PatchPairs(first, second, query).find();
-  // Both blocks of a pair descend together, so a pair reaches a level with both or none.
+  // Each expansion moves both blocks of a pair one level down. Leaf blocks stay.
   for (int i = 0; i < level; ++i) {
     if (!expand_all(query, nodes, tests, [](const NodePair&) { return false; })) break;
   }
@@ -336,8 +342,8 @@ void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQ
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
   margin = largest_margin_that_counts(margin);
-  // Rounding moves a coordinate by at most 2^-24 of the magnitude, or by 2^-126 if it is flushed to
-  // zero.
+  // Rounding moves a coordinate of a vertex by at most 2^-24 of the magnitude, or by 2^-126 if it
+  // is flushed to zero.
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
   return rounded_up(0.5 * (margin + rounding));
@@ -351,8 +357,8 @@ float sphere_reach(float half, float magnitude_a, float magnitude_b) {
 }
 
 double certificate_margin(double margin, float magnitude) {
-  // Rounding of vertices to float32, and of the steps between them, takes less than 2^-20 of the
-  // magnitude from a distance (docs/theory.md, "The tangent certificate").
+  // Rounding the vertices to float32, and the steps between them, shortens a distance by less than
+  // 2^-20 of the magnitude (docs/theory.md, "The tangent certificate").
   return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 
@@ -380,7 +386,8 @@ void single_traversal(const Pyramid& pyramid, std::span<const Vec3> points, doub
                     [&](int i, PairSink& sink, DescentCounters& own) {
                       const std::size_t first = points.size() * i / batches;
                       const int count = static_cast<int>(points.size() * (i + 1) / batches - first);
-                      // Each thread keeps its workspace, which costs more to make than to use.
+                      // Each thread keeps its workspace, because creating one costs more than using
+                      // it.
                       thread_local const std::unique_ptr<std::byte, FreeAligned> workspace(
                           CacheLineAllocator<std::byte>().allocate(point_workspace));
                       const PointDescentKernels& kernels = point_descent_kernels();

@@ -19,7 +19,7 @@ int projected_orientation(const Point3& a, const Point3& b, const Point3& c, int
                      projected(c, dropped_axis));
 }
 
-// Returns true if the box of the segment p-q overlaps that of the other points.
+// Returns true if the box of the segment p-q overlaps the box of `points`.
 template <class Points>
 bool boxes_overlap(const Point3& p, const Point3& q, const Points& points) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -40,14 +40,16 @@ bool segments_meet(const Point3& p, const Point3& q, const Point3& a, const Poin
     const int side_b = projected_orientation(p, q, b, axis);
     const int side_p = projected_orientation(a, b, p, axis);
     const int side_q = projected_orientation(a, b, q, axis);
-    // A projection in which some area is not zero is one-to-one on the plane of the four points.
+    // If some triangle of these points has area in a projection, the projection is one-to-one on
+    // their common plane.
     if (side_a != 0 || side_b != 0 || side_p != 0 || side_q != 0)
       return side_a * side_b <= 0 && side_p * side_q <= 0;
   }
   return true;  // all on one line: segments overlap if their boxes do
 }
 
-// Returns true if a point on the plane of a triangle is in it; false for triangles without area.
+// Returns true if a point on the plane of a triangle is inside it; false for triangles without
+// area.
 bool is_inside(const Point3& point, const Triangle3& triangle) {
   for (int axis = 0; axis < 3; ++axis) {
     const int whole = projected_orientation(triangle[0], triangle[1], triangle[2], axis);
@@ -61,7 +63,8 @@ bool is_inside(const Point3& point, const Triangle3& triangle) {
   return false;
 }
 
-// Returns the side of the plane of `triangle` on which each corner of the other lies; 0 is on it.
+// Returns the side of the plane of `triangle` on which each corner of `other` lies; 0 is on the
+// plane.
 std::array<int, 3> sides_of(const Triangle3& triangle, const Triangle3& other) {
   std::array<int, 3> side;
   for (int corner = 0; corner < 3; ++corner)
@@ -69,7 +72,8 @@ std::array<int, 3> sides_of(const Triangle3& triangle, const Triangle3& other) {
   return side;
 }
 
-// Decides for the segment p-q, whose ends are on the given sides of the triangle's plane.
+// Returns true if the segment p-q meets the triangle. `side_p` and `side_q` are the sides of the
+// triangle's plane on which p and q lie.
 bool segment_meets_triangle(const Point3& p, const Point3& q, int side_p, int side_q,
                             const Triangle3& triangle) {
   if (side_p * side_q > 0) return false;
@@ -79,8 +83,8 @@ bool segment_meets_triangle(const Point3& p, const Point3& q, int side_p, int si
     return is_inside(p, triangle) || segments_meet(p, q, a, b) || segments_meet(p, q, b, c) ||
            segments_meet(p, q, c, a);
   }
-  // The segment meets the plane in one point, which is in the triangle unless the line passes two
-  // edges on different sides.
+  // The segment meets the plane in one point. The point is in the triangle unless the line passes
+  // two edges on different sides.
   const int side_ab = orientation(p, q, a, b);
   const int side_bc = orientation(p, q, b, c);
   if (side_ab * side_bc < 0) return false;
@@ -104,7 +108,7 @@ bool triangles_meet(const Triangle3& a, const Triangle3& b) {
   if (apart(sides_b)) return false;
   const std::array<int, 3> sides_a = sides_of(b, a);
   if (apart(sides_a)) return false;
-  // The intersection of two triangles ends at an edge of one of them.
+  // If two triangles meet, an edge of one of them meets the other.
   for (int edge = 0; edge < 3; ++edge) {
     if (edge_meets_triangle(b, edge, sides_b, a)) return true;
     if (edge_meets_triangle(a, edge, sides_a, b)) return true;
@@ -128,8 +132,9 @@ bool has_area(const Triangle3& triangle) {
   return false;
 }
 
-// Returns true if the interiors of two triangles in one plane overlap; both have an area. They do
-// unless the line of an edge has the whole other triangle beyond it or on it.
+// Returns true if the interiors of two coplanar triangles overlap. Precondition: both have area.
+// The interiors are disjoint if the line of some edge has the whole other triangle on its outer
+// side.
 bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   int axis = 0;
   while (projected_orientation(a[0], a[1], a[2], axis) == 0) ++axis;
@@ -149,7 +154,8 @@ bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   return !separates(a, b) && !separates(b, a);
 }
 
-// Returns true if a point is in the triangle. If that has an area, the point must be on its plane.
+// Returns true if a point is in the triangle. Precondition: the point is on the plane of the
+// triangle, if the triangle has area.
 bool contains(const Triangle3& triangle, const Point3& point) {
   if (is_inside(point, triangle)) return true;
   for (int edge = 0; edge < 3; ++edge)
@@ -159,7 +165,7 @@ bool contains(const Triangle3& triangle, const Point3& point) {
 
 Vec3 to_vector(const Point3& point) { return {point[0], point[1], point[2]}; }
 
-// Returns the point between p and q whose distances from them have the ratio from_p : from_q.
+// Returns the point between p and q whose distances from them are in the ratio from_p : from_q.
 Point3 point_between(const Point3& p, const Point3& q, double from_p, double from_q) {
   const double sum = from_p + from_q;
   const double t = sum > 0 ? from_p / sum : 0.5;
@@ -167,7 +173,8 @@ Point3 point_between(const Point3& p, const Point3& q, double from_p, double fro
   return {point.x(), point.y(), point.z()};
 }
 
-// Returns the point where p-q passes the plane of the triangle; its ends are strictly on two sides.
+// Returns the point where p-q crosses the plane of the triangle. Precondition: p and q are strictly
+// on opposite sides.
 Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) {
   const Vec3 corner = to_vector(triangle[0]);
   const Vec3 normal = (to_vector(triangle[1]) - corner).cross(to_vector(triangle[2]) - corner);
@@ -175,14 +182,14 @@ Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) 
                        std::abs(normal.dot(to_vector(q) - corner)));
 }
 
-// Returns the point where p-q crosses the line of a-b; both lie in one plane.
+// Returns the point where p-q crosses the line of a-b. Precondition: both lie in one plane.
 Point3 crossing_point(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   const Vec3 along = to_vector(b) - to_vector(a);
   return point_between(p, q, along.cross(to_vector(p) - to_vector(a)).norm(),
                        along.cross(to_vector(q) - to_vector(a)).norm());
 }
 
-// Returns true if the segments, which lie in one plane, cross in the interior of both.
+// Returns true if two segments in one plane cross in the interior of both.
 bool segments_cross(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   for (int axis = 0; axis < 3; ++axis) {
     const int pq = projected_orientation(p, q, a, axis) * projected_orientation(p, q, b, axis);
@@ -192,7 +199,7 @@ bool segments_cross(const Point3& p, const Point3& q, const Point3& a, const Poi
   return false;
 }
 
-// The border of a triangle by its corners: three edges or, without area, one segment.
+// The border of a triangle as pairs of corners: three edges, or one segment if it has no area.
 struct Border {
   std::array<std::array<int, 2>, 3> edge{{{0, 1}, {1, 2}, {2, 0}}};
   int count = 3;
@@ -206,10 +213,10 @@ struct Border {
   }
 };
 
-// The points that determine the intersection of two triangles if it has no area. They are corners
-// of one in the other, and points where the interior of an edge passes through the interior of the
-// other or of one of its edges. Points of different kinds or from different edges are never the
-// same.
+// The points that determine the intersection of two triangles if it has no area, of three kinds.
+// One is a corner of one triangle in the other, one a crossing of the interiors of two edges. The
+// third is a point where the interior of an edge passes through the interior of the other triangle.
+// Points of different kinds, or from different edges, never coincide.
 class CommonPoints {
  public:
   CommonPoints(const Triangle3& a, const Triangle3& b) {
@@ -234,7 +241,7 @@ class CommonPoints {
     if (count_ == 0) return {};
     if (count_ == 1) return {IntersectionKind::point, {point_[0], point_[0]}};
     TriangleIntersection found{IntersectionKind::edge, {point_[0], point_[1]}};
-    double longest = 0;  // three or more points are on one line
+    double longest = 0;  // three or more points lie on one line
     for (int i = 0; i < count_; ++i) {
       for (int j = i + 1; j < count_; ++j) {
         const double length = (to_vector(point_[i]) - to_vector(point_[j])).squaredNorm();
@@ -261,7 +268,9 @@ class CommonPoints {
     }
   }
 
-  // A line passes the interior of a triangle if it passes all edges on the same side.
+  // Adds the points where an edge passes through the interior of the triangle. Such an edge has its
+  // ends on two sides of the plane, and its line passes all three edges of the triangle on the same
+  // side.
   void add_piercings(const Triangle3& edges, const Border& border, const std::array<int, 3>& sides,
                      const Triangle3& triangle, const int (&volume)[3][3]) {
     for (int i = 0; i < border.count; ++i) {

@@ -7,13 +7,13 @@
 
 namespace weft::bsi {
 
-// A triangle is a closed set. Without area it is a segment or a point.
+// A triangle as a closed set. A triangle without area is a segment or a point.
 using Triangle3 = std::array<Point3, 3>;
 
 // Returns true if the triangles have a point in common.
 bool triangles_meet(const Triangle3& a, const Triangle3& b);
-// Returns true if triangles with the same first corner meet at any other point. Decides whether the
-// edge opposite that corner in one meets the other triangle.
+// Returns true if triangles with the same first corner have another common point. The test is
+// whether the edge opposite that corner in one triangle meets the other triangle.
 bool triangles_meet_beyond_corner(const Triangle3& a, const Triangle3& b);
 
 // The kind of an intersection: none, one point, a segment (`edge`) or an area of the plane that
@@ -22,14 +22,14 @@ enum class IntersectionKind { none, point, edge, surface };
 
 struct TriangleIntersection {
   IntersectionKind kind = IntersectionKind::none;
-  std::array<Point3, 2> ends{};  // point: the same twice; edge: its ends; otherwise unused
+  std::array<Point3, 2> ends{};  // point: twice the same; edge: its ends; else unused
 };
 
-// Returns the intersection. Its kind is exact: none if and only if triangles_meet() is false. A
-// touching corner gives a point. Triangles of one mesh that share an edge and are not folded onto
-// each other give an edge. Ends that are corners equal them to the bit. Other ends are rounded, to
-// within 1e-14 of the size of the pair unless the triangles meet at a grazing angle. Takes about
-// 0.3 us.
+// Returns the intersection of two triangles. Its kind is exact: none if and only if
+// triangles_meet() is false. A touching corner gives a point. Triangles of one mesh that share an
+// edge and are not folded onto each other give an edge. An end that is a corner equals it to the
+// bit. Other ends are rounded, to within 1e-14 of the size of the pair unless the triangles meet at
+// a grazing angle. Takes about 0.3 us.
 TriangleIntersection intersect_triangles(const Triangle3& a, const Triangle3& b);
 
 }  // namespace weft::bsi

@@ -9,8 +9,8 @@ namespace {
 
 constexpr char first_character = ' ', last_character = '~';
 
-// The characters from ' ' to '~', row by row from the top; bit 5 of a row is its leftmost pixel.
-// They are those of the font 6x13 of the X Window System, which is in the public domain.
+// The characters from ' ' to '~', row by row from the top. Bit 5 of a row is its leftmost pixel.
+// The glyphs are those of the font 6x13 of the X Window System, which is in the public domain.
 constexpr std::array<std::array<std::uint8_t, character_height>, 95> glyphs{{
     {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},             // space
     {0, 0, 8, 8, 8, 8, 8, 8, 8, 0, 8, 0, 0},             // !

@@ -1,4 +1,4 @@
-// The placement of a camera so that points or a box are seen whole.
+// Places a camera so that it sees points or a box whole.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
@@ -11,12 +11,13 @@
 namespace weft::gpu {
 namespace {
 
-constexpr double margin = 1.1;  // factor on the size of the picture that the points need
+constexpr double margin = 1.1;  // the picture's size divided by the size that the points need
 
-// The limits on the eye's place, along one axis of the picture, so that all points are seen. A
-// point is seen if its slope |across - eye_across| / (eye_depth - depth) is at most the picture's.
+// Finds places of the eye from which all points are seen, along one axis of the picture. A point is
+// seen if its slope |across - eye_across| / (eye_depth - depth) is at most that of the picture's
+// edge.
 struct Axis {
-  std::vector<Eigen::Vector2d> points;  // across, and depth towards the eye
+  std::vector<Eigen::Vector2d> points;  // across the picture, and depth towards the eye
 
   double largest(double across, double depth) const {
     double value = -std::numeric_limits<double>::infinity();
@@ -25,13 +26,13 @@ struct Axis {
     }
     return value;
   }
-  // Returns the nearest depth of the eye at which all points fit between lines of this slope: there
-  // the highest falling line meets the lowest rising one.
+  // Returns the nearest depth of the eye at which all points fit between lines of this slope. At
+  // that depth the highest falling line meets the lowest rising one.
   double nearest_eye(double slope) const {
     return 0.5 * (largest(1, slope) + largest(-1, slope)) / slope;
   }
   // Returns the eye's place across, at this depth, from which the extreme points on both sides are
-  // at the same angle: the root of a decreasing function.
+  // at the same angle. It is the root of a decreasing function.
   double middle(double eye_depth) const {
     double low = -largest(-1, 0);
     double high = largest(1, 0);
@@ -105,9 +106,9 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect) {
   return camera_for_points(corners_of_box(lowest, highest), aspect);
 }
 
-// Derivation: an offset d at distance r from the eye, at the angle a from the picture's axis, moves
-// a point by at most d / (r cos^2 a) in the plane at distance 1. A pixel of that plane is 2 slope /
-// height. The angle is largest in the corners.
+// Derivation: consider an offset d at distance r from the eye, at the angle a from the picture's
+// axis. It moves a point by at most d / (r cos^2 a) in the plane at distance 1. A pixel of that
+// plane is 2 slope / height. The angle is largest in the corners of the picture.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels) {
   assert(pixels >= 0);
   const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);

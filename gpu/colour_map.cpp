@@ -15,8 +15,8 @@ constexpr std::array<std::uint32_t, 18> viridis{
     0x440154, 0x481769, 0x472a7a, 0x433d84, 0x3d4e8a, 0x355e8d, 0x2e6d8e, 0x297b8e, 0x23898e,
     0x1f978b, 0x21a585, 0x2eb37c, 0x46c06f, 0x65cb5e, 0x89d548, 0xb0dd2f, 0xd8e219, 0xfde725};
 
-// K. Moreland, "Diverging color maps for scientific visualization", ISVC 2009: every second of its
-// 33 tabulated colours.
+// Every second of the 33 tabulated colours of K. Moreland, "Diverging color maps for scientific
+// visualization", ISVC 2009.
 constexpr std::array<std::uint32_t, 17> cool_to_warm{
     0x3b4cc0, 0x4d68d7, 0x6282ea, 0x779af7, 0x8db0fe, 0xa3c2ff, 0xb8d0f9, 0xccd9ee, 0xdddddd,
     0xecd3c5, 0xf5c4ad, 0xf7b194, 0xf49a7b, 0xec7f63, 0xde604d, 0xcb3e38, 0xb40426};

@@ -9,13 +9,14 @@
 
 namespace weft::gpu {
 
-// Colours for the places 0..1, as a table.
+// A map from numbers (places) in 0..1 to colours, stored as a table.
 class ColourMap {
  public:
-  // Takes evenly spaced colours, 0xRRGGBB in sRGB, at least two, and interpolates between them.
+  // Interpolates between evenly spaced colours, 0xRRGGBB in sRGB. Precondition: at least two
+  // colours.
   explicit ColourMap(std::span<const std::uint32_t> srgb);
-  // Returns the colour of a place. Places beyond 0..1 have the colour of the nearer end, and NaN
-  // has no_value_colour().
+  // Returns the colour of a place. A place beyond 0..1 has the colour of the nearer end, NaN has
+  // no_value_colour().
   const Colour& at(float place) const;
 
  private:
@@ -23,12 +24,12 @@ class ColourMap {
   std::array<Colour, steps + 1> colours_;
 };
 
-// Viridis, from dark violet to yellow: the lightness (CIE L*) grows evenly, so that eyes of any
+// Viridis, from dark violet to yellow. The lightness (CIE L*) grows evenly, so that eyes of any
 // colour vision see the same order and the same differences.
 const ColourMap& sequential_colours();
-// Moreland's cool to warm, from blue over a light grey at 0.5 to red; both ends are equally dark.
+// Moreland's cool to warm, from blue over a light grey at 0.5 to red. Both ends are equally dark.
 const ColourMap& diverging_colours();
-// The grey of places that are NaN: no map has it.
+// The grey of places that are NaN; no map contains it.
 const Colour& no_value_colour();
 
 }  // namespace weft::gpu

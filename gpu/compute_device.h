@@ -8,7 +8,7 @@
 
 namespace weft::gpu {
 
-// A block in the layout of the shaders.
+// A block in the memory layout of the shaders.
 struct BlockTexels {
   std::array<float, 3> low{};
   float radius = 0;
@@ -20,15 +20,15 @@ struct ComputePyramid::Device {
   struct Body {
     bsi::Atlas atlas;
     std::size_t first_block = 0;
-    std::size_t first_vertex = 0;  // of all particles
+    std::size_t first_vertex = 0;  // among the vertices of all bodies
     std::size_t block_count = 0;
-    std::vector<std::vector<bsi::BlockLevel>> patches;  // by patch: its levels
-    std::vector<std::uint32_t> patch_top;               // into the table of levels
-    // Groups of patches: level k has 2^k, and group u of it is number 2^k - 1 + u of the body.
+    std::vector<std::vector<bsi::BlockLevel>> patches;  // levels of each patch
+    std::vector<std::uint32_t> patch_top;               // by patch: index in the table of levels
+    // Group level k has 2^k groups of patches. Its group u is number 2^k - 1 + u of the body.
     int group_levels = 0;
-    std::uint32_t first_group = 0;          // into the table of levels
-    std::size_t first_group_block = 0;      // of the body's blocks
-    std::vector<std::int32_t> patch_order;  // groups are runs of these
+    std::uint32_t first_group = 0;          // index in the table of levels
+    std::size_t first_group_block = 0;      // index in the body's blocks
+    std::vector<std::int32_t> patch_order;  // each group is a run of these patches
     bool is_ordered = false;
     float magnitude = 0;
     bool swept = false;
@@ -42,17 +42,18 @@ struct ComputePyramid::Device {
       const auto [begin, end] = bsi::group_range(static_cast<int>(patches.size()), level, u);
       return std::span(patch_order).subspan(begin, end - begin);
     }
-    // The table's number of the group of all patches, or of the only one's top.
+    // Returns the index in the table of levels of the group of all patches or, without groups, of
+    // the top of the only patch.
     std::uint32_t top() const { return group_levels > 0 ? first_group : patch_top[0]; }
     std::size_t top_block() const {
       return first_block + (group_levels > 0 ? first_group_block : patches[0][0].first);
     }
   };
-  // A dispatch over all groups of a level.
+  // A dispatch over all groups of one level, of all bodies.
   struct GroupStage {
     std::uint32_t first = 0, count = 0;
   };
-  // A dispatch over all patches that have levels left.
+  // A dispatch over two levels of all patches that have levels left.
   struct Stage {
     std::uint32_t first_task = 0, task_count = 0, groups = 0;
   };
@@ -65,7 +66,7 @@ struct ComputePyramid::Device {
   std::size_t blocks = 0, tangent_blocks = 0, vertices = 0;
   std::vector<shaders::Level> table;  // the content of `levels`
   GlBuffer levels{gl}, map{gl}, tasks{gl}, groups{gl};
-  // The vertices at the starts of all paths, followed by those at their ends, which only swept
+  // The vertices at the starts of all paths, then the vertices at their ends, which only swept
   // bodies use.
   GlBuffer coordinates{gl};
   GlBuffer bounds{gl}, tangents{gl}, unbounded{gl};
@@ -73,7 +74,7 @@ struct ComputePyramid::Device {
   ComputeProgram bound_groups{gl, shaders::bound_groups()};
   ComputeProgram bound_tangents{gl, shaders::bound_tangents()};
   ComputeProgram bound_spheres{gl, shaders::bound_spheres(rounds_like_the_cpu)};
-  // The stages of the last rebuild: for all bodies, for those with tangents, for those with
+  // The stages of the last rebuild: for all bodies, for bodies with tangents, and for bodies with
   // spheres.
   std::vector<Stage> stages, tangent_stages, sphere_stages;
   std::vector<GroupStage> group_stages;
@@ -81,7 +82,8 @@ struct ComputePyramid::Device {
 
   explicit Device(GlContext& gl_context) : context(gl_context) {}
   void upload(const BodyImage& image);
-  // Groups the patches by their places, as bsi::Pyramid does, unless they are grouped already.
+  // Orders the patches into groups by their positions, as bsi::Pyramid does, unless they are
+  // already ordered.
   void order_patches(const BodyImage& image);
   void write_groups(Body& body);
   void plan_groups(const std::vector<const Body*>& bounded);

@@ -1,4 +1,4 @@
-// The groups of patches above the patch tops of a ComputePyramid.
+// Groups of patches above the patches of a ComputePyramid.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,8 +13,8 @@ namespace {
 
 using Place = std::array<float, 3>;
 
-// Returns twice the centre of the box of a patch's float32 vertices, as bsi::Pyramid has it, or
-// nothing if a vertex is not finite.
+// Returns twice the centre of the box of a patch's float32 vertices, as bsi::Pyramid computes it,
+// or nothing if a vertex is not finite.
 std::optional<Place> place_of_patch(const bsi::Atlas& atlas, int patch, const BodyImage& image) {
   constexpr float far = std::numeric_limits<float>::max();
   Place low{far, far, far}, high{-far, -far, -far};
@@ -50,7 +50,8 @@ void ComputePyramid::Device::order_patches(const BodyImage& image) {
   write_groups(body);
 }
 
-// The children of a group are the groups of the next level or, on the last one, its patches.
+// Writes the children of all groups: the groups of the next level or, on the last level of groups,
+// the tops of patches.
 void ComputePyramid::Device::write_groups(Body& body) {
   for (int level = 0; level < body.group_levels; ++level) {
     for (int u = 0; u < 1 << level; ++u) {
@@ -70,7 +71,7 @@ void ComputePyramid::Device::write_groups(Body& body) {
                body.first_group * sizeof(shaders::Level));
 }
 
-// Plans a dispatch per level of groups, from the last one up.
+// Plans one dispatch per level of groups, from the last level up.
 void ComputePyramid::Device::plan_groups(const std::vector<const Body*>& bounded) {
   group_stages.clear();
   int deepest = 0;

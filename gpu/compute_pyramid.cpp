@@ -14,7 +14,7 @@ namespace {
 using Vertex = std::array<float, 3>;
 constexpr std::uint32_t all_bounded = 0xFFFFFFFF;
 
-// Returns the levels of a patch from its top down, and adds their blocks to `blocks`.
+// Returns the levels of a patch from its top down, and adds the number of their blocks to `blocks`.
 std::vector<bsi::BlockLevel> block_levels(const bsi::Patch& image, std::size_t& blocks) {
   const int depth_u = std::max(0, bsi::ceil_log2(image.quad_cols()) - 1);
   const int depth_v = std::max(0, bsi::ceil_log2(image.quad_rows()) - 1);
@@ -26,7 +26,7 @@ std::vector<bsi::BlockLevel> block_levels(const bsi::Patch& image, std::size_t& 
   return levels;
 }
 
-// Appends the levels of all patches of a body.
+// Appends the levels of all patches of a body to the table.
 void append_levels(ComputePyramid::Device::Body& body, std::uint32_t number, std::size_t first_map,
                    std::size_t& tangent_blocks, std::vector<shaders::Level>& table) {
   const bsi::Atlas& atlas = body.atlas;
@@ -65,7 +65,7 @@ void append_levels(ComputePyramid::Device::Body& body, std::uint32_t number, std
   }
 }
 
-// Appends the groups of a body, which have no children yet.
+// Appends the groups of a body to the table. write_groups() sets their children later.
 void append_groups(ComputePyramid::Device::Body& body, std::uint32_t number,
                    std::vector<shaders::Level>& table) {
   const int patches = static_cast<int>(body.patches.size());
@@ -150,7 +150,8 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
   }
 }
 
-// Plans the dispatches from the last levels up, two levels each.
+// Plans the dispatches from the last levels up. Each dispatch computes two levels; the first
+// dispatch also computes the leaf blocks.
 std::vector<ComputePyramid::Device::Stage> ComputePyramid::Device::plan_stages(
     const std::vector<const Body*>& bounded, std::vector<shaders::Task>& tasks) {
   std::vector<Stage> stages;

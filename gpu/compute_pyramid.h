@@ -18,14 +18,14 @@ using bsi::Vec3;
 class GlContext;
 
 // Positions (m) of the particles of a body. If `end` is empty, the body is bounded at `start`.
-// Otherwise it is bounded at both ends of its path, which bounds it all along a straight one.
+// Otherwise it is bounded at both ends of its path, and hence on the straight path between them.
 struct BodyImage {
   int body = 0;
   std::span<const Vec3> start;
   std::span<const Vec3> end = {};
-  // Bounds the steps between vertices too, for self traversals with the tangent certificate.
+  // Also bound the steps between vertices, for self traversals with the tangent certificate.
   bool tangents = false;
-  // Makes spheres too, for traversals whose bound is not `box`.
+  // Also compute spheres, for traversals whose bound is not `box`.
   bool spheres = false;
 };
 
@@ -34,26 +34,27 @@ struct UnboundedTexel {
   bsi::TexelAddress texel;
 };
 
-// Box of a block's float32 vertices, m.
+// The box of a block's float32 vertices, m.
 struct BlockBox {
   std::array<float, 3> low{}, high{};
   bool operator==(const BlockBox&) const = default;
 };
 
 // The pyramids of bodies on the device. Level l of a patch splits its quads into up to 2^l x 2^l
-// nested blocks; each axis stops at blocks of one or two quads. Block boundaries are
-// bsi::block_boundary(k, quads, log). The last level holds the leaf blocks. No block is empty.
-// These are the blocks of bsi::Pyramid. Above the patch tops of a body of several patches stand the
-// groups of bsi::Pyramid, ordered by the places of the patches at the first rebuild.
+// nested blocks. Along each axis the splitting stops at blocks of one or two quads. Block
+// boundaries are bsi::block_boundary(k, quads, log). The last level holds the leaf blocks. No block
+// is empty. These are the blocks of bsi::Pyramid. A body of several patches also has the groups of
+// bsi::Pyramid, ordered by the positions of the patches at the first rebuild.
 //
-// Every block has a box, equal to the bit, on any device, to minima and maxima of its float32
-// vertices. On request, every block has the sphere of bsi::Pyramid, with two exceptions: spheres
-// are larger on the four top levels, and slightly larger on a device whose roots round differently.
+// Every block has a box. On any device its bits equal the minima and maxima of the block's float32
+// vertices. On request, every block of a patch has the sphere of bsi::Pyramid, with two exceptions.
+// Spheres are larger on the four top levels, and slightly larger on a device that does not round
+// like the CPU.
 //
-// Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block. There are
-// about a third as many blocks as quads (up to 4/3, if an axis has one more quad than a power of
-// two), and up to two groups per patch. Tangent bounds take 48 bytes per block that is no leaf (a
-// quarter of the blocks).
+// Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block. Blocks are
+// about a third as many as quads (up to 4/3, if an axis has one more quad than a power of two).
+// There are up to two groups per patch. Tangent bounds take 48 bytes per block that is not a leaf
+// block (a quarter of the blocks).
 //
 // All functions make the context current on the calling thread. They throw std::runtime_error with
 // the reason if OpenGL fails (memory, a buffer beyond what the device allows).
@@ -61,48 +62,49 @@ class ComputePyramid {
  public:
   // Largest number of quads along an axis of a patch: block boundaries are computed in 32 bits.
   static constexpr int quad_limit = 1 << 15;
-  // Largest number of levels of all patches, and groups of patches, of all bodies together.
+  // Largest number of levels of patches plus groups of patches, of all bodies together.
   static constexpr int level_limit = 0xFFFF;
 
-  // Numbers the bodies in their order. Also throws std::runtime_error if one of the limits is
+  // Numbers the bodies in the order given. Also throws std::runtime_error if one of these limits is
   // exceeded. The context must outlive the pyramids.
   ComputePyramid(GlContext& context, std::span<const bsi::Atlas* const> bodies);
   ~ComputePyramid();
   ComputePyramid(const ComputePyramid&) = delete;
   ComputePyramid& operator=(const ComputePyramid&) = delete;
 
-  // Uploads these bodies and bounds them; the others keep their bounds. Makes one dispatch per two
-  // levels and one per level of groups, for any number of bodies, and returns without waiting for
-  // the device.
+  // Uploads the positions of these bodies and bounds the bodies; others keep their bounds. Makes
+  // one dispatch per two levels and one per level of groups, for any number of bodies. Returns
+  // without waiting for the device.
   void rebuild(std::span<const BodyImage> images);
-  // Bounds the same bodies again from the positions on the device, to measure the device's part of
-  // a rebuild.
+  // Bounds the same bodies again from the positions already on the device. Benchmarks use this to
+  // measure the device's part of a rebuild.
   void rebuild_there();
-  // Returns the first texel whose position is not finite or not below
-  // bsi::Pyramid::coordinate_limit, in the first body that has such a texel. Until that body's next
-  // rebuild, no result that involves it may be used. Waits for the device.
+  // Returns the first texel whose position is not finite or reaches bsi::Pyramid::coordinate_limit,
+  // in the first body that has such a texel. Until the next rebuild of that body, no result that
+  // involves it may be used. Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 
   int body_count() const;
   const bsi::Atlas& atlas(int body) const;
   int levels(int body, int patch) const;
-  // A level of a patch. Its blocks are numbered through the body, in the order of read_boxes().
+  // Returns a level of a patch. Its blocks are numbered through the body, in the order of
+  // read_boxes().
   const bsi::BlockLevel& level(int body, int patch, int level) const;
   int group_levels(int body) const;
-  // Returns the patches of the u-th group of a level above the patch tops.
+  // Returns the patches of group u of a level of groups.
   std::span<const std::int32_t> patches_of_group(int body, int level, int u) const;
-  // Returns the group's block, numbered through the body.
+  // Returns the number of a group's block, counted through the body.
   std::size_t group_block(int body, int level, int u) const;
   // Largest |coordinate| of the float32 vertices at the last rebuild, m.
   float magnitude(int body) const;
   bool is_swept(int body) const;
   bool has_tangents(int body) const;
   bool has_spheres(int body) const;
-  // Return the values by block, for tests. They wait for the device. Groups have no spheres.
+  // Return the boxes or spheres by block, for tests. Wait for the device. Groups have no spheres.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;
 
-  // The buffers, for gpu/ alone.
+  // The buffers on the device, for gpu/ alone.
   struct Device;
   Device& device() { return *device_; }
 

@@ -36,7 +36,8 @@ layout(std430, binding = 1) readonly buffer Vertices { float coordinates[]; };
 layout(std430, binding = 2) readonly buffer Map { uint particle_of_texel[]; };
 uniform uint vertex_count;
 
-// Row and column of a vertex may be one past the end of a wrapped axis.
+// Returns the texel of a vertex within its patch. Row and column may be one past the end of a
+// wrapped axis.
 uint texel_at(Level level, uint row, uint col) {
   return (row < level.rows ? row : 0u) * level.cols + (col < level.cols ? col : 0u);
 }
@@ -52,13 +53,13 @@ vec3 end_of(uint vertex) { return start_of(vertex_count + vertex); }
 )";
 
 // Two texels per block: the low bounds of its box with the radius of its sphere, then the high
-// bounds and nothing. The sphere's centre is the middle of the box.
+// bounds with an unused number. The sphere's centre is the middle of the box.
 const char* const boxes = R"(
 layout(std430, binding = 4) buffer Bounds { vec4 bounds[]; };
 struct Box { vec3 low, high; };
 Box load_box(uint block) { return Box(bounds[2u * block].xyz, bounds[2u * block + 1u].xyz); }
 vec3 middle_of(Box box) { return 0.5 * (box.low + box.high); }
-// Centre and radius.
+// Returns centre and radius.
 vec4 load_sphere(uint block) { return vec4(middle_of(load_box(block)), bounds[2u * block].w); }
 float squared(vec3 d) {
   precise float sum = d.x * d.x + d.y * d.y + d.z * d.z;
@@ -67,7 +68,7 @@ float squared(vec3 d) {
 )";
 
 // Bounds of the steps between vertices, along u and along v. Lower bounds are negated, so that
-// every union is a maximum. Leaf blocks have none.
+// every union is a maximum. Leaf blocks have no such bounds.
 const char* const tangents = R"(
 layout(std430, binding = 6) buffer Tangents { float tangents[]; };
 struct Tangent { vec3 minus_low_u, minus_low_v, high_u, high_v; };
@@ -89,7 +90,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 3) readonly buffer Tasks { uvec4 tasks[]; };
 uniform uint first_task, task_count, from_image;
 
-// Finds the task of this work group: the last one whose first group is not later.
+// Finds the task of this work group: the last task whose first group does not come after it.
 uvec4 find_task() {
   uint low = 0u, high = task_count;
   while (high - low > 1u) {
@@ -100,14 +101,14 @@ uvec4 find_task() {
 }
 
 // Returns the vertices of a leaf block: rows range.x .. range.y and columns range.z .. range.w,
-// both included.
+// inclusive.
 uvec4 vertices_of_leaf(Level level, uint u, uint v) {
   return uvec4((v * level.quad_rows) >> level.log_v, ((v + 1u) * level.quad_rows) >> level.log_v,
                (u * level.quad_cols) >> level.log_u, ((u + 1u) * level.quad_cols) >> level.log_u);
 }
 )";
 
-// The functions that bounds_main calls, for boxes.
+// Functions for boxes that bounds_main calls.
 const char* const box_bounds = R"(
 layout(std430, binding = 5) buffer Unbounded { uint first_unbounded[]; };
 #define Bound Box
@@ -123,8 +124,8 @@ void store(uint block, Box box) {
   bounds[2u * block + 1u] = vec4(box.high, 0.0);
 }
 
-// Returns the largest bits of a coordinate without its sign; those of NaN and infinity exceed all
-// others.
+// Returns the largest bits of a coordinate without its sign. The bits of NaN and infinity exceed
+// those of all other numbers.
 uint size_of(vec3 p) {
   uvec3 bits = floatBitsToUint(p) & 0x7FFFFFFFu;
   return max(bits.x, max(bits.y, bits.z));
@@ -153,8 +154,8 @@ Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
-// The functions that bounds_main calls, for spheres as in bsi/sphere_build.cpp; their lowest level
-// needs no vertices.
+// Functions for spheres that bounds_main calls, as in bsi/sphere_build.cpp. Spheres of leaf blocks
+// are computed from boxes, not from vertices.
 const char* const sphere_bounds = R"(
 #define Bound vec4
 #define FIRST first
@@ -169,7 +170,7 @@ vec4 join(vec4 a, vec4 b) {
   precise float reach = sqrt(squared(b.xyz - a.xyz)) + b.w;
   return vec4(a.xyz, max(a.w, reach));
 }
-// Half the diagonal of the box.
+// Returns half the diagonal of a block's box, enlarged by the rounding allowance.
 float half_diagonal(uint block, vec3 centre) {
   Box box = load_box(block);
   vec3 half_side = max(box.high - centre, centre - box.low);
@@ -257,7 +258,7 @@ void main() {
   uint index = (gl_WorkGroupID.x - task.x) * 64u + gl_LocalInvocationID.x;
   if (index >= 1u << (top.log_u + top.log_v)) return;
   uint u = index & ((1u << top.log_u) - 1u), v = index >> top.log_u;
-  // Each is 1 if its axis is split between the two levels, else 0; it also masks a child's index.
+  // Each is 1 if its axis is split between the two levels, else 0. It also masks a child's index.
   uint mu = middle.log_u - top.log_u, mv = middle.log_v - top.log_v;
   uint lu = lowest.log_u - middle.log_u, lv = lowest.log_v - middle.log_v;
   uint whole_block = top.FIRST + index;

@@ -11,8 +11,8 @@
 namespace weft::gpu {
 namespace {
 
-// The lists of one run: one list of pairs per level of groups and of blocks, the pairs of leaf
-// blocks, the candidates.
+// The lists of one run: a list of pairs per level of groups and of blocks, then the pairs of leaf
+// blocks, then the candidates.
 constexpr int pair_lists = 32;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
@@ -24,9 +24,8 @@ float rounded_up(double value) {
 }
 
 // Returns the margin plus a bound of rounding, m (docs/theory.md, "The distance filter"). Rounding
-// changes a distance by less than 2 units of 2^-24 of the largest coordinates for vertices, 11 for
-// components along a direction, and 7 for two paths. Negative, for no filter, if squares in the
-// shader might overflow.
+// changes a distance by less than 16 x 2^-24 of the sum of the largest coordinates. The result is
+// negative (no filter) if squares in the shader might overflow.
 float filter_reach(double margin, const ComputePyramid::Device::Body& a,
                    const ComputePyramid::Device::Body& b) {
   const double largest = static_cast<double>(a.magnitude) + static_cast<double>(b.magnitude);
@@ -55,7 +54,7 @@ struct ComputeTraversal::Implementation {
                                 GlBuffer(gl)};  // one is read while the other is written
   ComputeProgram expand_pairs{gl, shaders::expand_pairs(bound, device.rounds_like_the_cpu)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
-  // Number of items that the lists have room for.
+  // Numbers of items for which the lists have room.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
   int reruns = 0;
   std::size_t pairs_followed = 0;
@@ -129,8 +128,8 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
                                                std::size_t result_count) {
-  // Lists grow by an extra half if the device allows it, since a list that has grown tends to grow
-  // again.
+  // Lists grow by an extra half if the device allows it, because a list that has grown tends to
+  // grow again.
   const std::size_t limit = buffer_limit(gl);
   const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
     if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));
@@ -145,7 +144,7 @@ void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size
   results.reserve(result_capacity * sizeof(Candidate), "candidates");
 }
 
-// Traverses all levels and returns the lengths that the lists would have needed.
+// Traverses all levels and returns the lengths that the lists would need to hold every item.
 Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
   Lists filled{};
   const auto start_count = static_cast<std::uint32_t>(starts.size());
@@ -213,8 +212,8 @@ std::span<const Candidate> ComputeTraversal::Implementation::run(Leaf leaf) {
   constexpr std::size_t first_capacity = 1024;
   reserve(std::max(starts.size(), first_capacity), first_capacity, first_capacity);
   Lists filled = traverse(leaf);
-  // A truncated list hides the pairs that would have followed, so one repetition may not be enough;
-  // each completes at least one more level.
+  // A truncated list hides the pairs that would have followed, so one repetition may not be enough.
+  // Each repetition completes at least one more level.
   while (!has_room(filled)) {
     ++reruns;
     std::size_t longest = 0;

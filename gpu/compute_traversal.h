@@ -14,17 +14,16 @@ namespace weft::gpu {
 
 using bsi::Leaf;
 
-// A query of two bodies, or of one with itself (a == b).
+// A query of two bodies, or of one body with itself (a == b).
 struct PairQuery {
   int body_a = 0;
   int body_b = 0;
   double margin = 0;  // m, >= 0
-  // For a body with itself: leaves out pairs that the tangent certificate proves not to touch. The
+  // For one body with itself: leave out pairs that the tangent certificate proves not to touch. The
   // body must have been rebuilt with BodyImage::tangents.
   bool certificate = true;
-  // Leaves out pairs of quads if a plane proves that they are farther apart at the ends of their
-  // paths than the margin plus twice the longest path of their corners. Fewer pairs return from the
-  // device.
+  // Leave out pairs of quads if a plane proves that they end farther apart than the margin plus
+  // twice the longest path of their corners. Fewer pairs then return from the device.
   bool distance_filter = false;
 };
 
@@ -33,9 +32,9 @@ struct Ball {
   double radius = 0;     // m, >= 0
 };
 
-// A pair of leaves that a query found, in the atlas' numbers (triangle t belongs to quad t / 2).
-// `a` and `b` belong to the query's bodies; for a body with itself a < b (quads: a <= b). For a
-// ball, `query` and `a` are the ball's number, and `b` is the leaf.
+// A pair of leaves that a query found, in the numbers of the atlas (triangle t belongs to quad t /
+// 2). `a` and `b` belong to the query's bodies; within one body a < b (quads: a <= b). For a ball,
+// `query` and `a` are the ball's number, and `b` is the leaf.
 struct Candidate {
   std::uint32_t query = 0;
   std::uint32_t a = 0;
@@ -43,12 +42,12 @@ struct Candidate {
   bool operator==(const Candidate&) const = default;
 };
 
-// Traversals on the device. Their candidates are those of bsi/traversal.h that pass the query's
+// Traversals on the device. The candidates are those of bsi/traversal.h that pass the query's
 // filter, in any order.
 //
 // A search makes one dispatch per level of the deepest pyramid, and one for the leaves. Only the
-// lengths of the lists and the candidates return. If a list outgrows its memory, the list is
-// enlarged and the work repeated, so nothing is lost. Memory is kept between calls.
+// lengths of the lists and the candidates return to the host. If a list outgrows its memory, the
+// list is enlarged and the work repeated, so nothing is lost. Memory is kept between calls.
 //
 // All functions make the context current on the calling thread. They throw std::runtime_error with
 // the reason if OpenGL fails (memory, a buffer beyond what the device allows).
@@ -61,14 +60,16 @@ class ComputeTraversal {
   ComputeTraversal(const ComputeTraversal&) = delete;
   ComputeTraversal& operator=(const ComputeTraversal&) = delete;
 
-  // Runs dual and self traversals. The span is valid until the next call.
+  // Runs dual and self traversals of bodies. The span is valid until the next call.
   std::span<const Candidate> find_pairs(std::span<const PairQuery> queries, Leaf leaf);
-  // Runs single traversals of one body.
+  // Runs single traversals of one body, one per ball. Finds the leaves within radius + margin (m).
+  // The span is valid until the next call.
   std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
                                          Leaf leaf);
-  // Returns how many pairs of blocks and of groups the latest search followed.
+  // Returns the number of pairs of blocks and of groups that the latest search listed.
   std::size_t pairs_followed() const;
-  // Returns how often lists were enlarged and the work repeated, since construction.
+  // Returns the number of times, since construction, that lists were enlarged and the work
+  // repeated.
   int reruns() const;
 
  private:

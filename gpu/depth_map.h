@@ -1,5 +1,5 @@
-// A shadow map: the depths of surfaces seen from a distant light. Whatever lies behind them is in
-// their shadow.
+// A shadow map: the depths of surfaces seen from a distant light. Points behind these surfaces are
+// in their shadow.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,23 +13,23 @@ namespace weft::gpu {
 
 class DepthMap {
  public:
-  // `size` texels along each side.
+  // The map has size x size texels.
   explicit DepthMap(int size) : size_(size) {}
 
-  // Draws the triangles as seen by a light that shines against `direction` (unit) on a box of half
-  // size `reach` around the origin. Nothing beyond the box is in shadow, but surfaces between the
-  // box and the light throw shadows into it. O(triangles + texels covered).
+  // Draws the triangles as seen from a distant light in `direction` (unit, towards the light). The
+  // map covers a square of half side `reach` (m) around the origin, perpendicular to the light.
+  // Points outside this square are lit. O(triangles + texels covered).
   void draw(const TriangleBatch& batch, const Vec3& direction, const Vec3& up, double reach);
 
   // Size of a texel, m.
   float texel() const { return texel_; }
-  // Return the lit share, 0..1, of a square of texels around the position: of 1 x 1 texel (`lit`),
-  // and of 3 x 3, which makes the rims of shadows soft (`softly_lit`).
+  // Return the lit share, 0..1, of a square of texels around a position: 1 x 1 texel for `lit`, 3 x
+  // 3 texels for `softly_lit`, which gives shadows soft rims.
   float lit(const Eigen::Vector3f& position) const;
   float softly_lit(const Eigen::Vector3f& position) const;
 
  private:
-  // Returns the place in the map: texels across and down, and the depth along the light, m.
+  // Returns a position in the map: texels across and down, and the depth along the light, m.
   Eigen::Vector3f place(const Eigen::Vector3f& position) const {
     return rows_ * position + Eigen::Vector3f(middle(), middle(), 0);
   }

@@ -10,8 +10,8 @@
 namespace weft::gpu {
 namespace {
 
-// The part of EGL 1.5 used here, from the Khronos registry (egl.xml): a dozen lines need no
-// package.
+// The part of EGL 1.5 that this file uses, copied from the Khronos registry (egl.xml), because a
+// dozen lines need no package.
 namespace egl {
 using Boolean = unsigned;
 using Enum = unsigned;
@@ -37,7 +37,7 @@ struct Egl {
   egl::Boolean (*destroy_context)(egl::Handle, egl::Handle) = nullptr;
   egl::Boolean (*make_current)(egl::Handle, egl::Handle, egl::Handle, egl::Handle) = nullptr;
   egl::Handle (*current_context)() = nullptr;
-  // Extensions; null if missing.
+  // Functions of extensions; null if missing.
   egl::Handle (*platform_display)(egl::Enum, void*, const egl::Integer*) = nullptr;
   egl::Boolean (*query_devices)(egl::Integer, egl::Handle*, egl::Integer*) = nullptr;
 
@@ -59,7 +59,8 @@ struct Egl {
     }
   }
 
-  // Opens every device, then Mesa's platform without one, and skips those that cannot be opened.
+  // Opens a display on every device, then one on Mesa's surfaceless platform. Displays that cannot
+  // be opened are skipped.
   std::vector<egl::Handle> open_displays() const {
     std::vector<egl::Handle> opened;
     const auto open = [&](egl::Enum platform, egl::Handle device) {
@@ -85,7 +86,7 @@ const Egl& library() {
   return loaded;
 }
 
-// The displays, opened once: a display belongs to the process and outlives its contexts.
+// The displays, opened once. A display belongs to the process and outlives its contexts.
 const std::vector<egl::Handle>& displays() {
   static const std::vector<egl::Handle> opened = library().open_displays();
   return opened;
@@ -114,7 +115,7 @@ class EglPlatform : public GlPlatform {
 
   bool is_made() const { return context_ != nullptr; }
   void make_current() override {
-    library().bind_api(egl::opengl_api);  // of the calling thread
+    library().bind_api(egl::opengl_api);  // applies to the calling thread
     if (library().current_context() == context_) return;
     if (library().make_current(display_, nullptr, nullptr, context_) == 0) {
       throw std::runtime_error("EGL cannot make its context current without a surface");
@@ -123,7 +124,7 @@ class EglPlatform : public GlPlatform {
   void* function_address(const char* name) const override {
     return library().function_address(name);
   }
-  // The renderer's name from OpenGL. The context must be current.
+  // Returns the renderer's name from OpenGL. Precondition: the context is current.
   std::string renderer() const {
     const auto get_string = reinterpret_cast<PFNGLGETSTRINGPROC>(function_address("glGetString"));
     return reinterpret_cast<const char*>(get_string(GL_RENDERER));

@@ -16,7 +16,7 @@ namespace {
 
 std::atomic<int> contexts_made{0};
 
-// The backend that this process used last, which determines the library it may use.
+// The backend that this process used last. It determines the library that the process may use.
 std::mutex process_mutex;
 std::optional<GlBackend> process_backend;
 
@@ -80,7 +80,7 @@ GlBackend software_backend() {
       return *process_backend == GlBackend::osmesa ? GlBackend::osmesa : GlBackend::egl_software;
     }
   }
-  // Loading the library is harmless, unlike making a context.
+  // Loading a library is harmless, unlike making a context.
   for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}) {
     if (dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr) return GlBackend::osmesa;
   }
@@ -104,8 +104,8 @@ GlContext::GlContext(GlBackend backend)
       functions_(std::make_unique<GlFunctions>()),
       platform_(make_platform(backend)) {
   make_current();
-  // Mesa returns addresses for unknown names too, so a test for null is not enough; but the
-  // requested profile has all functions.
+  // Mesa returns addresses for unknown names, too, so this test for null is not enough. The
+  // requested profile, however, has all functions.
 #define WEFT_GL_RESOLVE(type, function)                                                       \
   functions_->function = reinterpret_cast<type>(platform_->function_address("gl" #function)); \
   if (functions_->function == nullptr) throw std::runtime_error("OpenGL has no gl" #function);

@@ -1,5 +1,5 @@
-// An OpenGL 4.5 core context without a window: on a graphics processor (EGL) or emulated by the CPU
-// (OSMesa; EGL if OSMesa is missing, as from Mesa 25.1 on).
+// An OpenGL 4.5 core context without a window. It runs on a graphics processor (EGL), or the CPU
+// emulates it (OSMesa; EGL if OSMesa is missing, as from Mesa 25.1 on).
 #pragma once
 
 #include <memory>
@@ -19,21 +19,21 @@ enum class GlBackend {
 
 std::string_view name(GlBackend backend);
 
-// Returns OSMesa, or EGL software if OSMesa is missing or the process already uses EGL.
+// Returns osmesa, or egl_software if only EGL is installed or the process already uses EGL.
 GlBackend software_backend();
 
-// Returns true if the machine shows a device that may be a graphics processor (in /dev). Loads
-// nothing.
+// Returns true if /dev shows a device that may be a graphics processor. Loads no library.
 bool may_have_graphics_processor();
 
-// An OpenGL context. Its libraries are loaded when the first context is made, so a run that needs
-// none neither pays for them nor fails if they are missing. EGL and OSMesa in one process abort at
-// exit (Mesa 22.3): the process keeps the one it loads first, and asking for the other throws.
+// An OpenGL context. Its libraries are loaded when the first context is made, so a run without
+// OpenGL neither pays for them nor fails if they are missing. EGL and OSMesa in one process abort
+// at exit (Mesa 22.3). The process therefore keeps the library that it uses first. Making a context
+// of the other one throws.
 class GlContext {
  public:
   // Leaves the context current on the calling thread. Throws std::runtime_error with the reason if
-  // there is no library, no such device, or no OpenGL 4.5 core profile. Costs ~20 ms the first time
-  // (EGL ~0.2 s).
+  // the library, the device or the OpenGL 4.5 core profile is missing. Takes about 20 ms the first
+  // time (EGL about 0.2 s).
   explicit GlContext(GlBackend backend);
   ~GlContext();
   GlContext(const GlContext&) = delete;
@@ -42,10 +42,10 @@ class GlContext {
   // Makes the context current on the calling thread. A context may be current on one thread at a
   // time. Throws std::runtime_error.
   void make_current();
-  // Valid for as long as the context lives.
+  // Returns the OpenGL functions, valid for as long as the context lives.
   const GlFunctions& functions() const;
   GlBackend backend() const { return backend_; }
-  // For logs: device() is the renderer's name from OpenGL; description() adds the version.
+  // Names for logs: device() is the renderer's name from OpenGL, description() adds the version.
   std::string device() const;
   std::string description() const;
 
@@ -55,8 +55,7 @@ class GlContext {
   std::unique_ptr<GlPlatform> platform_;
 };
 
-// Returns the number of contexts made so far in this process; 0 proves that nothing asked for
-// OpenGL.
+// Returns the number of contexts made so far in this process; 0 proves that OpenGL was not used.
 int context_count();
 
 }  // namespace weft::gpu

@@ -1,5 +1,5 @@
 // The OpenGL 4.5 entry points that gpu/ uses, resolved at run time. The ready-made loaders (epoxy,
-// GLEW) find none on an OSMesa context.
+// GLEW) find no entry points on an OSMesa context.
 #pragma once
 
 #include <GL/glcorearb.h>
@@ -40,7 +40,7 @@ namespace weft::gpu {
   X(PFNGLUNIFORM1UIPROC, Uniform1ui)                           \
   X(PFNGLUSEPROGRAMPROC, UseProgram)
 
-// Call as gl.UseProgram(...): the names are OpenGL's own.
+// The entry points as members, to be called as gl.UseProgram(...): the names are OpenGL's own.
 struct GlFunctions {
 #define WEFT_GL_MEMBER(type, name) type name = nullptr;
   WEFT_GL_FUNCTIONS(WEFT_GL_MEMBER)

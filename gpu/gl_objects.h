@@ -1,5 +1,5 @@
 // Programs and buffers of OpenGL, and its errors as exceptions. All objects belong to the context
-// that is current at their construction. They must be destroyed while it is current, or after it.
+// that is current at their construction. They must be destroyed while that context is current.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,15 @@
 
 namespace weft::gpu {
 
-// Links a program. Throws std::runtime_error with the compiler's log.
+// Compiles and links a program. Throws std::runtime_error with the compiler's or linker's log.
 GLuint link_program(const GlFunctions& gl,
                     std::span<const std::pair<GLenum, std::string>> stages_and_sources);
 
-// Throws std::runtime_error("OpenGL cannot TASK: ...") if there was an error since the last call.
+// Throws std::runtime_error("OpenGL cannot TASK: ...") if an OpenGL error has occurred since the
+// last call.
 void check_gl(const GlFunctions& gl, const char* task);
 
-// Returns the largest number of bytes of a buffer that a shader can access.
+// Returns the largest size, in bytes, of a buffer that a shader can access.
 std::size_t buffer_limit(const GlFunctions& gl);
 
 // A shader storage buffer.
@@ -30,8 +31,9 @@ class GlBuffer {
   GlBuffer(const GlBuffer&) = delete;
   GlBuffer& operator=(const GlBuffer&) = delete;
 
-  // Makes the buffer at least this large, and never empty; its contents are lost when it grows.
-  // Throws std::runtime_error if the device does not allow this size or has no memory for it.
+  // Makes the buffer at least `bytes` large, and never empty. Its contents are lost when it grows.
+  // Throws std::runtime_error, which names `content`, if the device does not allow this size or has
+  // no memory for it.
   void reserve(std::size_t bytes, const char* content);
   std::size_t bytes() const { return bytes_; }
   void bind(GLuint binding) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_); }
@@ -43,8 +45,8 @@ class GlBuffer {
     gl_->NamedBufferSubData(name_, static_cast<GLintptr>(first_byte),
                             static_cast<GLsizeiptr>(items.size_bytes()), items.data());
   }
-  // Waits for pending writes. Precondition: a MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) has been
-  // made.
+  // Copies items from the buffer; waits for pending writes. Precondition: a
+  // MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) after the last write of a shader.
   template <typename Item>
   void read(std::span<Item> items, std::size_t first_byte = 0) const {
     if (items.empty()) return;
@@ -58,7 +60,7 @@ class GlBuffer {
   std::size_t bytes_ = 0;
 };
 
-// A compute shader, compiled when it is first used (which takes up to seconds on llvmpipe).
+// A compute shader, compiled on first use (which takes up to seconds on llvmpipe).
 class ComputeProgram {
  public:
   ComputeProgram(const GlFunctions& gl, std::string source)

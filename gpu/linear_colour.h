@@ -1,4 +1,4 @@
-// Linear colours from sRGB.
+// Conversion of sRGB to linear colours.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ inline float linear_of_srgb(float value) {
   return value <= 0.04045F ? value / 12.92F : std::pow((value + 0.055F) / 1.055F, 2.4F);
 }
 
-// Returns the colour of 0xRRGGBB.
+// Returns the linear colour of 0xRRGGBB in sRGB.
 inline Colour linear_colour(std::uint32_t srgb) {
   const auto channel = [srgb](int shift) {
     return linear_of_srgb(static_cast<float>(srgb >> shift & 0xff) / 255.0F);

@@ -16,8 +16,8 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; 
 namespace weft::gpu {
 namespace {
 
-// The functions of OSMesa itself. They are loaded, not linked: linking pulls in LLVM, makes every
-// `weft` command start 15 ms later, and fails if OSMesa is not installed.
+// The functions of OSMesa itself, loaded at run time. Linking would pull in LLVM, delay the start
+// of every `weft` command by 15 ms and fail where OSMesa is not installed.
 struct OsMesa {
   decltype(&OSMesaCreateContextAttribs) create_context = nullptr;
   decltype(&OSMesaDestroyContext) destroy_context = nullptr;

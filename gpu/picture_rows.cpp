@@ -22,11 +22,12 @@ std::vector<std::vector<std::uint32_t>> by_band(const auto& drawn, int height) {
   return bands;
 }
 
-// Samples of a pixel that see the same piece of surface, at their mean place.
+// Samples of a pixel that see the same piece of surface. They are lit as one point, at the mean
+// position of those in `triangle`.
 struct Fragment {
   std::uint32_t triangle = no_triangle;
   int samples = 0, samples_in_triangle = 0;
-  float x = 0, y = 0;  // within the pixel
+  float x = 0, y = 0;  // sums of the positions of these samples within the pixel
 };
 
 // Lights the surfaces seen in a row and draws them over the background, row by row.
@@ -48,10 +49,11 @@ class RowPainter {
   std::array<int, LitPoints::capacity> columns_;  // by point
   std::array<int, LitPoints::capacity> samples_;  // by point
   std::vector<int> seen_;                         // by column: samples that see a surface
-  std::vector<int> sums_;                         // sRGB values added up over these samples
+  std::vector<int> sums_;  // by column and channel: sum of sRGB values over these samples
 };
 
-// True for triangles of the same side of one surface that share a corner: they are lit together.
+// Returns true for triangles on the same side of one surface that share a corner. Their samples are
+// lit together.
 bool RowPainter::are_neighbours(std::uint32_t first, std::uint32_t second) const {
   const ScreenTriangle& a = scene_.geometry.triangles[first];
   const ScreenTriangle& b = scene_.geometry.triangles[second];

@@ -1,4 +1,4 @@
-// The rows of a picture: the surfaces seen in each pixel, lit, over the background.
+// Draws the rows of a picture: the lit surfaces seen in each pixel, over the background.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace weft::gpu {
 
-// A scene to draw; it refers to its parts, which others own.
+// A scene to draw. It refers to its parts, which others own.
 struct LitScene {
   std::span<const DrawnSurface> surfaces;
   const TriangleBatch& batch;
@@ -19,7 +19,7 @@ struct LitScene {
   const SrgbTable& srgb;
 };
 
-// Draws band by band, so that samples stay in the processor's cache.
+// Draws a picture band by band, so that the samples stay in the processor's cache.
 Picture draw_rows(const LitScene& scene, const Background& background, int width, int height);
 
 }  // namespace weft::gpu

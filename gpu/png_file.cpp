@@ -19,8 +19,8 @@
 namespace weft::gpu {
 namespace {
 
-// The error that libpng reports. It is stored until throwing is safe: libpng is C and exits by
-// longjmp.
+// The error that libpng reports. It is stored until throwing is safe, because libpng is C and exits
+// by longjmp.
 struct PngFailure {
   std::string reason;
 };
@@ -32,7 +32,7 @@ void keep_error(png_structp png, png_const_charp reason) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
-// Key and value of the text chunk that signs files of write_png.
+// Key and value of the text chunk by which write_png() signs its files.
 constexpr char signature_key[] = "Software";
 constexpr char signature[] = "Weft";
 
@@ -49,12 +49,13 @@ void sign(png_structp png, png_infop info) {
   png_set_text(png, info, &text, 1);
 }
 
-// Returns false on an error. No object here has a destructor, because of longjmp.
+// Writes the file. Returns false on an error. No object here has a destructor, because libpng exits
+// by longjmp.
 bool write_rows(png_structp png, png_infop info, std::FILE* file, const Picture& picture) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_init_io(png, file);
-  // Smooth pictures compress as runs of equal differences between neighbours: files are no larger
-  // than with a search for repetitions, which takes twice the time.
+  // Smooth pictures compress well as runs of equal differences between neighbours. A search for
+  // repetitions takes twice the time, and the files are no smaller.
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_compression_strategy(png, Z_RLE);
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width),

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int key_shadow_size = 1024;
 
-// Surfaces nearer to the eye than this share of its distance to the target are cut off.
+// Surfaces nearer to the eye than this fraction of its distance to the target are cut off.
 constexpr double nearest_share = 1e-3;
 
 }  // namespace
@@ -34,7 +34,7 @@ ViewFrame look_along(const Vec3& backward, const Vec3& up) {
   return frame;
 }
 
-// The parts of a picture; their memory is reused from picture to picture.
+// The parts of a picture. Their memory is reused from picture to picture.
 struct Renderer::Implementation {
   Implementation(int picture_width, int picture_height)
       : width(picture_width), height(picture_height) {}
@@ -72,7 +72,7 @@ Picture Renderer::draw(std::span<const DrawnSurface> surfaces, const Camera& cam
 
   batch.assemble(surfaces, camera.target);
   key_shadow.draw(batch, key, up, reach);
-  // The reach is found before the projection adds vertices, which throw no shadows.
+  // The reach is found before the projection adds vertices, which cast no shadows.
   const double reach_of_sky = sky_reach(batch, reach);
   geometry.project(perspective, batch);
   add_sky_light(up, reach_of_sky, batch);

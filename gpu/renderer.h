@@ -1,4 +1,4 @@
-// Pictures of surfaces, drawn by the processor alone: no display, no OpenGL, nothing to set up.
+// Pictures of surfaces, drawn by the CPU alone: no display, no OpenGL, nothing to set up.
 #pragma once
 
 #include <array>
@@ -24,23 +24,26 @@ using Colour = std::array<float, 3>;
 
 class ColourMap;
 
-// A surface to draw. All positions are finite, all indices within `positions`.
+// A surface to draw. Preconditions: all positions are finite, all indices within `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
   std::span<const std::array<int, 3>> triangles;  // particle indices
-  Colour front_colour{};                          // of the side they are counter-clockwise from
+  Colour front_colour{};  // of the side from which triangles are counter-clockwise
   Colour back_colour{};
-  // Thin darker lines on the surface, as pairs of particles, such as rows and columns of the image.
+  // Thin darker lines on the surface as pairs of particles, for example rows and columns of the
+  // image.
   std::span<const std::array<int, 2>> lines = {};
-  // Unit normals by position; if empty, vertex_normals() (gpu/triangle_batch.h) are used.
+  // Unit normals by position. If empty, vertex_normals() (gpu/triangle_batch.h) computes them.
   std::span<const Vec3> normals = {};
-  // If given, the colours of both sides: places in `colour_map` (gpu/colour_map.h) by position,
-  // interpolated over triangles. A triangle with a place that is NaN has no_value_colour().
+  // If `colour_map` is given, both sides get its colours. `places`, by position, are values in the
+  // map (gpu/colour_map.h), interpolated over triangles. A triangle with a place that is NaN has
+  // no_value_colour().
   std::span<const float> places = {};
   const ColourMap* colour_map = nullptr;
 };
 
-// A pair of colours, the lighter one for the back. The palette repeats after 8.
+// The colours of the two sides of a surface. palette() has eight pairs, each with a paler back, and
+// repeats them for higher indices.
 struct SurfaceColours {
   Colour front{};
   Colour back{};
@@ -48,7 +51,7 @@ struct SurfaceColours {
 SurfaceColours palette(int index);
 // The grey of obstacles.
 SurfaceColours obstacle_colours();
-// The red of spheres that touch.
+// The red of spheres that touch each other.
 Colour touching_colour();
 
 struct Camera {
@@ -59,25 +62,27 @@ struct Camera {
 };
 
 // Returns a camera that sees all points from a three-quarter view, a little above. It is as near as
-// a margin of a twentieth on each side allows, with the points in the middle; `aspect` is width /
-// height. Points less than 1 mm apart are seen as a box of 1 mm. O(points). Precondition: at least
-// one point, all finite.
+// possible with a margin of a twentieth of the picture on each side, and has the points in the
+// middle. `aspect` is width / height. Points less than 1 mm apart are seen as a box of 1 mm.
+// O(points). Preconditions: at least one point, all finite.
 Camera camera_for_points(std::span<const Vec3> points, double aspect);
-// Returns such a camera for a box, which is seen whole. Precondition: lowest <= highest.
+// Returns the camera of camera_for_points() for the corners of a box. Precondition: lowest <=
+// highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
 
-// Returns the tolerance that keeps a surface of reduced detail within `pixels` (> 0) of the
+// Returns the tolerance that keeps a surface of reduced detail within `pixels` (>= 0) of the
 // original in a picture of width x height. It holds up to terms of second order in the angle at
 // which the eye sees a deviation.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels);
 
-// Lines for DrawnSurface: the borders of each patch, and rows and columns that split it into cells.
-// Cells are as square as whole numbers of quads allow, in metres at these positions (by particle,
-// finite). There are at most 12 along the longest axis of all patches. O(particles).
+// Returns lines for DrawnSurface: the borders of each patch, and rows and columns that split it
+// into cells. Cells are as square as whole numbers of quads allow, measured in metres at
+// `positions` (by particle, finite). There are at most 12 along the longest axis of all patches.
+// O(particles).
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions);
 
-// Draws pictures of one size; keeps its memory from picture to picture.
+// Draws pictures of one size. It keeps its memory from picture to picture.
 class Renderer {
  public:
   // Sizes are in pixels, 1..8192 each. Throws std::runtime_error for other sizes.
@@ -85,12 +90,13 @@ class Renderer {
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
-  // Draws surfaces shaded with smooth normals (area-weighted), two-sided, anti-aliased, on a light
-  // background. A key light with soft shadows stands to the left of the camera. The sky
-  // (`camera.up`) gives the rest of the light, shadowed too, so folds and contacts darken. Shadows
-  // reach twice as far from `camera.target` as the picture does. Anything nearer to the eye than a
-  // thousandth of its distance to the target is cut off. The same input gives the same bytes. On
-  // one thread it takes about 0.5 us per triangle and 0.04 us per pixel that shows one.
+  // Draws surfaces with smooth normals (area-weighted), two-sided and anti-aliased, on a light
+  // background. A key light with soft shadows is to the left of the camera. The sky (in the
+  // direction `camera.up`) gives the rest of the light and is shadowed, too, so that folds and
+  // contacts darken. Shadows reach twice as far from `camera.target` as the picture does. Anything
+  // nearer to the eye than a thousandth of its distance to the target is cut off. The same input
+  // gives the same bytes. On one thread it takes about 0.5 us per triangle and 0.04 us per pixel
+  // that shows one.
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:
@@ -98,11 +104,12 @@ class Renderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// Writes a PNG file of 8-bit sRGB. Throws std::runtime_error, which names the file, if it cannot be
-// written.
+// Writes a PNG file of 8-bit sRGB. Throws std::runtime_error, which names the file, if writing
+// fails.
 void write_png(const std::string& path, const Picture& picture);
-// True if write_png made the PNG file at `path`: it signs files with a text chunk, Software =
-// "Weft". Reads no further than the first pixels. False for anything that cannot be read.
+// Returns true if write_png() made the PNG file at `path`. It signs files with a text chunk,
+// Software = "Weft". Reads no further than the first pixels. Returns false if the file cannot be
+// read.
 bool is_own_png(const std::string& path);
 
 }  // namespace weft::gpu

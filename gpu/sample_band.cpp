@@ -8,7 +8,8 @@ namespace {
 
 using Lanes = std::array<float, block_size>;
 
-// Returns a quantity at the samples of a block whose first pixel is at the origin.
+// Returns the values of a quantity (plus `added`) at the samples of a block whose first pixel is at
+// the origin.
 Lanes at_samples(const ScreenPlane& plane, float added = 0) {
   Lanes values;
   for (int i = 0; i < block_size; ++i) {

@@ -1,4 +1,4 @@
-// A band of rows of a picture, with what the eye sees at four samples per pixel.
+// A band of rows of a picture: the triangles seen at four samples per pixel.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 namespace weft::gpu {
 
 inline constexpr int samples_per_pixel = 4;
-// Positions of the samples within a pixel, a rotated grid: no two share a row or a column.
+// Positions of the samples within a pixel: a rotated grid, in which no two share a row or a column.
 inline constexpr std::array<float, samples_per_pixel> sample_x{0.375F, 0.875F, 0.125F, 0.625F};
 inline constexpr std::array<float, samples_per_pixel> sample_y{0.125F, 0.375F, 0.625F, 0.875F};
 inline constexpr std::uint32_t no_triangle = ~std::uint32_t{0};
 
 // A block is four pixels side by side, processed together by vector instructions. Its samples are
-// ordered: the first samples of all four pixels, then the second ones, and so on.
+// ordered: the first samples of all four pixels, then their second samples, and so on.
 inline constexpr int pixels_per_block = 4;
 inline constexpr int block_size = pixels_per_block * samples_per_pixel;
 
@@ -28,16 +28,16 @@ class SampleBand {
 
   // Empties the band and places it at row `top` of the picture.
   void begin(int top);
-  // Draws the triangle where it is nearest so far; triangles() will return `number` there.
+  // Draws a triangle where it is the nearest so far. There triangles() returns `number`.
   void draw(const ScreenTriangle& triangle, std::uint32_t number);
-  // Draws a line on the triangles, all of which must be drawn before.
+  // Draws a line on the triangles. Precondition: all triangles of the band have been drawn.
   void draw(const ScreenLine& line);
 
-  // The triangles seen at the samples of a block, or no_triangle.
+  // Returns the triangles seen at the samples of a block, or no_triangle where there is none.
   const std::uint32_t* triangles(int row, int block) const {
     return &triangles_[place(row, block)];
   }
-  // The share of a pixel's light that lines let through.
+  // Returns the share of a pixel's light that lines let through, 0..1.
   float brightness(int row, int col) const {
     return brightness_[static_cast<std::size_t>(row) * width_ + col];
   }

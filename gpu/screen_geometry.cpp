@@ -11,17 +11,18 @@ using Eigen::Vector2d;
 
 constexpr double longest_edge = 16;  // pixels
 // Distance by which lines are moved towards the eye, in pixels at their distance, so that their own
-// surface does not hide them. (Pushing back the surface by its slope would reveal lines 2 mm behind
-// a fold that is seen edge-on.)
+// surface does not hide them. (Pushing the surface back in proportion to its slope would reveal
+// lines 2 mm behind a fold that is seen edge-on.)
 constexpr double line_pull_in_pixels = 1.5;
 
-// A vertex as the eye sees it.
+// A vertex relative to the eye, and its place in the picture.
 struct ScreenVertex {
   Vec3 seen;
   Vector2d pixel;  // meaningful only in front of the eye
 };
 
-// Returns the plane with these values at three points.
+// Returns the plane that has these values at three points. `twice_area` is twice their triangle's
+// area.
 ScreenPlane plane_through(const std::array<Vector2d, 3>& points,
                           const std::array<double, 3>& values, double twice_area) {
   const Vector2d u = points[1] - points[0], v = points[2] - points[0];
@@ -46,10 +47,10 @@ class Projection {
  private:
   void add_screen_vertex(const BatchVertex& vertex);
   bool is_out_of_sight(const std::array<std::uint32_t, 3>& corners) const;
-  // Returns the length in space of an edge that must be cut; 0 for other edges.
+  // Returns the length in space (m) of an edge that must be cut, or 0 for other edges.
   double length_to_cut(std::uint32_t from, std::uint32_t to) const;
   std::uint32_t middle(std::uint32_t from, std::uint32_t to);
-  // Returns the box of the pixels between two places; empty if it lies outside the picture.
+  // Returns the box of the pixels between two corners, or an empty box outside the picture.
   ScreenBox box_around(const Vector2d& low, const Vector2d& high) const;
   void set_up(const BatchTriangle& triangle);
   float line_darkness(std::uint32_t vertex) const;
@@ -65,7 +66,7 @@ void Projection::add_screen_vertex(const BatchVertex& vertex) {
   vertices_.push_back({seen, perspective_->pixel(seen)});
 }
 
-// True if all corners are beyond the same side of the picture, or too near.
+// Returns true if all corners are beyond the same side of the picture, or all are too near.
 bool Projection::is_out_of_sight(const std::array<std::uint32_t, 3>& corners) const {
   unsigned beyond = 31;
   for (const std::uint32_t corner : corners) {
@@ -81,7 +82,8 @@ bool Projection::is_out_of_sight(const std::array<std::uint32_t, 3>& corners) co
   return beyond != 0;
 }
 
-// The result depends on the edge alone, so triangles on both sides of it are cut alike.
+// The result depends on the edge alone, so that the triangles on both sides of an edge are cut
+// alike.
 double Projection::length_to_cut(std::uint32_t from, std::uint32_t to) const {
   const ScreenVertex& a = vertices_[from];
   const ScreenVertex& b = vertices_[to];
@@ -153,7 +155,7 @@ void Projection::set_up(const BatchTriangle& triangle) {
   drawn.surface = triangle.surface;
   drawn.is_front = twice_area < 0;  // the picture's y points downwards
   drawn.nearness = plane_through(points, nearness, twice_area);
-  // The slack allows for a few roundings of floats of the triangle's size.
+  // The slack allows for a few roundings of floats as large as the triangle.
   const double slack_in_pixels = 1e-6 * (high - low).sum();
   for (int i = 0; i < 3; ++i) {
     std::array<double, 3> values{};
@@ -166,8 +168,8 @@ void Projection::set_up(const BatchTriangle& triangle) {
   }
 }
 
-// Lines fade out where the surface is seen edge-on: lines crowd there, and lines of the far side
-// would show through.
+// Returns the darkness of a line at a vertex. Lines fade out where the surface is seen edge-on.
+// Otherwise they would crowd there, and lines of the far side would show through.
 float Projection::line_darkness(std::uint32_t vertex) const {
   const Vec3 view = perspective_->eye - batch_->vertices[vertex].position().matrix().cast<double>();
   const Vec3 normal = batch_->vertices[vertex].normal().matrix().cast<double>();

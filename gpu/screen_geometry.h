@@ -1,4 +1,4 @@
-// Triangles and lines as a camera sees them, ready to be drawn sample by sample.
+// Triangles and lines as a camera sees them, prepared for drawing sample by sample.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace weft::gpu {
 
 // A quantity that is linear in the picture: start + across * x + down * y. x and y are relative to
-// the upper left pixel of its triangle or line, which keeps floats precise.
+// the upper left pixel of its triangle or line, so that floats stay precise.
 struct ScreenPlane {
   float start = 0, across = 0, down = 0;
 
@@ -25,12 +25,12 @@ struct ScreenBox {
 
 struct ScreenTriangle {
   ScreenBox box;
-  // Barycentric shares of the corners at a point of the picture. A point is inside if no share is
-  // below -slack, which allows for rounding. Barycentric coordinates in space are proportional to
-  // the shares times the nearness of their corners.
+  // Barycentric coordinates in the picture (shares), one per corner. A point is inside if no share
+  // is below -slack, which allows for rounding. The barycentric coordinates in space are
+  // proportional to the shares times the nearness of their corners.
   std::array<ScreenPlane, 3> shares;
   std::array<float, 3> slack;
-  // Reciprocal of the distance from the eye, along the line of sight, 1/m.
+  // Reciprocal of the distance from the eye along the line of sight, 1/m.
   ScreenPlane nearness;
   std::array<float, 3> corner_nearness;
   std::array<std::uint32_t, 3> corners;
@@ -41,10 +41,10 @@ struct ScreenTriangle {
 // A line one pixel wide.
 struct ScreenLine {
   ScreenBox box;
-  ScreenPlane along;                       // 0..1 from its tail to its head
-  ScreenPlane aside;                       // pixels from its middle
-  float nearness = 0, nearness_slope = 0;  // 1/m, at the tail, and its difference to the head
-  float darkness = 0, darkness_slope = 0;  // share of the light it takes away, 0..1
+  ScreenPlane along;                       // 0 at its tail to 1 at its head
+  ScreenPlane aside;                       // pixels from its centre line
+  float nearness = 0, nearness_slope = 0;  // 1/m: at the tail, and head less tail
+  float darkness = 0, darkness_slope = 0;  // share of the light that it takes away, 0..1
 };
 
 struct ScreenGeometry {
@@ -52,8 +52,8 @@ struct ScreenGeometry {
   std::vector<ScreenLine> lines;
 
   // Replaces the contents by the part of the batch that the picture shows. Triangles that are large
-  // in the picture are cut into smaller ones, so light at their corners is enough; the new vertices
-  // are appended to the batch. O(vertices + triangles + pixels / 100).
+  // in the picture are cut into smaller ones, so that lighting their corners is enough. The new
+  // vertices are appended to the batch. O(vertices + triangles + pixels / 100).
   void project(const Perspective& perspective, TriangleBatch& batch);
 };
 

@@ -9,8 +9,8 @@ namespace weft::gpu::shaders {
 std::string exactly(float value);
 std::string exactly(double value);
 
-// Declarations of buffers with functions that read them: the table of levels; vertices, which need
-// levels; boxes and spheres; bounds of steps.
+// Declarations of buffers, with functions that read them: the table of levels, vertices (which need
+// the levels), boxes with spheres, and bounds of steps.
 extern const char* const levels;
 extern const char* const vertices;
 extern const char* const boxes;

@@ -25,18 +25,18 @@ Box point_of(Query query) {
   vec3 point = vec3(query.x, query.y, query.z);
   return Box(point, point);
 }
-// Compares both boxes widened by half the margin.
+// Returns true if the boxes overlap when both are widened by half the margin.
 bool overlap(Box a, Box b, float half_margin) {
   precise vec3 a_low = a.low - half_margin, a_high = a.high + half_margin;
   precise vec3 b_low = b.low - half_margin, b_high = b.high + half_margin;
   return all(lessThanEqual(a_low, b_high)) && all(lessThanEqual(b_low, a_high));
 }
 
-// A list that is appended to: the number of work groups that its next reader needs, and its length.
-// The length counts beyond the capacity too.
+// Lists to which shaders append. x is the number of work groups that the next reader of the list
+// needs, w is the length. The length keeps counting beyond the capacity.
 layout(std430, binding = 5) buffer Lists { uvec4 lists[]; };
 uniform uint group_limit;
-// Reserves places for `added` items, each read by `readers` invocations; returns the first.
+// Reserves places for `added` items, each read by `readers` invocations. Returns the first place.
 uint append(uint list, uint added, uint readers) {
   uint first = atomicAdd(lists[list].w, added);
   uint groups = (readers * (first + added) + 63u) / 64u;
@@ -46,14 +46,14 @@ uint append(uint list, uint added, uint readers) {
 )";
 
 const char* const expand_main = R"(
-// Pairs of blocks: a, b, the levels of both (16 bits each), the query.
+// Pairs of blocks: a, b, the levels of both (16 bits each), and the query.
 layout(std430, binding = 1) readonly buffer PairsIn { uvec4 pairs_in[]; };
 layout(std430, binding = 2) writeonly buffer PairsOut { uvec4 pairs_out[]; };
 layout(std430, binding = 7) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 uniform uint list_in, list_out, list_leaves, pair_capacity, leaf_capacity;
 
-// The children of a block in the level below, or the block itself. Child i is block first + (i &
-// mask_u) + (i >> mask_u) * stride. The two children of a group are on levels of their own, so
+// The children of a block on the level below, or the block itself. Child i is block first + (i &
+// mask_u) + (i >> mask_u) * stride. The two children of a group are on different levels, so
 // level_step and stride may be negative (modulo 2^32).
 struct Children { uint level, level_step, first, stride, mask_u, count; };
 Children children_of_group(Level group) {
@@ -62,7 +62,7 @@ Children children_of_group(Level group) {
                   levels[group.second_child].first - first, 0u,
                   group.second_child == group.first_child ? 1u : 2u);
 }
-// A patch that is paired with a group is kept whole.
+// Returns the children of a block. A patch that is paired with a group stays whole.
 Children children_of(uint block, uint number, bool with_group) {
   Level level = levels[number];
   if (is_group(level)) return children_of_group(level);
@@ -79,7 +79,7 @@ uint child(Children children, uint i) {
 }
 uint level_of(Children children, uint i) { return children.level + i * children.level_step; }
 
-// --- The tangent certificate: operation by operation as in bsi/kernels/box_descent_kernels.cpp -----------
+// --- The tangent certificate: operation by operation as in bsi/kernels/tangent_certificate.h ---
 
 double dot_of(dvec3 a, dvec3 b) {
   precise double sum = a.x * b.x + a.y * b.y + a.z * b.z;
@@ -107,7 +107,7 @@ bool certified(Tangent t, double margin) {
          is_beyond(diagonal, stray_diagonal, -a, stray_u, size, margin);
 }
 
-// Returns the distance of two blocks along an axis, -1 .. 1, or 2 if they are no neighbours.
+// Returns the number of blocks from a to b along an axis, -1 .. 1, or 2 if they are not neighbours.
 int step_between(uint a, uint b, uint blocks, bool wraps) {
   int step = int(b) - int(a);
   if (wraps && step == int(blocks) - 1) step = -1;
@@ -115,8 +115,8 @@ int step_between(uint a, uint b, uint blocks, bool wraps) {
   return abs(step) <= 1 ? step : 2;
 }
 
-// True if a block with itself, or two neighbours in the window of up to 2 x 2 blocks that holds
-// both, are certified not to touch.
+// Returns true if the certificate proves that a block cannot touch itself, or a neighbour. For two
+// neighbours it covers the window of up to 2 x 2 blocks that contains both.
 bool cannot_touch(Query query, uvec4 pair) {
   if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
   Level level = levels[pair.z >> 16];
@@ -135,7 +135,7 @@ bool cannot_touch(Query query, uvec4 pair) {
   return certified(bound, query.certificate_margin);
 }
 
-// Works as touch() of bsi/kernels/box_lanes.h.
+// Compares two spheres as touch() of bsi/kernels/box_lanes.h does.
 bool touch(vec4 a, vec4 b, float sphere_reach) {
   precise float reach = (a.w + (b.w + sphere_reach)) * touch_factor;
   precise float square = reach * reach;
@@ -171,7 +171,8 @@ void expand(uvec4 pair) {
     uint bit = uint(findLSB(near));
     uint level_a = level_of(a, bit >> 2), level_b = level_of(b, bit & 3u);
     uvec4 next = uvec4(child(a, bit >> 2), child(b, bit & 3u), level_a | level_b << 16, pair.w);
-    // Within one body, pairs name the lower patch first; groups have them in any order.
+    // Within one body, a pair names the lower patch first, although groups hold patches in any
+    // order.
     if (grouped && is_self(query) && level_a > level_b) {
       next = uvec4(next.y, next.x, level_b | level_a << 16, pair.w);
     }
@@ -191,14 +192,14 @@ void main() {
 }
 )";
 
-// Four invocations per pair of leaf blocks, one for each quad of the first.
+// The shader runs four invocations per pair of leaf blocks, one for each quad of the first block.
 const char* const leaves_main = R"(
 layout(std430, binding = 6) readonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 layout(std430, binding = 7) writeonly buffer Results { uint results[]; };
 uniform uint list_leaves, list_results, leaf_capacity, result_capacity, triangles;
 
 struct Quad { uint number; uint row, col; };
-// Quad `i` of the 2 x 2 of a leaf block; false if it has none.
+// Finds quad `i` of the 2 x 2 of a leaf block. Returns false if the block has no such quad.
 bool find_quad(Level level, uint block, uint i, out Quad quad) {
   uint place = block - level.first;
   uint u = place & ((1u << level.log_u) - 1u), v = place >> level.log_u;
@@ -221,7 +222,7 @@ uvec4 corners_of(Level level, Quad quad) {
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col)),
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col + 1u)));
 }
-// The bounds of a quad's leaves: its two triangles or, in `first`, the whole quad.
+// The bounds of a quad's leaves: of its two triangles or, in `first`, of the whole quad.
 struct Leaves { Box first, second; };
 Leaves bound_leaves(uvec4 corner, bool swept) {
   Box diagonal = join(bound_vertex(corner.y, swept), bound_vertex(corner.z, swept));
@@ -242,17 +243,17 @@ float longest_path(uvec4 corner) {
                    distance(start_of(corner.w), end_of(corner.w)));
   return max(max(path.x, path.y), max(path.z, path.w));
 }
-// Returns the corners as columns.
+// Returns the corners at the ends of their paths, as columns.
 mat4x3 corners_at_end(uvec4 corner, bool swept) {
   uvec4 at = swept ? corner + uvec4(vertex_count) : corner;
   return mat4x3(start_of(at.x), start_of(at.y), start_of(at.z), start_of(at.w));
 }
 float least(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
 float greatest(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
-// True if a plane proves that the quads are farther apart at the ends of their paths than the reach
-// of the filter plus twice the longest path of their corners (docs/theory.md, "The distance
-// filter"). The plane's normal is that of either quad, or the line between their centres. Normals
-// so short that squares of their components may be flushed to zero prove nothing.
+// Returns true if a plane proves that the quads end farther apart than the filter's reach plus
+// twice the longest path of their corners (docs/theory.md, "The distance filter"). The normal of
+// the plane is that of either quad, or the line between their centres. A normal so short that
+// squares of its components may be flushed to zero proves nothing.
 bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   if (query.filter_reach < 0.0) return false;
   bool swept_a = (query.flags & 4u) != 0u, swept_b = (query.flags & 8u) != 0u;
@@ -270,8 +271,8 @@ bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   return false;
 }
 
-// Returns bits of near leaves: bit 4 j + 2 s + t stands for leaf s of the quad (0 if leaves are
-// quads) and leaf t of quad j of b.
+// Returns a mask of near leaves. Bit 4 j + 2 s + t stands for leaf s of the quad and leaf t of quad
+// j of block b. s and t are 0 if leaves are quads.
 uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corners, uint block_b,
                  Level level_b) {
   bool swept_b = (query.flags & 8u) != 0u;
@@ -285,7 +286,7 @@ uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corne
     for (uint s = 0u; s <= triangles; ++s) {
       if (is_point(query) && s == 1u) break;
       for (uint t = 0u; t <= triangles; ++t) {
-        if (itself && triangles != 0u && quad == j) continue;  // they share particles
+        if (itself && triangles != 0u && quad == j) continue;  // a quad's triangles share particles
         if (!overlap(s == 0u ? leaves.first : leaves.second, t == 0u ? others.first : others.second,
                     query.half_margin)) {
           continue;
@@ -351,7 +352,7 @@ void main() {
 
 std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
   const auto flag = [](bool value) { return value ? "true" : "false"; };
-  // GLSL requires no more of float64 than of float32: products exact to 2^-24, roots to 2^-20.
+  // GLSL promises no more for float64 than for float32: products exact to 2^-24, roots to 2^-20.
   const double rounding = rounds_like_the_cpu ? 0x1p-46 : 0x1p-16;
   const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-16;
   return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
@@ -363,7 +364,7 @@ std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
 }
 
 std::string find_leaves() {
-  // Lengths are exact to 2^-19 of themselves.
+  // GLSL's lengths are exact to 2^-19 of themselves, which the factor covers.
   return std::string("#version 450 core\n") + levels + vertices + boxes + queries +
          "const float filter_factor = " + exactly(1 + 0x1p-16F) +
          ";\nconst float shortest_normal = " + exactly(0x1p-50F) + ";\n" + leaves_main;

@@ -11,13 +11,13 @@
 
 namespace weft::gpu {
 
-// A vertex; its values are one vector, since they are interpolated together.
+// A vertex. Its values are one vector, because they are interpolated together.
 struct BatchVertex {
   Eigen::Array<float, 8, 1> values;
 
   auto position() const { return values.head<3>(); }    // m, relative to the batch's origin
   auto normal() const { return values.segment<3>(3); }  // unit, or zero without area
-  // The light of the sky on the side to which the normal points, and on the other
+  // The sky's light on the side to which the normal points, and on the other side
   // (gpu/sky_light.h).
   float& front_sky() { return values[6]; }
   float& back_sky() { return values[7]; }
@@ -25,25 +25,25 @@ struct BatchVertex {
 
 struct BatchTriangle {
   std::array<std::uint32_t, 3> corners;
-  std::uint32_t surface;  // number of its DrawnSurface
+  std::uint32_t surface;  // index of its DrawnSurface
 };
 
 struct TriangleBatch {
   std::vector<BatchVertex> vertices;
-  std::vector<float> places;  // in colour maps, by vertex; empty if no surface has any
+  std::vector<float> places;  // in colour maps, by vertex; empty if no surface has a map
   std::vector<BatchTriangle> triangles;
   std::vector<std::array<std::uint32_t, 2>> lines;
 
-  // Replaces the contents by these surfaces, without light of the sky. Positions become relative to
-  // `origin`. O(vertices + triangles).
+  // Replaces the contents by these surfaces, without the light of the sky. Positions become
+  // relative to `origin` (m). O(vertices + triangles).
   void assemble(std::span<const DrawnSurface> surfaces, const Vec3& origin);
 };
 
-// Returns unit normals by vertex: the normalised sum of the area vectors of the triangles around
-// it, or zero if that sum is zero.
+// Returns unit normals by vertex: the normalised sum of the area vectors of the surrounding
+// triangles, or zero if that sum is zero.
 std::vector<Vec3> vertex_normals(const DrawnSurface& surface);
-// Returns the normals of the original surface at the detail's vertices, so that a surface of
-// reduced detail is lit like the original. O(triangles of the original).
+// Returns the normals of the original surface at the vertices of the detail. With these, a surface
+// of reduced detail is lit like the original. O(triangles of the original).
 std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSurface& original);
 
 }  // namespace weft::gpu

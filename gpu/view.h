@@ -1,4 +1,4 @@
-// The view of a camera or a light, and the perspective that projects it on a picture.
+// The view of a camera or a light, and the perspective that projects the view on a picture.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,17 +12,18 @@ struct ViewFrame {
   Vec3 right, up, backward;
 };
 
-// Returns the frame that looks against `backward`; `up` may be any direction, even parallel to it.
+// Returns the frame of a view against `backward`. `up` may be any direction, even parallel to
+// `backward`.
 ViewFrame look_along(const Vec3& backward, const Vec3& up);
 
-// The perspective of a camera. Positions are relative to its target; pixels are counted from the
-// upper left corner of the picture, x to the right, y downwards.
+// The perspective of a camera. Positions are relative to the camera's target. Pixels are counted
+// from the upper left corner of the picture, x to the right, y downwards.
 struct Perspective {
   ViewFrame frame;
   Vec3 eye;             // m
   int width, height;    // pixels
   double focal_length;  // pixels
-  double nearest;       // m; anything nearer to the eye is cut off
+  double nearest;       // m; surfaces nearer to the eye are cut off
 
   // Returns the coordinates of a point relative to the eye: right, up and forward, m.
   Vec3 seen(const Vec3& position) const {

@@ -1,6 +1,7 @@
 #include "materials/shell.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 namespace weft::materials {
 
@@ -10,6 +11,15 @@ namespace {
 Vec3 inverse_metric(const SurfaceDerivatives& x) {
   const double uu = x.u.dot(x.u), vv = x.v.dot(x.v), uv = x.u.dot(x.v);
   return Vec3(vv, uu, -uv) / (uu * vv - uv * uv);
+}
+
+// The parts d_1 and d_2 of a modulus that act on the strains along u and v alone.
+Eigen::Vector2d separable_moduli(const Mat3& modulus) {
+  const Eigen::Vector2d shear = modulus.col(2).head<2>();
+  const Eigen::Matrix2d condensed =
+      modulus.topLeftCorner<2, 2>() - shear * shear.transpose() / modulus(2, 2);
+  const double coupling = std::abs(condensed(0, 1)) / std::sqrt(condensed(0, 0) * condensed(1, 1));
+  return (1 - coupling) * condensed.diagonal();
 }
 
 }  // namespace
@@ -39,8 +49,17 @@ Mat3 plane_stress_modulus(const SurfaceDerivatives& rest, double stiffness, doub
 ShellLaw membrane_law(const SurfaceDerivatives& rest, double youngs_modulus, double poisson_ratio,
                       double thickness, double parameter_area) {
   const double area = parameter_area * area_factor(rest);
-  return {metric(rest),
-          area * plane_stress_modulus(rest, youngs_modulus * thickness, poisson_ratio)};
+  Mat3 modulus = area * plane_stress_modulus(rest, youngs_modulus * thickness, poisson_ratio);
+  modulus.diagonal().head<2>() -= separable_moduli(modulus);
+  return {metric(rest), modulus};
+}
+
+FibreLaw fibre_law(FibreAxis axis, const SurfaceDerivatives& rest, double youngs_modulus,
+                   double poisson_ratio, double thickness, double parameter_area) {
+  const double area = parameter_area * area_factor(rest);
+  const Mat3 modulus = area * plane_stress_modulus(rest, youngs_modulus * thickness, poisson_ratio);
+  const int i = axis == FibreAxis::u ? 0 : 1;
+  return {metric(rest)[i], separable_moduli(modulus)[i]};
 }
 
 ShellLaw bending_law(const SurfaceDerivatives& rest, double youngs_modulus, double poisson_ratio,

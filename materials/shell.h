@@ -64,13 +64,59 @@ inline double area_factor(const SurfaceDerivatives& x) { return x.u.cross(x.v).n
 // is Y h (N/m), -1 < poisson_ratio < 1. The result is in N/m over strains without unit.
 Mat3 plane_stress_modulus(const SurfaceDerivatives& rest, double stiffness, double poisson_ratio);
 
-// Returns the laws of a point whose weight is `parameter_area`.
+// The law of the strain along one parameter line at a point: the energy is modulus / 2 E_11^2 (or
+// E_22^2).
+struct FibreLaw {
+  double rest = 0;     // A_11 (or A_22), m^2
+  double modulus = 0;  // includes the area of the point
+};
+enum class FibreAxis { u, v };
+
+// Returns the laws of a point whose weight is `parameter_area`. The modulus C of the membrane is
+// the sum of three positive semi-definite parts, which may be integrated at different points: those
+// of the strains along u and along v alone, d_1 and d_2, and the rest. With the shear condensed,
+// S_ij = C_ij - C_i3 C_3j / C_33 for i, j = 1, 2, the first two are as large as they can be in
+// proportion:
+//   d_i = S_ii (1 - |S_12| / sqrt(S_11 S_22)),   C = diag(d_1, d_2, 0) + rest.
 ShellLaw membrane_law(const SurfaceDerivatives& rest, double youngs_modulus, double poisson_ratio,
                       double thickness, double parameter_area);
+FibreLaw fibre_law(FibreAxis axis, const SurfaceDerivatives& rest, double youngs_modulus,
+                   double poisson_ratio, double thickness, double parameter_area);
 ShellLaw bending_law(const SurfaceDerivatives& rest, double youngs_modulus, double poisson_ratio,
                      double thickness, double parameter_area);
 
-// Stretching at a point.
+// Stretching of a parameter line at a point, where the line has this tangent. `slope` holds the
+// derivatives of the basis functions along it.
+class ShellFibre {
+ public:
+  explicit ShellFibre(const Vec3& tangent) : tangent_(tangent) {}
+
+  double strain(const FibreLaw& law) const { return 0.5 * (tangent_.squaredNorm() - law.rest); }
+  // `rate`: the change of the tangent with time, m/s.
+  double strain_rate(const Vec3& rate) const { return tangent_.dot(rate); }
+  // Adds minus the forces (N) of a stress, modulus times strain, to the nodes.
+  template <int nodes>
+  void add_gradient(double stress, const typename ShellBasis<nodes>::Numbers& slope,
+                    NodesOf<double, nodes>& sum) const {
+    sum += (stress * tangent_) * slope.matrix().transpose();
+  }
+  // Adds the Hessian: of the modulus, and of the stress.
+  template <int nodes>
+  void add_stiffness(double modulus, double stress,
+                     const typename ShellBasis<nodes>::Numbers& slope,
+                     StencilMatrix<double, nodes>& sum) const {
+    Mat3 all = modulus * tangent_ * tangent_.transpose();
+    all.diagonal().array() += stress;
+    for (int r = 0; r < nodes; ++r) {
+      for (int s = r; s < nodes; ++s) sum(r, s) += (slope[r] * slope[s]) * all;
+    }
+  }
+
+ private:
+  Vec3 tangent_;
+};
+
+// Stretching at a point, in all directions of the surface.
 class ShellStretch {
  public:
   explicit ShellStretch(const SurfaceDerivatives& x) : x_(x) {}

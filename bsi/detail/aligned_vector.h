@@ -1,5 +1,4 @@
-// Vectors whose elements start at a cache line, so that wide vector stores at the start stay within
-// one line.
+// Vectors that start at a cache line, so that wide vector stores at the start stay within one line.
 #pragma once
 
 #include <cstddef>

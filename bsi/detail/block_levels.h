@@ -1,5 +1,5 @@
-// The numbers of the nested blocks into which a pyramid splits the quads of a patch, for the CPU
-// and the device.
+// Nested blocks: how a pyramid splits the quads of a patch and groups the patches of a body. For
+// the CPU and the device.
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace weft::bsi {
 
-// Returns ceil(log2(count)), count >= 1.
+// Returns ceil(log2(count)). Precondition: count >= 1.
 inline int ceil_log2(int count) {
   return static_cast<int>(std::bit_width(static_cast<unsigned>(count) - 1));
 }
@@ -27,7 +27,7 @@ struct QuadRange {
 };
 
 // One level of a patch: 2^log_u x 2^log_v blocks (u along columns, v along rows), numbered row by
-// row from `first`. Levels follow each other, patch by patch.
+// row from `first`. The numbers continue from level to level, and from patch to patch.
 struct BlockLevel {
   std::size_t first = 0;
   int log_u = 0;
@@ -38,11 +38,11 @@ struct BlockLevel {
   }
 };
 
-// The number of levels of groups above `patches` patch tops; level k has 2^k groups.
+// Returns the number of levels of groups above `patches` patches; level k has 2^k groups.
 inline int group_levels_above(int patches) { return ceil_log2(patches); }
 
-// The patches of group `u` of a level: items [begin, end) of the order. No group is empty, and
-// their numbers of patches differ by one at most.
+// The patches of group `u` of a level: items [begin, end) of the order of patches. No group is
+// empty, and the numbers of patches in two groups differ by at most one.
 struct GroupRange {
   int begin = 0, end = 0;
 };

@@ -8,10 +8,10 @@
 
 namespace weft::bsi {
 
-// A row of blocks while the pyramid is built: 18 planes of one float per block, `stride` apart.
+// A row of blocks while the pyramid is built: 18 planes with one float per block, `stride` apart.
 // Planes 0-5 bound the vertices, planes 6-17 the steps between them (TangentBounds::bound). Lower
-// bounds have their sign changed, so that every union is a maximum. A plane may be read and written
-// up to a multiple of plane_padding blocks, and read one float further.
+// bounds are negated, so that every union is a maximum. Kernels may read and write a plane up to a
+// multiple of plane_padding blocks, and may read one float more.
 inline constexpr int plane_count = 18;
 inline constexpr int plane_padding = 16;
 struct BoundRow {
@@ -19,10 +19,10 @@ struct BoundRow {
   std::size_t stride;
 };
 
-// Consecutive rows of vertices.
+// Two to five consecutive rows of vertices.
 struct VertexRows {
-  const float* row[5][3];  // by row, by component
-  std::int32_t count;      // at least 2
+  const float* row[5][3];  // by row and component
+  std::int32_t count;      // 2 to 5
 };
 
 }  // namespace weft::bsi

@@ -9,7 +9,8 @@
 namespace weft::bsi {
 
 // The boxes of the four children of a block, one array per bound and axis. Child 2 j + i is at
-// column i, row j of the 2 x 2. An absent child (on an axis that is not split) has low > high.
+// column i and row j of the 2 x 2. A child that is absent because its axis is not split has low >
+// high.
 struct alignas(32) BoxGroup {
   float low[3][4];
   float high[3][4];
@@ -22,13 +23,13 @@ struct alignas(64) SphereGroup {
   float radius[4];
 };
 
-// Bounds of the steps between neighbouring vertices in a block: along u (x, y, z), then along v.
-// Lower bounds have their sign changed, so that a union is a maximum.
+// Bounds of the steps (differences) between neighbouring vertices of a block: along u (x, y, z),
+// then along v. Lower bounds are negated, so that a union is a maximum.
 struct alignas(64) TangentBounds {
-  float bound[16];  // 6 lower ones with their sign changed, 6 upper ones, 4 unused
+  float bound[16];  // 6 lower ones, negated, 6 upper ones, 4 unused
 };
 
-// Rows of float32 vertices, one array per component. Wrapped axes are closed by a copy of their
+// Rows of float32 vertices, one array per component, m. A wrapped axis is closed by a copy of its
 // first vertices. Four floats past the end of any row may be read.
 struct VertexImage {
   const float* component[3];
@@ -46,34 +47,34 @@ struct BoxLevel {
 };
 
 struct BoxPatch {
-  VertexImage vertices[2];  // at both ends of the paths; twice the same unless swept
-  float low[3], high[3];    // of the whole patch
-  float centre[3], radius;  // of its sphere, if there are spheres
+  VertexImage vertices[2];  // at both ends of the paths; equal unless swept
+  float low[3], high[3];    // box of the whole patch
+  float centre[3], radius;  // of the patch's sphere, if there are spheres
   std::int32_t quad_rows, quad_cols;
   std::int32_t wrap_u, wrap_v;  // 1 or 0
-  std::int32_t first_level;     // into BoxTree::levels
+  std::int32_t first_level;     // index in BoxTree::levels
   std::int32_t level_count;
-  std::int32_t first_quad;  // in the atlas' numbers
+  std::int32_t first_quad;  // numbers in the atlas
   std::int32_t first_texel;
   std::int32_t rows, cols;  // of the image
 };
 
-// The place in space of a tree built in the frame of a rigid body. A point p of the frame is at R p
-// + t, at one or both ends of its path.
+// The placement in space of a tree that was built in the frame of a rigid body. Point p of the
+// frame is at R p + t, at one or both ends of its path.
 struct BoxPlacement {
   const double* positions;        // x, y and z of every particle in the frame, m
   double rotation[2][3][3];       // by end, row and column
   double translation[2][3];       // by end, m
   float rotation_float[2][3][3];  // rotation, rounded
   float translation_float[2][3];
-  float rounding;  // m, at least the float32 rounding of a block's box (rigid_pyramid.cpp)
+  float rounding;  // m, bound of a placed box's float32 rounding (rigid_pyramid.cpp)
 };
 
 // All data that a descent reads.
 struct BoxTree {
   const BoxLevel* levels;
   const BoxPatch* patches;
-  const std::int32_t* texel_to_particle;  // null: the particle is the texel
+  const std::int32_t* texel_to_particle;  // null: particle i is texel i
   const BoxPlacement* placement;          // null: the tree was built in space
   std::int32_t swept;                     // 1 or 0
   float magnitude;                        // the largest |coordinate| of a vertex, m
@@ -82,7 +83,7 @@ struct BoxTree {
 // Upper bound of the square root of 3, the largest ratio of a distance to its largest component.
 inline constexpr float root_of_three = 1.7320511F;
 
-// A block: its level, counted through all patches, and its column u and row v there.
+// A block: its level, numbered through all patches, and its column u and row v on that level.
 struct BoxNode {
   std::int32_t level;
   std::uint16_t u, v;

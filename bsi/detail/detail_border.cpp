@@ -12,12 +12,13 @@ namespace weft::bsi {
 
 namespace {
 
-// Fewer than three blocks round a wrap would touch each other on both sides and fold the surface
-// onto itself. Level 2 has four, if the axis has this number of quads.
+// Fewest quads around a wrapped axis: with five, level 2 has four blocks. Fewer than three blocks
+// would touch each other on both sides and fold the surface onto itself.
 constexpr int fewest_round_a_wrap = 5;
 
-// Marks a patch if two of its texels share a particle, or if an inner texel shares its particle
-// with any other texel. Blocks beside such a seam could touch each other more than once.
+// Sets found[patch] to 1 if two of a patch's texels share a particle, or if an inner texel shares
+// its particle with any other texel. Blocks beside such a seam could touch each other more than
+// once.
 void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   if (atlas.is_identity()) return;
   const int patches = static_cast<int>(atlas.patches().size());
@@ -41,7 +42,8 @@ void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   }
 }
 
-// An open side of a patch: its particles in order, closed where the side runs round a wrap.
+// An open side of a patch: its particles in order. The side is closed if it runs around a wrapped
+// axis.
 struct Side {
   int patch = 0;
   bool along_u = false;
@@ -71,11 +73,12 @@ std::vector<Side> open_sides(const Atlas& atlas) {
   return sides;
 }
 
-// A stretch of border without a kept particle inside; a ring begins and ends at the same one.
+// A stretch of border between two kept particles, without a kept one inside. On a ring both ends
+// are the same particle.
 struct Stretch {
   int from = 0, to = 0;
   std::vector<int> inside;
-  int parts = 1;  // that it is divided into
+  int parts = 1;  // number of parts into which it is divided
 
   int edges() const { return static_cast<int>(inside.size()) + 1; }
   std::pair<int, int> ends() const { return std::minmax(from, to); }
@@ -119,10 +122,10 @@ class Borders {
   std::span<const char> left_alone_;
   std::vector<Side> sides_;
   std::vector<char> kept_;       // by particle
-  std::vector<int> stretch_of_;  // by particle inside one, else -1
+  std::vector<int> stretch_of_;  // by particle: the stretch that it is inside, or -1
   std::vector<Stretch> stretches_;
-  std::map<std::pair<int, int>, int> joined_;  // by ends: the number of stretches
-  std::set<std::pair<int, int>> direct_;       // edges between particles that are kept
+  std::map<std::pair<int, int>, int> joined_;  // number of stretches by their ends
+  std::set<std::pair<int, int>> direct_;       // edges between two kept particles
 };
 
 void Borders::keep_ends() {
@@ -137,14 +140,15 @@ void Borders::keep_ends() {
     if (!side.is_closed) kept_[side.particles.front()] = kept_[side.particles.back()] = 1;
   }
   keep_junctions();
-  // A ring without a kept particle gets one: that with the lowest number, the same for every patch.
+  // A ring without a kept particle keeps its particle with the lowest index, which is the same for
+  // every patch.
   for (const Side& side : sides_) {
     const bool is_ring = std::ranges::none_of(side.particles, [&](int p) { return kept_[p] != 0; });
     if (is_ring) kept_[std::ranges::min(side.particles)] = 1;
   }
 }
 
-// Keeps the particles with more than two neighbours along borders.
+// Keeps particles with more than two neighbours along borders.
 void Borders::keep_junctions() {
   std::vector<std::array<int, 2>> neighbours(kept_.size(), {-1, -1});
   const auto join = [&](int from, int to) {
@@ -164,7 +168,7 @@ void Borders::keep_junctions() {
   }
 }
 
-// Cuts a side at the particles that are kept.
+// Cuts a side at its kept particles.
 void Borders::add_stretches(Side& side) {
   std::vector<int>& all = side.particles;
   if (side.is_closed) {
@@ -201,7 +205,8 @@ void Borders::add_stretch(const Side& side, std::size_t begin, std::size_t end) 
   ++joined_[stretches_.back().ends()];
 }
 
-// Returns the number of blocks of the side's patch along this number of edges.
+// Returns the number of blocks of the side's patch along `edges` edges, rounded up, or `edges` if
+// the patch keeps all vertices.
 int Borders::parts_wanted(const Side& side, int edges) const {
   const Patch& size = pyramid_.atlas().patches()[side.patch];
   const int last = pyramid_.levels(side.patch) - 1;
@@ -214,8 +219,8 @@ int Borders::parts_wanted(const Side& side, int edges) const {
   return static_cast<int>((std::int64_t{edges} * blocks + quads - 1) / quads);
 }
 
-// Gives a stretch a sample inside if another one has the same ends, and a ring two. Otherwise
-// different stretches would become the same edge.
+// Divides a stretch into at least two parts if another stretch or edge has the same ends, and a
+// ring into three. Otherwise different stretches would become the same edge.
 void Borders::part_neighbours() {
   for (Stretch& stretch : stretches_) {
     const bool is_alone = joined_[stretch.ends()] == 1 && !direct_.contains(stretch.ends());
@@ -225,7 +230,7 @@ void Borders::part_neighbours() {
   }
 }
 
-// Gives every particle to the nearer of the two samples it lies between.
+// Assigns every particle of a stretch to the nearer of the two samples between which it lies.
 void Borders::give(const Stretch& stretch, std::vector<int>& sample_of) {
   const auto sample = [&](int part) {
     return static_cast<int>(std::int64_t{part} * stretch.edges() / stretch.parts);

@@ -11,8 +11,8 @@ DetailPatch::DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is)
   vertex_of_.resize(size_.texel_count());
   std::iota(vertex_of_.begin(), vertex_of_.end(), 0);
   if (as_it_is) return;
-  // Fewer than three blocks round a wrap would touch each other on both sides and fold the surface
-  // onto itself.
+  // Fewer than three blocks around a wrapped axis would touch each other on both sides and fold the
+  // surface onto itself.
   const int level = size_.wrap_u || size_.wrap_v ? 2 : 0;
   for (int v = 0; v < pyramid_.blocks_v(patch_, level); ++v) {
     for (int u = 0; u < pyramid_.blocks_u(patch_, level); ++u) add({patch_, level, u, v});
@@ -21,7 +21,8 @@ DetailPatch::DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is)
 
 QuadRange DetailPatch::texels_of(const PatchBlock& block) const {
   QuadRange texels = pyramid_.quads(block.patch, block.level, block.u, block.v);
-  // A texel belongs to the quad to its lower right; texels of an open border belong to none.
+  // A texel belongs to the block of its lower right quad. Texels of an open border belong to no
+  // block.
   if (!size_.wrap_v) texels.row_begin = std::max(texels.row_begin, 1);
   if (!size_.wrap_u) texels.col_begin = std::max(texels.col_begin, 1);
   return texels;
@@ -62,7 +63,7 @@ void DetailPatch::release(const PatchBlock& block) {
 }
 
 void DetailPatch::sample_borders(std::span<const int> sample_of) {
-  std::vector<std::array<int, 2>> border;  // particle, texel
+  std::vector<std::array<int, 2>> border;  // particle and texel
   for (int row = 0; row < size_.rows; ++row) {
     const bool is_end = !size_.wrap_v && (row == 0 || row + 1 == size_.rows);
     for (int col = 0; col < size_.cols; ++col) {
@@ -96,7 +97,7 @@ void DetailPatch::split(int vertex) {
 }
 
 void DetailPatch::split_to_level(int level) {
-  // Children are appended, so the loop reaches them later.
+  // Children are appended, so the loop reaches them, too.
   for (int i = 0; i < block_count(); ++i) {
     if (blocks_[i].block.level < level) split(texel_count() + i);
   }

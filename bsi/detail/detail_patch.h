@@ -1,4 +1,4 @@
-// One patch of a surface of reduced detail: the vertex that replaces each of its texels. For
+// One patch of a surface of reduced detail: assigns a vertex to each of its texels. For
 // level_of_detail.cpp.
 #pragma once
 
@@ -13,8 +13,8 @@
 namespace weft::bsi {
 
 // A corner of a coarse triangle. A `vertex` below texel_count() is the original vertex at that
-// texel of the patch; a higher one is block number `vertex` - texel_count(). (row, col) is its
-// place in the image before wrapping.
+// texel of the patch. A higher one is the centre of block `vertex` - texel_count(). (row, col) is
+// its place in the image before wrapping.
 struct DetailCorner {
   int vertex = 0;
   double row = 0;
@@ -22,36 +22,38 @@ struct DetailCorner {
 };
 using DetailTriangle = std::array<DetailCorner, 3>;
 
-// Returns twice the area in the image; not positive if the triangle is folded over.
+// Returns twice the signed area in the image. It is not positive if the triangle is inverted.
 inline double image_area(const DetailTriangle& triangle) {
   const auto& [a, b, c] = triangle;
   return (b.col - a.col) * (c.row - a.row) - (c.col - a.col) * (b.row - a.row);
 }
 
-// Every texel is assigned a vertex: texels of a block inside the patch get the block's sphere
-// centre, texels of an open border a sample of that border, all others their own vertex. The coarse
-// surface consists of the quads' triangles with three different vertices. It is the dual of the
-// partition of the image into rectangles and stretches of the border.
+// A patch that assigns a vertex to every texel. A texel of a block gets the centre of the block's
+// sphere, a texel of an open border a sample of that border, any other texel its own vertex. The
+// coarse surface consists of the quads' triangles with three different vertices. It is the dual of
+// the partition of the image into rectangles and stretches of the border.
 class DetailPatch {
  public:
   // Starts with the blocks of level 0, or of level 2 if an axis is wrapped: fewer than three blocks
-  // around would fold the surface. Starts without blocks if the patch is to stay `as_it_is` or is
-  // too narrow.
+  // around an axis would fold the surface. Starts without blocks if `as_it_is`, or if the patch has
+  // no inner texels.
   DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is);
 
   int texel_count() const { return size_.texel_count(); }
   const PatchBlock& block(int vertex) const { return blocks_[vertex - texel_count()].block; }
-  // Returns the texel in the middle of the block, or the vertex itself.
+  // Returns the texel in the middle of a block. A vertex that is no block is its own texel.
   int middle_texel(int vertex) const;
   bool is_block(int vertex) const { return vertex >= texel_count(); }
   int block_count() const { return static_cast<int>(blocks_.size()); }
 
-  // Replaces the vertices of open borders by their samples: `sample_of` is the result of
-  // sampled_borders(), by particle.
+  // Replaces the vertices of open borders by their samples. `sample_of`, by particle, is the result
+  // of sampled_borders().
   void sample_borders(std::span<const int> sample_of);
-  // Replaces every block of a level above `level` by blocks of that level.
+  // Splits every block coarser than `level` into blocks of `level`. Beyond the last level, blocks
+  // are split into texels.
   void split_to_level(int level);
-  // Replaces the block by its children, or a leaf block by its texels. Its number is not reused.
+  // Replaces a block by its children, or a leaf block by its texels. The block's number is not
+  // reused.
   void split(int vertex);
 
   // Calls visit(const DetailTriangle&) for each triangle, in the order of the quads.
@@ -61,11 +63,11 @@ class DetailPatch {
  private:
   struct PlacedBlock {
     PatchBlock block;
-    double row = 0;  // of its middle
+    double row = 0;  // of the block's middle
     double col = 0;
   };
 
-  // Returns the texels of a block. Texels of open borders belong to no block.
+  // Returns the texels that belong to a block. Texels of open borders belong to no block.
   QuadRange texels_of(const PatchBlock& block) const;
   void add(const PatchBlock& block);
   void release(const PatchBlock& block);
@@ -78,16 +80,16 @@ class DetailPatch {
   std::vector<PlacedBlock> blocks_;
 };
 
-// Returns the shift (0 or +-`size`) that brings a vertex on a wrapped axis next to a texel that is
-// `way` rows or columns after it. Vertices lie within half the image of their texels, so only a
-// wrap exceeds that.
+// Returns the shift (0, `size` or -`size`) along a wrapped axis that moves a vertex next to its
+// texel. `way` is the row or column of the texel less that of the vertex. Without a wrap between
+// them, the two are at most half of `size` apart.
 inline double turns(double way, int size) {
   if (2 * way > size) return size;
   return 2 * way < -size ? -size : 0;
 }
 
-// Returns the corner for `vertex` at a texel (texel_row, texel_col); either index may be one past a
-// wrapped axis.
+// Returns the corner for `vertex` at texel (texel_row, texel_col). Either index may be one past the
+// end of a wrapped axis.
 inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col) const {
   DetailCorner place{vertex, 0, 0};
   if (is_block(vertex)) {
@@ -112,7 +114,7 @@ void DetailPatch::for_each_triangle(const Visit& visit) const {
     for (int col = 0; col < size_.quad_cols(); ++col) {
       const int next = col + 1 == size_.cols ? 0 : col + 1;
       const std::array<int, 4> vertex{upper[col], upper[next], lower[col], lower[next]};
-      if (vertex[1] == vertex[2]) continue;  // neither triangle has three different corners
+      if (vertex[1] == vertex[2]) continue;  // neither triangle has three different vertices
       const bool first = vertex[0] != vertex[1] && vertex[0] != vertex[2];
       const bool second = vertex[3] != vertex[1] && vertex[3] != vertex[2];
       if (!first && !second) continue;
@@ -123,7 +125,7 @@ void DetailPatch::for_each_triangle(const Visit& visit) const {
       DetailTriangle lower_right{at[1], at[3], at[2]};
       if (first && second && (image_area(upper_left) <= 0 || image_area(lower_right) <= 0)) {
         // The middles of four blocks, unlike four texels, may form a quad that is not convex. Then
-        // only the other diagonal lies inside it.
+        // only the other diagonal lies inside the quad.
         upper_left = {at[0], at[1], at[3]};
         lower_right = {at[0], at[3], at[2]};
       }

@@ -1,5 +1,5 @@
-// Compiled without contraction of a * b + c into one rounding (see CMakeLists.txt): the sums below
-// must round as written.
+// This file is compiled without contraction of a * b + c into one rounding (see CMakeLists.txt),
+// because the sums below must round as written.
 #include "bsi/detail/exact_predicates.h"
 
 #include <cmath>
@@ -8,12 +8,12 @@ namespace weft::bsi {
 
 namespace {
 
-// Half the distance from 1 to the next double. Shewchuk's bounds are 3 and 7 of it, plus a little
-// for the rounding of the bound itself.
+// Unit roundoff of float64. Shewchuk's error bounds are 3 and 7 units, plus a little for the
+// rounding of the bound itself.
 constexpr double unit = 1.1102230246251565e-16;
 constexpr double plane_bound = 4 * unit, space_bound = 8 * unit;
 
-// The rounded result of an operation and its rounding error: their sum is exact.
+// The rounded result of an operation and its rounding error. Their sum is exact.
 struct Exact {
   double rounded = 0, lost = 0;
 };
@@ -31,11 +31,11 @@ Exact exact_product(double a, double b) {
   return {product, std::fma(a, b, -product)};
 }
 
-// An exact sum of doubles, kept as terms that do not overlap, smallest first, without zeros. The
+// An exact sum of doubles, stored as terms that do not overlap, smallest first, without zeros. The
 // largest term outweighs all others, so its sign is that of the sum.
 class Expansion {
  public:
-  // Shewchuk's GROW-EXPANSION.
+  // Adds a number by Shewchuk's GROW-EXPANSION.
   void add(double value) {
     int kept = 0;
     for (int i = 0; i < count_; ++i) {
@@ -75,8 +75,8 @@ class Expansion {
   }
 
  private:
-  // A determinant has six products of three differences. Each expands into 2 x 2 x 2 products of
-  // three doubles, of up to 4 terms.
+  // A determinant has six products of three differences. Each product expands into 2 x 2 x 2
+  // products of three doubles, each of up to 4 terms.
   static constexpr int most_terms = 6 * 8 * 4;
   std::array<double, most_terms> term_;
   int count_ = 0;
@@ -113,7 +113,7 @@ int orientation_by_expansion(const Point3& a, const Point3& b, const Point3& c, 
 }
 
 // Returns true if the sign of the rounded determinant is certain. An error bound of zero means that
-// every product has a factor that is exactly zero, for example on flat surfaces at the start.
+// every product has a factor of exactly zero, for example on flat surfaces at the start.
 bool is_decided(double determinant, double error_bound) {
   return std::abs(determinant) > error_bound || error_bound == 0;
 }

@@ -32,7 +32,7 @@ void for_chunks(std::span<const FourParticles> pairs, const Body& body) {
     body(first, pairs.subspan(first, std::min(chunk_size, pairs.size() - first)));
 }
 
-// The squared distances (m^2) and paths (m) of a chunk.
+// The squared distances (m^2) and paths (m, as in find_in_reach()) of a chunk of pairs.
 struct Measured {
   std::array<double, chunk_size> squared_distance;
   std::array<double, chunk_size> path;

@@ -1,5 +1,5 @@
-// Vertex-triangle and edge-edge pairs in batches: the pairs within reach, and the paths that
-// continuous collision must examine.
+// Vertex-triangle and edge-edge pairs in batches: finds pairs within reach, and paths that need the
+// full continuous collision test.
 #pragma once
 
 #include <array>
@@ -20,26 +20,27 @@ using FourParticles = std::array<int, 4>;
 
 struct PairInReach {
   int pair = 0;         // index in the list of pairs
-  double distance = 0;  // m: a lower bound on the paths
+  double distance = 0;  // m, lower bound along the paths
 };
 
-// Appends, in order, each pair whose distance at `positions` is at most `reach` + `path`, and
-// records distance - path (at least 0). `path` is twice the longest path length (m, by particle) of
-// the four particles, or 0 if `path_lengths` is empty. Hence every pair is kept that can come
-// within reach while particles move that far. 8 ns per pair out of reach.
+// Appends, in order, each pair whose distance at `positions` is at most `reach` + `path`, with
+// distance - path (at least 0) as PairInReach::distance. `path` is twice the longest path length
+// (m, by particle) of the four particles, or 0 if `path_lengths` is empty. The result therefore
+// includes every pair that can come within `reach` when particles move no farther than their path
+// lengths. 8 ns per pair out of reach.
 void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
                    std::span<const double> path_lengths, std::span<const FourParticles> pairs,
                    double reach, std::vector<PairInReach>& in_reach);
 
-// Appends, in order, the indices of the pairs that one test does not prove safe. Safe pairs stay
-// further apart than `separation` on the straight paths start -> end, and end further apart than
-// `end_separation` (m, >= separation >= 0). 11 ns per pair.
+// Appends, in order, the indices of the pairs that a single test does not prove safe. A safe pair
+// stays farther apart than `separation` on the straight paths start -> end, and ends farther apart
+// than `end_separation` (m, >= separation >= 0). 11 ns per pair.
 void find_unproved_paths(FeatureKind kind, std::span<const Vec3> start, std::span<const Vec3> end,
                          std::span<const FourParticles> pairs, double separation,
                          double end_separation, std::vector<int>& unproved);
 
-// Computes the safe fractions of continuous_collision.h, whose functions are called only if
-// find_unproved_paths() does not prove the path safe.
+// Computes fraction[k], the safe fraction of pair k as defined in continuous_collision.h. The
+// functions of that header run only if find_unproved_paths() does not prove the path safe.
 void safe_fractions(FeatureKind kind, std::span<const Vec3> start, std::span<const Vec3> end,
                     std::span<const FourParticles> pairs, double minimum_separation,
                     std::span<double> fraction);

@@ -35,8 +35,8 @@ const Available& available() {
   return result;
 }
 
-// An unknown or unavailable name is reported once, and the widest set is used: it is probably a
-// slip in an experiment.
+// Returns the set that WEFT_INSTRUCTION_SET names, else the widest available one. An unknown or
+// unavailable name, probably a slip in an experiment, is reported once on stderr.
 InstructionSet choose() {
   const auto sets = available_instruction_sets();
   const char* asked = std::getenv("WEFT_INSTRUCTION_SET");

@@ -1,11 +1,12 @@
-// The vector instructions of the inner loops, chosen at run time. Results are the same to the last
-// bit for every set.
+// Selection of the vector instructions of the inner loops at run time. Every set gives the same
+// bits.
 //
 // A kernel file (bsi/kernels/*_kernels.cpp, listed by weft_kernels() in bsi/CMakeLists.txt) is
 // compiled once per set, each time into a namespace of its own (WEFT_KERNELS). It ends in a table
-// of its functions, a constant of that namespace, which callers select by instruction_set(). It
-// must not include headers with inline functions that other files use (no <vector>, no <algorithm>,
-// no Eigen). The linker would keep one copy of these, possibly one that the processor cannot run.
+// of its functions, a constant of that namespace. Callers select the table by instruction_set(). A
+// kernel file must not include headers with inline functions that other files use (no <vector>, no
+// <algorithm>, no Eigen). The linker would keep a single copy of such a function, possibly one with
+// instructions that the processor lacks.
 #pragma once
 
 #include <span>
@@ -15,7 +16,7 @@ namespace weft::bsi {
 
 enum class InstructionSet {
   portable,  // plain code for the oldest processor that the compiler targets
-  avx2,      // fused multiply-add is required but unused: it rounds differently
+  avx2,      // requires fused multiply-add but does not use it, because it rounds differently
   avx512,
 };
 
@@ -28,7 +29,8 @@ std::span<const InstructionSet> available_instruction_sets();
 // variable WEFT_INSTRUCTION_SET names, else the widest available one.
 InstructionSet instruction_set();
 
-// Selects a set, for tests and benchmarks. Precondition: it is available, and no kernels run.
+// Selects a set, for tests and benchmarks. Preconditions: the set is available, and no kernel is
+// running.
 void use_instruction_set(InstructionSet set);
 
 }  // namespace weft::bsi

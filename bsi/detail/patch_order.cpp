@@ -11,7 +11,7 @@ namespace weft::bsi {
 namespace {
 
 // Sorts the patches of a group along the longest side of the box around their places, so that the
-// group's two parts lie side by side.
+// two halves of the group lie side by side.
 void sort_group(std::span<const std::array<float, 3>> places, std::span<std::int32_t> group) {
   float longest = -1;
   int along = 0;

@@ -1,4 +1,4 @@
-// Builders of shapes.h share these: checks of sizes, and patches sewn by the integer labels of
+// Helpers of the builders in shapes.h: checks of sizes, and patches sewn by the integer labels of
 // their texels.
 #pragma once
 
@@ -11,14 +11,15 @@
 
 namespace weft::bsi {
 
-// The label of a texel. Texels with equal labels are one particle: no floating-point numbers are
+// The label of a texel. Texels with equal labels are one particle, so no floating-point numbers are
 // compared along a seam.
 using Label = std::array<int, 3>;
 
-// Throws std::invalid_argument unless the value is positive and finite; `name` is that of the size.
+// Throws std::invalid_argument unless the value is positive and finite. `name` names the size in
+// the message.
 void check_size(const char* name, double value);
 
-// Sorts texel indices by (key, texel): texels with the same key form a group in ascending order.
+// Sorts texel indices by `less`, then by index.
 template <typename Less>
 void sort_texels(std::vector<int>& texels, Less less) {
   std::ranges::sort(texels, [&](int a, int b) {
@@ -28,12 +29,12 @@ void sort_texels(std::vector<int>& texels, Less less) {
   });
 }
 
-// Numbers particles in the order of their first texels. `first_of` names for each texel the first
-// texel that coincides with it.
+// Returns the particle of each texel, numbered in the order of first texels. first_of[texel] is the
+// first texel that coincides with `texel`.
 std::vector<int> number_particles(std::vector<int> first_of);
 
-// Makes a surface of patches with one label per texel, patch by patch, row by row. position(label)
-// is in m.
+// Makes a surface of patches with one label per texel, patch by patch and row by row.
+// position(label) is in m.
 Surface make_sewn(const std::vector<Patch>& patches, const std::vector<Label>& labels,
                   const std::function<Vec3(const Label&)>& position);
 

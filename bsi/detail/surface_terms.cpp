@@ -7,8 +7,8 @@ namespace weft::bsi {
 
 namespace {
 
-// Returns a number that identifies the face, edge or vertex of the mesh which contains a triangle's
-// closest point. Its corners are those with nonzero weights.
+// Returns a number that identifies the face, edge or vertex of the mesh that contains a triangle's
+// closest point. The corners of this feature are those with nonzero weights.
 int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
   if (closest.free_directions == 2) return 3 * triangle;
   for (int k = 0; k < 3; ++k) {
@@ -45,7 +45,8 @@ Closest closest_at_corner(int corner, const Vec3& point, const Vec3& x) {
   return closest;
 }
 
-// Sums the terms of each feature, all of which have the same closest point.
+// Adds up the coefficients of the terms of each feature. All terms of a feature have the same
+// closest point.
 class Collector {
  public:
   Collector(const Mesh& mesh, double reach, std::vector<SurfaceTerm>& terms)
@@ -122,7 +123,8 @@ void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangl
     const auto& corners = mesh_.triangles[t];
     const std::array<Vec3, 3> x{position[corners[0]], position[corners[1]], position[corners[2]]};
     collector.add(t, 1, closest_vertex_triangle(point, x[0], x[1], x[2]));
-    // If an edge or a vertex is within reach, so are all its triangles; the first one adds it.
+    // If an edge or a vertex is within reach, so are all its triangles. The first of its triangles
+    // adds it.
     for (int k = 0; k < 3; ++k) {
       const int edge = mesh_.triangle_edges[t][k];
       if (mesh_.edges[edge].triangle[0] == t && is_inner_edge(edge, own))

@@ -1,5 +1,5 @@
-// The faces, edges and vertices of a triangulated surface near a point. Their signs make a sum over
-// them count the surface once, whatever its triangles.
+// The faces, edges and vertices of a triangulated surface near a point, with signs. A sum with
+// these signs counts the surface once, however it is triangulated.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace weft::bsi {
 
-// A term of the sum: a face, an edge or a vertex, with its closest point to the given point.
+// A term of the sum: a face, an edge or a vertex, with its point closest to the given point.
 struct SurfaceTerm {
   int feature = 0;      // unique among the faces, edges and vertices of the mesh
   int triangle = 0;     // a triangle of the mesh that contains the closest point
@@ -18,15 +18,18 @@ struct SurfaceTerm {
   Closest closest;      // of (the point, the triangle's corners), see closest_vertex_triangle
 };
 
-// For a point x and any function b(d) that is 0 for d >= reach,
+// The terms of a signed sum over the features of a surface. For a point x and any function b(d)
+// that is 0 for d >= reach,
 //   sum over the terms of coefficient b(distance)
 //     = sum over faces b - sum over inner edges b + sum over inner vertices b,
-// where each feature counts with its own distance from x. The sum is the integral of -b'(s) chi(s)
-// ds, where chi(s) is the Euler number of the open cells within the distance s. chi is 1 if these
-// cells form one disc: a plane counts as b(height) however it is triangulated, and the nearest
-// point always counts once. Features whose closest points coincide cancel. Over a face one term
-// remains, that face. Over a convex ridge it is the edge or vertex in whose wedge x lies; in a
-// valley, two faces less the edge between them. Each term is the distance to a convex set, so the
+// where every feature has its own distance from x. The sum is the integral of -b'(s) chi(s) ds,
+// where chi(s) is the Euler characteristic of the open cells within the distance s. chi is 1 if
+// these cells form one disc. A plane therefore counts as b(height), however it is triangulated, and
+// the nearest point always counts once.
+//
+// Features whose closest points coincide cancel. Over a face only the term of that face remains.
+// Over a convex ridge, the remaining term is the edge or vertex in whose wedge x lies. In a valley,
+// two faces remain, less the edge between them. Each term is the distance to a convex set, so the
 // sum is as smooth as b of a single distance. (Inclusion-exclusion as in Li et al. 2023,
 // "Convergent Incremental Potential Contact", section 4.)
 class SurfaceTerms {
@@ -34,9 +37,9 @@ class SurfaceTerms {
   // The mesh must outlive the object. O(mesh).
   SurfaceTerms(const Mesh& mesh, int vertex_count);
 
-  // Replaces `terms` by those within `reach` (m, >= 0) of `point`, in an order that depends only on
-  // `triangles`. These list every triangle within reach once, in any order. If the point is a
-  // vertex of this mesh, `own` is its number, else -1. Triangles around `own` do not count and must
+  // Replaces `terms` by the terms within `reach` (m, >= 0) of `point`. Their order depends only on
+  // `triangles`, which lists every triangle within reach once, in any order. `own` is the number of
+  // the point if it is a vertex of this mesh, else -1. Triangles around `own` do not count and must
   // not be listed. `position` is by vertex, m. O(triangles^2) in the worst case.
   void find(const Vec3& point, int own, std::span<const int> triangles,
             std::span<const Vec3> position, double reach, std::vector<SurfaceTerm>& terms) const;

@@ -1,4 +1,4 @@
-// Triangle pairs of leaf blocks, one per lane. Their vertices are read block by block and
+// Judges the triangle pairs of leaf blocks, one pair per lane. Vertices are read block by block and
 // distributed to the lanes. Compiled once per instruction set: see bsi/detail/instruction_set.h.
 #include "bsi/kernels/block_judge_kernels.h"
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int lanes = lane_count<float>;
 
-// The vertices of a leaf block: vertex (r, c) of its 3 x 3 is at 4 r + c.
+// The vertices of a leaf block, at most 3 x 3: vertex (r, c) is at index 4 r + c.
 struct alignas(64) BlockVertices {
   float value[3][16];
 };
@@ -29,12 +29,12 @@ WEFT_INLINE void read_vertices(const BoxTree& tree, BoxNode node, BlockVertices&
   }
 }
 
-// Vertices at the corners of leaf 4 k + 2 r + c: triangle k of the quad in row r and column c. The
-// two triangles of a quad share their last two corners.
+// By corner and leaf: index of the vertex in BlockVertices. Leaf 4 k + 2 r + c is triangle k of the
+// quad in row r and column c. The two triangles of a quad share their last two corners.
 constexpr int corner_vertex[3][8] = {
     {0, 1, 4, 5, 5, 6, 9, 10}, {1, 2, 5, 6, 1, 2, 5, 6}, {4, 5, 8, 9, 4, 5, 8, 9}};
 
-// The data of a leaf block that its pairs need.
+// The data of a leaf block that its triangle pairs need.
 struct Block {
   BlockVertices vertices;
   alignas(32) int number[8];
@@ -45,24 +45,25 @@ WEFT_INLINE void read_block(const BoxTree& tree, BoxNode node, Block& block) {
   number_leaves(tree, node, true, block.number);
 }
 
-// Several pairs of blocks and their pairs of triangles: entry 64 s + 8 i + j stands for leaves i
-// and j of pair s of blocks.
+// A chunk of pairs of blocks and their pairs of triangles. Entry 64 s + 8 i + j stands for leaves i
+// and j of block pair s.
 constexpr int slots = 32;
 struct Chunk {
   Block a[slots], b[slots];
-  int of_a[slots];  // index of the first block of the pair: consecutive pairs often share it
+  int of_a[slots];  // by pair: index in `a` of its first block, often shared by consecutive pairs
   alignas(64) int entry[64 * slots + 16];
   int count;
 };
 
-// Pairs of triangles in lanes; corner 0 of the first triangle is the origin.
+// Corners of triangle pairs, one pair per lane, relative to corner 0 of the first triangle.
 struct Corners {
   Lanes3<Lanes<float>> a[3], b[3];
 };
 
 #if defined(__AVX512DQ__)
 
-// Lists `base` plus the index of each set bit, in ascending order. May write sixteen more.
+// Lists `base` + i for each set bit i, in ascending order, and returns their number. May write up
+// to sixteen entries past the end.
 WEFT_INLINE int list_bits(std::uint64_t bits, int base, int* list) {
   const __m512i first = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   int count = 0;
@@ -93,8 +94,8 @@ WEFT_INLINE void store_numbers(__m512i a, __m512i b, bool sorted, LeafPair* to) 
   }
 }
 
-// Loads the pairs of 16 entries. Their vertices are moved to the lanes block by block: gathering
-// them would take several times as long.
+// Loads the triangle pairs of 16 entries. Vertices are permuted to the lanes block by block,
+// because gathers would take several times as long.
 WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& corners) {
   const __m512i entry = _mm512_loadu_si512(entries), slot = _mm512_srli_epi32(entry, 6);
   const __m512i seven = _mm512_set1_epi32(7);
@@ -133,7 +134,7 @@ WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& cor
   }
 }
 
-// Writes the numbers of the triangles of pair s, whose entries start at `entries`.
+// Writes the triangle numbers of the pairs of block pair s, whose entries start at `entries`.
 WEFT_INLINE void number_pairs(const Chunk& chunk, int s, const int* entries, int count, bool sorted,
                               LeafPair* pairs) {
   const __m512i seven = _mm512_set1_epi32(7);
@@ -148,7 +149,7 @@ WEFT_INLINE void number_pairs(const Chunk& chunk, int s, const int* entries, int
   }
 }
 
-// Appends first + l for each marked lane l. May write sixteen more.
+// Lists first + l for each marked lane l and returns their number. May write up to sixteen entries.
 WEFT_INLINE int list_lanes(unsigned marked, int first, int* list) {
   const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   _mm512_storeu_si512(
@@ -157,14 +158,15 @@ WEFT_INLINE int list_lanes(unsigned marked, int first, int* list) {
   return __builtin_popcount(marked);
 }
 
-// Stores the verdicts and returns the lanes that are undecided.
+// Stores the verdicts of the lanes. Returns a mask of the undecided lanes.
 WEFT_INLINE unsigned store_verdicts(__m512 result, Verdict* verdict) {
   const __m512i number = _mm512_cvttps_epi32(result);
   _mm_storeu_si128(reinterpret_cast<__m128i*>(verdict), _mm512_cvtepi32_epi8(number));
   return _mm512_cmpeq_epi32_mask(number, _mm512_set1_epi32(static_cast<int>(Verdict::undecided)));
 }
 
-// Copies the pairs with the verdict `wanted`, in order. May write eight more.
+// Copies the pairs whose verdict is `wanted`, in order, and returns their number. May write up to
+// eight pairs past the end.
 WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                        LeafPair* to) {
   int selected = 0;
@@ -240,7 +242,7 @@ WEFT_INLINE unsigned store_verdicts(const V& result, Verdict* verdict) {
   return undecided;
 }
 
-// Every pair is written, and the destination advances only past selected ones. A branch would be
+// Writes every pair, but advances the destination only past selected pairs. A branch would be
 // mispredicted often, because verdicts are as good as random.
 WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                        LeafPair* to) {
@@ -254,7 +256,7 @@ WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count,
 
 #endif
 
-// Lists the pairs of the blocks and numbers their triangles.
+// Lists the triangle pairs of the blocks in `chunk` and writes their triangle numbers to `pairs`.
 void fill_chunk(const JudgedBlocks& judged, const LeafBlockPair* blocks, int block_count,
                 Chunk& chunk, LeafPair* pairs) {
   chunk.count = 0;
@@ -270,11 +272,12 @@ void fill_chunk(const JudgedBlocks& judged, const LeafBlockPair* blocks, int blo
     number_pairs(chunk, s, entries, count, judged.self, pairs + chunk.count);
     chunk.count += count;
   }
-  // Fills up the last vector.
+  // Repeats the last entry to fill the last vector.
   for (int k = chunk.count; k % lanes != 0; ++k) chunk.entry[k] = chunk.entry[chunk.count - 1];
 }
 
-// Sifts the pairs first. The whole distance is then computed with full vectors for those left open.
+// Decides most pairs by the cheap tests of sifted(). The undecided pairs are then packed into full
+// vectors, and their distances are computed.
 void judge_chunk(const Chunk& chunk, float margin_low, float margin_high, Verdict* verdict) {
   int open[64 * slots + 16];
   int open_count = 0;

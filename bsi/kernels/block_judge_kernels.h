@@ -7,7 +7,7 @@
 
 namespace weft::bsi {
 
-// Pairs of triangles of two trees that are not swept.
+// Pairs of leaf blocks of two trees that are not swept.
 struct JudgedBlocks {
   const BoxTree* a;
   const BoxTree* b;
@@ -17,9 +17,10 @@ struct JudgedBlocks {
 };
 
 struct BlockJudgeKernels {
-  // Lists the pairs of the blocks in order and judges each from its vertices in float32. e bounds
-  // the difference that rounding makes to a distance: `margin_low` <= margin - e and `margin_high`
-  // >= margin + e. Returns the number of pairs. May write up to 16 pairs and verdicts past the end.
+  // Lists the triangle pairs of the blocks in order, judges each from its float32 vertices and
+  // returns their number. Preconditions: `margin_low` <= margin - e (or 0) and `margin_high` >=
+  // margin + e, where e bounds the change of a distance by the rounding of vertices. May write up
+  // to 16 pairs and verdicts past the end.
   int (*judge)(const JudgedBlocks& judged, float margin_low, float margin_high, LeafPair* pairs,
                Verdict* verdict);
   // Copies the pairs whose verdict is `wanted`, in order, and returns their number. May read

@@ -1,4 +1,5 @@
-// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
+// Loops that build a box pyramid. Compiled once per instruction set: see
+// bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/box_build_kernels.h"
 
 #include "bsi/kernels/wide_lanes.h"
@@ -7,9 +8,10 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-constexpr float lowest = -3.402823466e38F;  // -FLT_MAX: neutral to maxima
+constexpr float lowest = -3.402823466e38F;  // -FLT_MAX, the neutral element of a maximum
 
-// Finds the largest of -value and of value over the rows, for every column.
+// Computes the largest -value(r, c) and the largest value(r, c) over the rows r, for every column
+// c.
 template <bool join, class Value>
 inline void bound_values(int count, int rows, float* __restrict minus_low, float* __restrict high,
                          const Value& value) {
@@ -82,13 +84,14 @@ void bound_steps(const VertexRows& vertices, int quad_cols, bool join, BoundRow 
        : bound_steps_by_count<false>(vertices, quad_cols, out);
 }
 
-// Steps along u lie between two columns: a block has one fewer of them than columns.
+// Returns true for planes of steps along u. These steps lie between columns, so a block has one
+// fewer of them than columns of vertices.
 inline bool is_step_along_u(int plane) {
   return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
 }
 
-// Bounds blocks of two quads in a row, from two columns of steps along u, or from three columns of
-// anything else.
+// Bounds consecutive blocks of two quads. Each block combines three columns of `in` if `third`,
+// else two, as for steps along u.
 inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   const auto bound_at = [&](int u) {
     const float* from = in + 2 * u;
@@ -99,7 +102,7 @@ inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   };
   if (blocks >= width) {
     for (int u = 0; u + width <= blocks; u += width) bound_at(u);
-    // The last vector overlaps the one before, so that it stays within the row.
+    // The last vector overlaps the previous one, so that it stays within the row.
     if (blocks % width != 0) bound_at(blocks - width);
     return;
   }
@@ -108,8 +111,8 @@ inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   }
 }
 
-// Bounds runs of blocks of two quads, and between them single blocks of one. There are few runs:
-// 2^k quads are one, and 2^k - 1 quads (an image of 2^k vertices) are a single block and one run.
+// Bounds runs of blocks of two quads, separated by single blocks of one quad. Runs are few: 2^k
+// quads are one run, and 2^k - 1 quads (an image of 2^k vertices) are one single block and one run.
 void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
                   BoundRow out) {
   for (int u = 0; u < blocks;) {
@@ -147,7 +150,7 @@ void merge(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int 
   }
 }
 
-// Four numbers at once, which may alias floats and need not be aligned.
+// Vectors of four and of two floats for unaligned access to arrays of floats.
 typedef float Four __attribute__((vector_size(16), aligned(4), may_alias));
 typedef float Two __attribute__((vector_size(8), aligned(4), may_alias));
 

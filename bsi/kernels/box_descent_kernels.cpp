@@ -1,4 +1,5 @@
-// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
+// Loops that descend box pyramids. Compiled once per instruction set: see
+// bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/box_descent_kernels.h"
 
 #include "bsi/kernels/leaf_blocks.h"
@@ -14,7 +15,7 @@ namespace {
 // --- Pairs of blocks ---
 
 // A Place is the position of a block in its level: u in the low 16 bits, v in the high 16 bits.
-// Places is a pair of them: the first block in the low 32 bits, the second in the high 32 bits.
+// Places holds two: the first block in the low 32 bits, the second in the high 32 bits.
 typedef std::uint32_t Place;
 typedef std::uint64_t Places;
 
@@ -27,12 +28,12 @@ WEFT_INLINE BoxNode node_of(int level, Place place) {
 }
 WEFT_INLINE Place place_of(BoxNode node) { return node.u | static_cast<Place>(node.v) << 16; }
 
-// A list of pairs, all of the same two levels: both sides descend together until they hold leaf
-// blocks.
+// A list of pairs of blocks. All first blocks are on one level, and so are all second blocks. Both
+// sides descend together until they reach leaf blocks.
 struct PairList {
   const BoxLevel *a, *b;
-  std::int32_t level_a, level_b;  // their numbers
-  Places split;                   // ones for the axes that the next level halves
+  std::int32_t level_a, level_b;  // numbers of these levels
+  Places split;                   // mask of the coordinates that the next level doubles
   Places* pairs;
   int count;
 };
@@ -66,19 +67,19 @@ WEFT_INLINE bool is_itself(const DescentQuery& query, const PairList& list, Plac
 
 // --- The workspace ---
 
-// The leaf blocks used last. A descent returns to each of them many times.
+// Boxes of the leaf blocks used last. A descent returns to each leaf block many times.
 struct LeafCache {
   LaneBoxes leaves[leaf_cache_size];
-  std::uint64_t held[leaf_cache_size];  // level and place of the block
+  std::uint64_t held[leaf_cache_size];  // level and place of the cached block
 };
 
-// The descent removes up to this many pairs from the end of a list at a time and replaces them by
-// their children.
+// Largest number of pairs that the descent takes from the end of a list at a time. Their children
+// go to the next list.
 constexpr int batch = 64;
 static_assert(pair_list_size >= 17 * batch);
 
 struct Workspace {
-  LeafCache cache[2];  // of the first and of the second body; one body uses only the first
+  LeafCache cache[2];  // of the first and the second body; a self traversal uses the first
   Places pairs[list_limit][pair_list_size];
   std::uint64_t serial;  // of the query whose leaves are cached
   std::uint64_t unused[7];
@@ -93,7 +94,7 @@ WEFT_INLINE void forget_leaves_of_others(const DescentQuery& query, Workspace& w
   }
 }
 
-// Returns the boxes of the leaves of a block. The next call may overwrite them.
+// Returns the boxes of the leaves of a block. The next call may overwrite these boxes.
 WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree& tree, int level,
                                        Place place, LeafCache& cache) {
   static_assert(leaf_cache_size == 64 * 32);
@@ -108,13 +109,13 @@ WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree&
 
 // --- Leaves ---
 
-// Bit 8 i + j stands for the lane pair (i, j). The first mask has the pairs with i <= j, the second
-// those with i = j.
+// Masks of lane pairs: bit 8 i + j stands for lanes i and j. The first mask has the pairs with i <=
+// j, the second those with i = j.
 constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
-// Returns the lane pairs of `near` that count, for leaf blocks that are close (are_close). Pairs of
-// triangles that share a particle do not count. In one block each pair counts once.
+// Returns `near` without the pairs of triangles that share a particle. Within one block it keeps
+// one of the pairs (i, j) and (j, i). Precondition: the blocks are close (are_close).
 WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& pair,
                                      LanePairs near) {
   const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
@@ -128,9 +129,9 @@ WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& 
   return shared.look ? without_shared_particles(*query.a, placed_a, placed_b, near) : near;
 }
 
-// Decides for which pairs of a list the blocks are neighbours or may share a particle. `round_*` is
-// the difference of the positions of two blocks that are neighbours across the seam of a wrapped
-// axis.
+// The data of a list from which are_close() decides. `never` and `always` hold for all its pairs.
+// `round_*` is the distance in blocks of two neighbours across the seam of a wrapped axis, or 1 if
+// the axis is open.
 struct Closeness {
   bool never, always;
   int round_u, round_v;
@@ -139,12 +140,13 @@ struct Closeness {
 WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& list) {
   const BoxPatch& patch = query.a->patches[list.a->patch];
   const bool sewn = query.a->texel_to_particle != nullptr;
-  return {!query.self || (!sewn && list.level_a != list.level_b),  // patches that are not sewn
+  return {!query.self || (!sewn && list.level_a != list.level_b),  // two bodies or unsewn patches
           sewn, patch.wrap_u != 0 ? (1 << list.a->log_u) - 1 : 1,
           patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }
 
-// Returns true if the blocks are close. It has no branches: they would be mispredicted too often.
+// Returns true if the blocks are neighbours or may share a particle. There are no branches, because
+// they would be mispredicted too often.
 WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   const Place a = first_of(pair), b = second_of(pair);
   const int u = u_of(a) - u_of(b), v = v_of(a) - v_of(b);
@@ -180,8 +182,8 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
       sink.flush(sink);
       to = sink.blocks;
     }
-    // Every pair is written, and the destination advances only if leaves are near. A branch would
-    // be mispredicted too often.
+    // Every pair is stored, but the destination advances only if leaves are near. A branch would be
+    // mispredicted too often.
     to->a = node_of(level_a, a);
     to->b = node_of(level_b, b);
     to->leaves = near;
@@ -192,8 +194,9 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
 
 // --- Expansion ---
 
-// Appends the children whose bits are set in `near` and returns the end of the list. Bit 4 i + j
-// stands for child i of the first block and child j of the second. May write sixteen.
+// Appends the pairs of children whose bits are set in `near` and returns the end of the list. Bit 4
+// i + j stands for child i of the first block and child j of the second. May write up to sixteen
+// pairs.
 WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
 #if defined(__AVX512DQ__)
   const __m512i all = _mm512_set1_epi64(static_cast<long long>(pair));
@@ -268,8 +271,8 @@ WEFT_INLINE unsigned near_by_spheres(const DescentQuery& query, const PairList& 
       sphere_of(*query.b, nodes.b), group_of(*list.a, first_of(pair)), query.sphere_reach));
 }
 
-// Returns the pairs of children of two blocks that are near each other, as bits for
-// append_children. A leaf block is its own only child.
+// Returns the pairs of children of two blocks whose bounds overlap, as bits for append_children. A
+// leaf block is its own only child.
 WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
   if (query.bound == Bound::box) return near_by_boxes(query, list, pair);
   const unsigned near = near_by_spheres(query, list, pair);
@@ -277,11 +280,12 @@ WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Pl
   return near & near_by_boxes(query, list, pair);
 }
 
-// Appends the children of `pair` and returns the end of the list. May write sixteen.
+// Appends the pairs of children of `pair` and returns the end of the list. May write up to sixteen
+// pairs.
 WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& list, Places pair,
                                      Places* to) {
-  // A block with itself counts each pair of children once. An absent child does not even meet
-  // itself.
+  // A block paired with itself counts each pair of children once. An absent child overlaps nothing,
+  // not even itself.
   const unsigned once = is_itself(query, list, pair) ? 0x8cefU : 0xffffU;
   return append_children(pair + (pair & list.split), near_of(query, list, pair) & once, to);
 }
@@ -303,15 +307,16 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
   return static_cast<int>(count);
 }
 
-// Keeps the pairs that may touch and returns the end of the list. A single test has a long latency,
-// but many tests in a row, without branches between them, take little longer.
+// Removes the pairs that the certificate proves not to touch, and returns the end of the list. A
+// single test has a long latency, but many tests in a row, without branches between them, take
+// little longer.
 WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList& list, bool itself,
                                       Places* pairs, const Places* end, DescentCounters& counters) {
   unsigned left = 0;
   for (int i = 0; i < end - pairs; ++i) {
     const NodePair pair = nodes_of(list, pairs[i]);
-    // The window of two diagonal children is their parent, for which the certificate has failed
-    // already.
+    // The window of two diagonal children is their parent, for which the certificate has already
+    // failed.
     const bool is_parent = itself && pair.a.u != pair.b.u && pair.a.v != pair.b.v;
     if (is_parent || !cannot_touch(query, pair, counters)) left |= 1U << i;
   }
@@ -322,7 +327,8 @@ WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList&
 
 // --- The descent ---
 
-// Removes up to `batch` pairs from the end of a list and appends their children to the next list.
+// Takes up to `batch` pairs from the end of a list and appends the pairs of their children to the
+// next list.
 WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList& next,
                              DescentCounters& counters) {
   const int count = list.count < batch ? list.count : batch;

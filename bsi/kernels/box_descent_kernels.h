@@ -17,12 +17,12 @@ struct DescentQuery {
   const BoxTree* a;
   const BoxTree* b;           // equals `a` in a self traversal; only b may have a placement
   double certificate_margin;  // negative: the certificate is not used
-  float half_margin;          // every box is widened by it
-  float sphere_reach;         // spheres this far apart may hold leaves whose widened boxes overlap
+  float half_margin;          // m, added on all sides of every box
+  float sphere_reach;  // m; spheres farther apart contain no leaves whose widened boxes overlap
   Bound bound;
   bool self;
   bool triangles;        // leaves are triangles, not quads
-  std::uint64_t serial;  // of the query, not 0: identifies the leaves cached for it
+  std::uint64_t serial;  // number of the query, not 0: tags the leaves cached for it
 };
 
 struct DescentCounters {
@@ -31,7 +31,8 @@ struct DescentCounters {
   std::int64_t certified;
 };
 
-// Receives pairs of leaf blocks. `flush` is called when the sink is full, and empties it.
+// Receives pairs of leaf blocks. `flush` empties the sink; a descent calls it when the sink is
+// full.
 struct BlockSink {
   LeafBlockPair* blocks;
   int count;
@@ -42,23 +43,24 @@ struct BlockSink {
 
 inline constexpr int largest_expansion = 16;
 
-// The workspace of a thread's descents holds the leaf boxes used last, on both sides, and one list
-// of pairs per level. It is aligned to 64 bytes, and zero when new.
+// Bytes of the workspace of a thread's descents. It holds the leaf boxes used last, on both sides,
+// and one list of pairs per level. It must be aligned to 64 bytes, and filled with zeros when new.
 inline constexpr std::size_t leaf_cache_size = 2048;
 inline constexpr int pair_list_size = 1104, list_limit = 18;
 inline constexpr std::size_t descent_workspace =
     2 * leaf_cache_size * (192 + 8) + std::size_t{8} * pair_list_size * list_limit + 64;
 
 struct DescentKernels {
-  // Writes the pairs of children of two blocks whose widened boxes overlap to next[0 .. 15].
-  // Returns their number, or -1 for two leaf blocks.
+  // Writes the pairs of children of two blocks whose bounds overlap to next[0 .. 15] and returns
+  // their number. The number is 0 if the certificate proves that the blocks cannot touch, and -1
+  // for two leaf blocks.
   int (*expand)(const DescentQuery& query, const NodePair& pair, NodePair* next,
                 DescentCounters& counters);
-  // Finds all pairs of leaves below a pair of blocks.
+  // Finds, below a pair of blocks, all pairs of leaves whose widened boxes overlap.
   void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
-  // Writes the leaf pairs of `count` pairs of blocks in order and returns their number. May write
-  // up to eight past the end.
+  // Converts `count` pairs of leaf blocks to pairs of leaf numbers, in order, and returns the
+  // number of pairs. May write up to eight pairs past the end.
   std::size_t (*number)(const DescentQuery& query, const LeafBlockPair* blocks, std::size_t count,
                         LeafPair* pairs);
 };

@@ -1,6 +1,6 @@
-// Eight floats at once and boxes in them, for kernel files only. Every function is forced inline
-// into the namespace of the kernels that include it: no two instruction sets share one (see
-// bsi/detail/instruction_set.h).
+// Vectors of eight floats, and boxes and spheres in their lanes. For kernel files only. Every
+// function is forced inline into the namespace of the kernels that include it, so that no two
+// instruction sets share one (see bsi/detail/instruction_set.h).
 #pragma once
 
 #if defined(__AVX__)
@@ -46,12 +46,12 @@ WEFT_INLINE Quad larger(Quad a, Quad b) {
 #endif
 }
 
-// Boxes in lanes, one vector per bound and axis.
+// Eight boxes, one per lane: a vector per bound and axis.
 struct LaneBoxes {
   Lanes low[3], high[3];
 };
 
-// Returns the lanes in which two closed boxes overlap; bit i for lane i.
+// Returns a mask: bit i is set if the closed boxes in lane i of `a` and `b` overlap.
 WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 #if defined(__AVX512VL__)
   __mmask8 mask = _mm256_cmp_ps_mask(a.low[0], b.high[0], _CMP_LE_OQ);
@@ -73,12 +73,13 @@ WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 #endif
 }
 
-// Spheres in lanes, one vector per component.
+// Eight spheres, one per lane: a vector per component.
 struct LaneSpheres {
   Lanes centre[3], radius;
 };
 
-// Returns the lanes in which two spheres touch; never those in which a centre is NaN.
+// Returns a mask: bit i is set if the spheres in lane i of `a` and `b` touch. It is never set where
+// a centre is NaN.
 WEFT_INLINE unsigned touch(const LaneSpheres& a, const LaneSpheres& b) {
   const Lanes x = a.centre[0] - b.centre[0], y = a.centre[1] - b.centre[1],
               z = a.centre[2] - b.centre[2];

@@ -1,4 +1,5 @@
-// Blocks of a box pyramid and the tests of their boxes. For kernel files only, like box_lanes.h.
+// Blocks of a pyramid, and the tests of their boxes and spheres. For kernel files only, like
+// box_lanes.h.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
@@ -24,7 +25,7 @@ WEFT_INLINE BoxNode child_of(const BoxLevel& level, BoxNode node, int child) {
           static_cast<std::uint16_t>((node.v << level.split_v) + (child >> 1))};
 }
 
-// Returns the parent of a block that lies below the level `above`.
+// Returns the parent of a block. `above` is the level of the parent.
 WEFT_INLINE BoxNode parent_of(const BoxLevel& above, BoxNode node) {
   return {node.level - 1, static_cast<std::uint16_t>(node.u >> above.split_u),
           static_cast<std::uint16_t>(node.v >> above.split_v)};
@@ -38,7 +39,7 @@ WEFT_INLINE Lanes in_both_halves(Quad four) {
   return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 }
 
-// Returns number `first` in lanes 0 to 3 and the next in lanes 4 to 7.
+// Returns lane `first` of `lanes` in lanes 0 to 3, and the next lane in lanes 4 to 7.
 template <int first>
 WEFT_INLINE Lanes each_four_times(Lanes lanes) {
   constexpr int f = first;
@@ -56,7 +57,7 @@ WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   return boxes;
 }
 
-// Returns box `first` in lanes 0 to 3 and the next in lanes 4 to 7.
+// Returns box `first` in lanes 0 to 3, and the next box in lanes 4 to 7.
 template <int first>
 WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   LaneBoxes result;
@@ -67,12 +68,13 @@ WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   return result;
 }
 
-// Returns bit 4 i + j if child i of `a` overlaps child j of `b`.
+// Returns a mask: bit 4 i + j is set if child i of `a` overlaps child j of `b`, each widened by
+// `half_margin`.
 WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, float half_margin) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   const __m128 half = _mm_set1_ps(half_margin);
-  __mmask16 mask = 0xffff, other = 0xffff;  // two masks: shorter chains of dependent operations
+  __mmask16 mask = 0xffff, other = 0xffff;  // two masks shorten the chains of dependent operations
   for (int axis = 0; axis < 3; ++axis) {
     const __m512 low_a = _mm512_permutexvar_ps(
         four_times, _mm512_castps128_ps512(_mm_sub_ps(_mm_load_ps(a.low[axis]), half)));
@@ -113,7 +115,7 @@ WEFT_INLINE LaneSpheres each_four_times(const LaneSpheres& spheres) {
   return result;
 }
 
-// Returns bit 4 i + j if child i of `a` comes within `reach` of child j of `b`.
+// Returns a mask: bit 4 i + j is set if child i of `a` comes within `reach` of child j of `b`.
 WEFT_INLINE unsigned touch_of_children(const SphereGroup& a, const SphereGroup& b, float reach) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
@@ -161,7 +163,7 @@ WEFT_INLINE LaneSpheres sphere_of(const BoxTree& tree, BoxNode node) {
   return {{broadcast(sphere[0]), broadcast(sphere[1]), broadcast(sphere[2])}, broadcast(sphere[3])};
 }
 
-// Returns bit j if child j comes within `reach` of the sphere.
+// Returns a mask: bit j is set if child j comes within `reach` of the sphere.
 WEFT_INLINE unsigned touch_of_sphere(const LaneSpheres& sphere, const SphereGroup& group,
                                      float reach) {
   return touch(sphere, both_halves(group, reach)) & 15U;

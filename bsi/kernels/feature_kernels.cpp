@@ -1,6 +1,6 @@
 // Vertex-triangle and edge-edge pairs, one per lane. As in narrow_phase_kernels.cpp, any separation
-// vector bounds the distance: from above by its length, from below by the gap between the shadows
-// of both features on its line (docs/theory.md, "The narrow phase").
+// vector bounds the distance. Its length is an upper bound; the gap between the projections
+// (shadows) of both features on its line is a lower bound (docs/theory.md, "The narrow phase").
 #include "bsi/kernels/feature_kernels.h"
 
 #include "bsi/kernels/nearest_lanes.h"
@@ -11,7 +11,7 @@ namespace {
 
 enum Kind { vertex_triangle, edge_edge };
 
-// Four points in the frame of the first one.
+// The four points of each pair, relative to the first point.
 template <class V>
 struct Points {
   Lanes3<V> x[4];
@@ -69,8 +69,8 @@ WEFT_INLINE Nearest<Lanes<Float>> nearest_of(const Lanes3<Lanes<Float>> (&x)[4])
   }
 }
 
-// Returns the gap between the shadows of the features on the line along `direction`, times its
-// length.
+// Returns the gap between the projections of the features on `direction`, times the length of
+// `direction`.
 template <Kind kind, class V>
 WEFT_INLINE V shadow_gap(const Lanes3<V> (&x)[4], const Lanes3<V>& direction) {
   V place[4];
@@ -87,7 +87,8 @@ WEFT_INLINE V squared_size(const Lanes3<V> (&x)[4]) {
   return largest(dot(x[1], x[1]), dot(x[2], x[2]), dot(x[3], x[3]));
 }
 
-// Points of pairs, relative to the first of each pair. The fourth number is the length of the path.
+// Points of pairs, relative to the first point of each pair. The fourth number of a point is its
+// path length.
 template <class Float>
 struct Staged {
   static constexpr int chunk = 64;
@@ -118,8 +119,9 @@ struct Staged {
   }
 };
 
-// Stages the points of a batch and calls body(k, count) for every vector of lanes, with the index
-// of its first pair and the number of pairs in it.
+// Calls stage(first, count) for each chunk of pairs, then body(first, k, count) for each vector of
+// lanes in the chunk. `first` is the first pair of the chunk, first + k that of the vector, `count`
+// the number of pairs in the chunk or the vector.
 template <class Float, class Stage, class Body>
 WEFT_INLINE void for_lanes(int pairs, const Stage& stage, const Body& body) {
   constexpr int chunk = Staged<Float>::chunk, lanes = lane_count<Float>;
@@ -167,8 +169,9 @@ void measure(const FeatureBatch& batch, double* squared_distance, bool* certain,
       });
 }
 
-// Proves safe paths, relative to the first point. The gap between shadows on a fixed line is
-// concave in time (a minimum of linear functions), so both ends bound it.
+// Finds safe paths in the frame of the first point. On a fixed line, the gap between projections is
+// concave in time (a minimum of linear functions). The smaller of its values at both ends is
+// therefore a lower bound.
 template <Kind kind>
 void find_safe(const FeatureBatch& batch, const double* end, float separation, float end_separation,
                bool* safe) {

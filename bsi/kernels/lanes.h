@@ -1,8 +1,8 @@
-// Vectors of floats or doubles as wide as the instruction set, for kernel files only (see
-// bsi/detail/instruction_set.h). All of it is compiled once per set, in a namespace of its own.
+// Vectors of floats or doubles as wide as the instruction set. For kernel files only: everything
+// here is compiled once per set, in a namespace of its own (see bsi/detail/instruction_set.h).
 //
-// Lanes<F> is a vector of GCC's extension: + - * / act on every lane, and `a < b ? c : d` chooses
-// lane by lane.
+// Lanes<F> is a GCC vector type: + - * / act on every lane, and `a < b ? c : d` chooses lane by
+// lane.
 #pragma once
 
 #if defined(__SSE2__)
@@ -35,7 +35,7 @@ struct RoundingOf;
 template <>
 struct RoundingOf<float> {
   static constexpr float unit = 0x1p-24F;
-  static constexpr float smallest_square = 1e-36F;  // above the square that underflow can lose
+  static constexpr float smallest_square = 1e-36F;  // above any square that underflow can lose
 };
 template <>
 struct RoundingOf<double> {
@@ -43,8 +43,9 @@ struct RoundingOf<double> {
   static constexpr double smallest_square = 1e-300;
 };
 
-// Return `a < b ? a : b` and `a > b ? a : b`; if either is NaN, b. They are functions, because g++
-// 12 does not find the instruction for every such choice.
+// smaller() returns `a < b ? a : b` and larger() returns `a > b ? a : b`, lane by lane. If either
+// is NaN, the result is b. They use intrinsics, because g++ 12 does not find the instruction for
+// every such choice.
 #if defined(__SSE2__)
 #if defined(__AVX512F__)
 #define WEFT_VECTOR(operation) _mm512_##operation
@@ -89,7 +90,7 @@ WEFT_INLINE V clamped_to_unit(V a) {
   return smaller(larger(a, V{}), V{} + 1);
 }
 
-// A point or vector in space in every lane.
+// A point or vector in space per lane.
 template <class V>
 struct Lanes3 {
   V x, y, z;
@@ -133,14 +134,15 @@ struct LaneIndicesUpTo<8> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7> {};
 template <>
 struct LaneIndicesUpTo<16> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15> {};
 
-// Returns lanes 0, 2, 4... (with first = 1: 1, 3, 5...) of a followed by b.
+// Returns every second lane of a followed by b: lanes 0, 2, 4... or, with first = 1, lanes 1, 3,
+// 5...
 template <int first, class V, int... index>
 WEFT_INLINE V every_second(V a, V b, LaneIndices<index...>) {
   return __builtin_shufflevector(a, b, (2 * index + first)...);
 }
 
-// Loads one point per lane from points stored as four numbers each. The fourth number goes to
-// `fourth` unless that is null.
+// Loads one point per lane from points stored as four numbers each. The fourth numbers are stored
+// in `fourth` unless it is null.
 template <class Float>
 WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
                                              Lanes<Float>* fourth = nullptr) {
@@ -156,7 +158,7 @@ WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
           every_second<1>(xz0, xz1, all)};
 }
 
-// Stores point - origin, subtracted in doubles; the fourth number is 0.
+// Stores point - origin, subtracted in float64. The fourth number is 0.
 template <class Float>
 WEFT_INLINE void store_point(const double* point, const double* origin, Float (&to)[4]) {
   typedef double Double4 __attribute__((vector_size(32)));

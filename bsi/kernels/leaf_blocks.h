@@ -7,8 +7,9 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Bounds the first and the second triangles of the four quads along one axis, at one end of the
-// path.
+// Bounds the four quads of a leaf block along one axis, at one end of the path. Index 0 of the
+// results is for their first triangles (or whole quads, unless `triangles`), index 1 for their
+// second. With `join` the bounds include the previous results.
 WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQuads& quads,
                                bool triangles, bool join, Quad low[2], Quad high[2]) {
   const float* first = image.component[axis] + quads.row * image.stride + quads.col;
@@ -46,13 +47,13 @@ static void blank_absent_leaves(LaneBoxes& boxes, const LeafQuads& quads, bool t
   }
 }
 
-// Makes the widened boxes of the leaves of a leaf block, one per lane.
+// Computes the widened boxes of the leaves of a leaf block, one per lane.
 static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode node,
                         LaneBoxes& boxes) {
   const BoxPatch& patch = tree.patches[level_of(tree, node).patch];
   const LeafQuads quads = quads_of(tree, node);
   const VertexImage* images = patch.vertices;
-  LeafQuads there = quads;  // in the images
+  LeafQuads there = quads;  // place of the quads in `images`
   PlacedVertices placed[2];
   VertexImage placed_images[2];
   if (__builtin_expect(static_cast<long>(tree.placement != nullptr), 0) != 0) {
@@ -78,7 +79,8 @@ static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode 
     blank_absent_leaves(boxes, quads, query.triangles);
 }
 
-// Pairs of lanes of two leaf blocks: bit 8 i + j for lane i of the first and lane j of the second.
+// Pairs of lanes of two leaf blocks: bit 8 i + j stands for lane i of the first and lane j of the
+// second.
 typedef std::uint64_t LanePairs;
 
 // Returns the pairs of lanes whose boxes overlap.
@@ -106,8 +108,8 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
   }
 #elif defined(__AVX__)
-  // Every lane of the first is compared with all of the second. To skip lanes far from all of the
-  // second would cost more than it saves.
+  // Every lane of the first is compared with all lanes of the second. A test that skips lanes far
+  // from the whole second block would cost more than it saves.
   const auto all_of = [](const float& value) { return _mm256_broadcast_ss(&value); };
 #pragma GCC unroll 8
   for (int i = 0; i < 8; ++i) {
@@ -123,7 +125,7 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     near |= static_cast<LanePairs>(_mm256_movemask_ps(all)) << (8 * i);
   }
 #else
-  // Lanes of the first that are not near the second as a whole are skipped.
+  // Lanes of the first that do not overlap the second block as a whole are skipped.
   float whole_low[3], whole_high[3];
   for (int axis = 0; axis < 3; ++axis) {
     whole_low[axis] = b.low[axis][0];

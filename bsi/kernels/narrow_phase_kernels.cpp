@@ -1,4 +1,4 @@
-// Triangle pairs of a list, one per lane: see triangle_lanes.h.
+// Judges the triangle pairs of a list, one pair per lane: see triangle_lanes.h.
 #include "bsi/kernels/narrow_phase_kernels.h"
 
 #include "bsi/kernels/triangle_lanes.h"
@@ -28,7 +28,7 @@ struct Staged {
     }
     pad(count);
   }
-  // Fills up the last vector.
+  // Repeats the last pair to fill the last vector.
   WEFT_INLINE void pad(int count) {
     for (int k = count; k % lane_count<Float> != 0; ++k) copy(*this, count - 1, k);
   }
@@ -59,14 +59,14 @@ WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float, capacity>& staged
   return frame_of<Float>(a, b);
 }
 
-constexpr double volume_rounding = 2048;  // units, for the volumes of piercing()
+constexpr double volume_rounding = 2048;  // in units of u size^3, for the volumes of piercing()
 
 WEFT_INLINE Verdict to_verdict(float number) {
   return static_cast<Verdict>(static_cast<unsigned char>(number));
 }
 
-// Pairs are sifted first. Those left open are gathered, so that the whole distance is computed with
-// full vectors.
+// Decides most pairs by the cheap tests of sifted(). Undecided pairs are gathered, so that their
+// distances are computed with full vectors.
 void judge(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict) {
   constexpr int lanes = lane_count<float>;
   Staged<float> staged;

@@ -12,7 +12,8 @@ enum class Verdict : unsigned char {
   undecided,  // too close to the margin for this arithmetic
 };
 
-// Triangles of two bodies: x, y, z of every particle, three particle numbers per triangle.
+// Pairs of triangles of two bodies: x, y, z of every particle (m), and three particle indices per
+// triangle.
 struct TrianglePairs {
   const double* positions_a;
   const int* triangles_a;
@@ -23,11 +24,11 @@ struct TrianglePairs {
 };
 
 struct NarrowPhaseKernels {
-  // Judges in float32. Precondition: `margin_low` <= margin <= `margin_high`.
+  // Judges every pair in float32. Precondition: `margin_low` <= margin <= `margin_high`.
   void (*judge)(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict);
-  // Judges in float64 and computes the squared distance; 0 if the triangles certainly pierce each
-  // other. `certain` is true if the squared distance is certain to be right within rounding (1e-12
-  // of itself).
+  // Judges every pair in float64 and computes its squared distance (m^2), 0 if the triangles
+  // certainly pierce each other. `certain` is true if the squared distance is proved accurate
+  // within 1e-12 of itself.
   void (*measure)(const TrianglePairs& pairs, double margin, Verdict* verdict,
                   double* squared_distance, bool* certain);
 };

@@ -1,4 +1,4 @@
-// Functions that the kernels of distances share. For kernel files only, like lanes.h.
+// Functions that all kernels of distances share. For kernel files only, like lanes.h.
 #pragma once
 
 #include "bsi/kernels/lanes.h"
@@ -29,8 +29,8 @@ struct Nearest {
   }
 };
 
-// Bounds of the rounding (docs/theory.md, "The narrow phase"). `length` is for a separation vector
-// and `shadow` for the gap between shadows, both relative to the size of the pair. `relative` is a
+// Bounds of rounding (docs/theory.md, "The narrow phase"). `length` is for a separation vector and
+// `shadow` for the gap between projections, both relative to the size of the pair. `relative` is a
 // factor for products and squares.
 template <class Float>
 struct Bounds {
@@ -39,14 +39,14 @@ struct Bounds {
 };
 
 // Returns the size of a pair from its square. It is infinite if products of coordinates might
-// overflow; every verdict then stays open.
+// overflow; all verdicts then stay undecided.
 template <class Float>
 WEFT_INLINE Lanes<Float> safe_size(Lanes<Float> squared) {
   return square_root(16 * squared + RoundingOf<Float>::smallest_square) * Float{0.25};
 }
 
-// Returns true if the distance certainly exceeds `reach`. `gap` is the gap between the shadows on a
-// line, times the length of a vector along it; `squared` is that length's square.
+// Returns true if the distance certainly exceeds `reach`. `gap` is the gap between the projections
+// on a vector, times the length of the vector. `squared` is the square of that length.
 template <class Float>
 WEFT_INLINE auto is_apart(Lanes<Float> gap, Lanes<Float> squared, Lanes<Float> reach,
                           Lanes<Float> size) {

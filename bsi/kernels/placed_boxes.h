@@ -1,7 +1,8 @@
-// Blocks of a tree in the frame of a rigid body, placed in space as they are visited. For kernel
-// files only, like box_lanes.h.
+// Blocks of a tree in the frame of a rigid body, placed in space as a descent visits them. For
+// kernel files only, like box_lanes.h.
 //
-// The functions are not inlined: descents of trees built in space then pay only one test per pair.
+// The functions that place blocks are not inlined. Descents of trees built in space then pay only
+// one test per pair.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
@@ -10,8 +11,8 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Bounds four boxes of the frame in space. Centres are rotated by R; half extents are multiplied by
-// |R|, because a corner may rotate in any direction. Boxes of both ends are joined, and the
+// Bounds four boxes of the frame in space. Centres are rotated by R. Half extents are multiplied by
+// |R|, because a corner may rotate in any direction. The boxes of both ends are joined, and the
 // rounding of the placement is added. An absent child keeps low > high.
 [[gnu::noinline]] static void place_boxes(const BoxTree& tree, const BoxGroup& own,
                                           BoxGroup& placed) {
@@ -42,8 +43,8 @@ namespace weft::bsi::WEFT_KERNELS {
   }
 }
 
-// Places four spheres at the end of the path. DescentQuery::sphere_reach allows for the blocks that
-// exceed them.
+// Places four spheres at the end of the path. DescentQuery::sphere_reach allows for leaf boxes that
+// extend beyond them.
 [[gnu::noinline]] static void place_spheres(const BoxTree& tree, const SphereGroup& own,
                                             SphereGroup& placed) {
   const BoxPlacement& placement = *tree.placement;
@@ -56,12 +57,12 @@ namespace weft::bsi::WEFT_KERNELS {
   *reinterpret_cast<UnalignedQuad*>(placed.radius) = load_quad(own.radius);
 }
 
-// The vertices of a leaf block in space, by component: row r and column c at 4 r + c.
+// The vertices of a leaf block in space, by component. Vertex (r, c) is at index 4 r + c.
 struct PlacedVertices {
   float component[3][16];
 };
 
-// Places the vertices in float64 and rounds them like a rebuild.
+// Places the vertices in float64 and rounds them to float32, as a rebuild does.
 [[gnu::noinline]] static void place_vertices(const BoxTree& tree, const BoxPatch& patch,
                                              const LeafQuads& quads, int end,
                                              PlacedVertices& vertices) {
@@ -84,7 +85,8 @@ struct PlacedVertices {
   }
 }
 
-// Returns the group itself, or the group placed in space, stored in `room`.
+// Returns the group itself if the tree was built in space. Otherwise places the group in `room` and
+// returns `room`.
 WEFT_INLINE const BoxGroup& in_space(const BoxTree& tree, const BoxGroup& group, BoxGroup& room) {
   if (__builtin_expect(static_cast<long>(tree.placement == nullptr), 1) != 0) return group;
   place_boxes(tree, group, room);

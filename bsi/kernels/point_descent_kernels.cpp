@@ -1,4 +1,5 @@
-// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
+// The loop that descends a box pyramid with points. Compiled once per instruction set: see
+// bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/point_descent_kernels.h"
 
 #include "bsi/kernels/leaf_blocks.h"
@@ -9,12 +10,12 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// Lists of points in the workspace: components and numbers. They are copied from level to level, so
-// that the points of every list are contiguous.
+// Lists of points in the workspace: coordinates by component, and indices. Points are copied from
+// level to level, so that the points of every list are contiguous.
 struct PointLists {
   float* value[3];
   std::int32_t* number;
-  float* half;  // by number: the half margin of the point
+  float* half;  // half margin of every point, by its index
 };
 
 WEFT_INLINE PointLists lists_in(void* workspace) {
@@ -27,7 +28,7 @@ WEFT_INLINE PointLists lists_in(void* workspace) {
 
 // --- Loading ---
 
-// Vectors of half as many lanes, of doubles and of floats.
+// Vectors of half as many lanes: width / 2 doubles or floats.
 typedef double Doubles __attribute__((vector_size(4 * width)));
 typedef double UnalignedDoubles __attribute__((vector_size(4 * width), aligned(8), may_alias));
 typedef float Half __attribute__((vector_size(2 * width)));
@@ -45,12 +46,12 @@ WEFT_INLINE Wide joined(Half first, Half second) {
 // negative.
 WEFT_INLINE Half rounded_up(Doubles values) {
   const Half nearest = __builtin_convertvector(values, Half);
-  const auto less = __builtin_convertvector(nearest, Doubles) < values;  // -1 where it is
+  const auto less = __builtin_convertvector(nearest, Doubles) < values;  // -1 if rounded down
   return reinterpret_cast<Half>(reinterpret_cast<HalfBits>(nearest) -
                                 __builtin_convertvector(less, HalfBits));
 }
 
-// Rounds components to float32, and their magnitudes up.
+// Rounds `width` coordinates to the nearest float32 numbers, and their magnitudes up.
 WEFT_INLINE void round_components(const double* from, Wide& nearest, Wide& up) {
   const Doubles first = *reinterpret_cast<const UnalignedDoubles*>(from);
   const Doubles second = *reinterpret_cast<const UnalignedDoubles*>(from + width / 2);
@@ -58,7 +59,7 @@ WEFT_INLINE void round_components(const double* from, Wide& nearest, Wide& up) {
   up = joined(rounded_up(first < 0 ? -first : first), rounded_up(second < 0 ? -second : second));
 }
 
-// Returns half_margin() of points from their largest components.
+// Returns half_margin() of each point from its largest |coordinate|.
 WEFT_INLINE Wide half_margins(double reach, float magnitude, const float (&largest)[width]) {
   const auto half_of = [&](const float* from) {
     typedef float UnalignedHalf __attribute__((vector_size(2 * width), aligned(4), may_alias));
@@ -101,14 +102,14 @@ float load_points(const double* positions, int count, double reach, float magnit
 
 // --- The descent ---
 
-// A run of points that come near a block.
+// The points near a block: `count` entries of PointLists from `first` on.
 struct PointList {
   BoxNode node;
   std::int32_t first, count;
 };
 
-// Copies point from + i for every bit i of the mask to consecutive places from `to` on. Returns
-// their number. May write a whole vector.
+// Copies entry from + i for every set bit i of the mask to consecutive places from `to` on. Returns
+// the number of copies. May write a whole vector.
 WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, int to) {
 #if defined(__AVX512F__)
   const auto marked = static_cast<__mmask16>(mask);
@@ -129,7 +130,7 @@ WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, in
 #endif
 }
 
-// Returns the lanes whose points lie in a box.
+// Returns a mask: bit i is set if point i lies in box `lane`.
 WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&point)[3]) {
 #if defined(__AVX512F__)
   __mmask16 mask = 0xffff;
@@ -151,7 +152,8 @@ WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&po
 #endif
 }
 
-// Returns the lanes whose points lie in a sphere, with the rounding of touch().
+// Returns a mask: bit i is set if point i lies in sphere `lane`, with the same allowance for
+// rounding as in touch().
 WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide (&point)[3]) {
   const Wide x = point[0] - spheres.centre[0][lane], y = point[1] - spheres.centre[1][lane],
              z = point[2] - spheres.centre[2][lane];
@@ -166,15 +168,15 @@ WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide 
 #endif
 }
 
-// The lists of the children of a block, stored one after another behind its own. Each has room for
-// one more vector.
+// The point lists of the four children of a block, stored one after another behind the block's own
+// list. Each list has room for one more vector.
 struct ChildLists {
   std::int32_t first, room, counts[4];
   int end(int child) const { return first + child * room + counts[child]; }
 };
 
-// The bounds of the four children of a block that the query compares, widened by the largest half
-// margin of the points and the rounding.
+// The bounds of the four children of a block that the query compares, widened by the reach of the
+// points.
 struct ChildBounds {
   Bound bound;
   LaneBoxes boxes;
@@ -197,7 +199,7 @@ WEFT_INLINE unsigned points_near(const ChildBounds& bounds, int child, const Wid
   return near & points_in(bounds.boxes, child, point);
 }
 
-// Distributes many points: a vector of points is compared with one child at a time.
+// Distributes many points to the children: compares a vector of points with one child at a time.
 WEFT_INLINE void share_vectors(const ChildBounds& bounds, const PointLists& lists,
                                const PointList& list, ChildLists& children) {
   for (int i = 0; i < list.count; i += width) {
@@ -223,7 +225,7 @@ WEFT_INLINE unsigned children_near(const ChildBounds& bounds, const float (&poin
   return near;
 }
 
-// Distributes few points: one point is compared with all children at a time.
+// Distributes few points to the children: compares one point with all children at a time.
 WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& lists,
                                   const PointList& list, ChildLists& children) {
   for (int i = list.first; i < list.first + list.count; ++i) {
@@ -237,7 +239,8 @@ WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& l
   }
 }
 
-// Makes the lists of the children whose bounds contain a point and returns the number of lists.
+// Distributes the points of `list` to the children whose bounds contain them. Stores the nonempty
+// lists of children in `next` and returns their number.
 int share_points(const ChildBounds& bounds, const BoxLevel& level, const PointLists& lists,
                  const PointList& list, PointList* next) {
   ChildLists children{list.first + list.count + width, list.count + width, {}};
@@ -283,8 +286,8 @@ void descend_points(const DescentQuery& asked, int patch, int count, float large
   DescentQuery query = asked;
   const BoxTree& tree = *query.a;
   const PointLists lists = lists_in(workspace);
-  // Above the leaves, points are compared with boxes widened for both sides and for the rounding of
-  // both (docs/theory.md, "Points"). A box too many costs only time.
+  // Above the leaves, points are compared with boxes widened by the margins of both sides and by
+  // all rounding (docs/theory.md, "Points"). A superfluous box costs only time.
   const float reach = 2 * largest_half + 0x1p-21F * (tree.magnitude + 2 * largest_half);
   query.sphere_reach = root_of_three * reach;
   PointList stack[4 * 18];

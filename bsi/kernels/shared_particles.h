@@ -1,12 +1,12 @@
-// Finds triangles of two leaf blocks with a common vertex. Kernel files only, like box_lanes.h.
+// Finds triangles of two leaf blocks with a common vertex. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/leaf_blocks.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// shared[R + 2][C + 2] holds the lane pairs of two leaf blocks, the second R rows and C columns
-// after the first, whose triangles share a vertex of the grid.
+// Table of lane pairs whose triangles share a vertex of the grid. shared[R + 2][C + 2] is for two
+// leaf blocks of which the second lies R rows and C columns of quads after the first.
 struct SharedVertices {
   LanePairs shared[5][5];
 };
@@ -31,7 +31,7 @@ constexpr SharedVertices find_shared_vertices() {
 
 constexpr SharedVertices shared_vertices = find_shared_vertices();
 
-// A leaf block and its quads, for comparing leaves by their particles.
+// A leaf block and its quads, for comparing the particles of leaves.
 struct PlacedLeaves {
   BoxNode node;
   LeafQuads quads;
@@ -66,13 +66,13 @@ static bool share_particle(const BoxTree& tree, const PlacedLeaves& a, int lane_
   return false;
 }
 
-// The pairs of triangles of two leaf blocks that share a particle.
+// Pairs of triangles of two leaf blocks that share a particle, as far as the table shows them.
 struct SharedParticles {
   LanePairs lanes;
-  bool look;  // the table cannot tell: particles must be compared
+  bool look;  // the table does not suffice: particles must be compared
 };
 
-// Returns the offset from a to b along an axis, the short way round a wrapped one.
+// Returns the offset from a to b along an axis, the short way around if the axis is wrapped.
 WEFT_INLINE int offset(int a, int b, int quads, bool wraps) {
   const int direct = b - a;
   if (!wraps) return direct;
@@ -85,9 +85,9 @@ WEFT_INLINE SharedParticles shared_particles(const DescentQuery& query, const Pl
   if (!query.self || !query.triangles) return {0, false};
   const BoxTree& tree = *query.a;
   if (tree.texel_to_particle != nullptr) return {0, true};
-  if (a.node.level != b.node.level) return {0, false};  // patches that are not sewn
+  if (a.node.level != b.node.level) return {0, false};  // different patches, not sewn
   const BoxPatch& patch = tree.patches[level_of(tree, a.node).patch];
-  // On a wrapped axis this short, two blocks may be neighbours on both sides.
+  // On a wrapped axis of fewer quads, two blocks may be neighbours on both sides.
   constexpr int short_ring = 8;
   if ((patch.wrap_u != 0 && patch.quad_cols < short_ring) ||
       (patch.wrap_v != 0 && patch.quad_rows < short_ring)) {

@@ -1,4 +1,4 @@
-// Pairs from masks. For kernel files only, like box_lanes.h.
+// Conversion of lane masks to leaf pairs. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/box_lanes.h"
@@ -6,8 +6,8 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Writes the pairs (a, b[j]) for the bits j of the mask, with the smaller number first if `sorted`.
-// Returns their number. May write up to eight.
+// Writes the pairs (a, b[j]) for every set bit j of the mask, with the smaller number first if
+// `sorted`. Returns the number of pairs. May write up to eight.
 WEFT_INLINE int store_pairs(LeafPair* to, unsigned mask, int a, const int b[8], bool sorted) {
 #if defined(__AVX512VL__)
   const __m256i of_b = _mm256_load_si256(reinterpret_cast<const __m256i*>(b));

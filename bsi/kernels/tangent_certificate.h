@@ -1,4 +1,5 @@
-// The proof that two neighbouring blocks cannot touch. For kernel files only, like box_lanes.h.
+// The tangent certificate: a proof that a block cannot touch itself, or a neighbour. For kernel
+// files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/box_descent_kernels.h"
@@ -6,7 +7,8 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// The three sides of half a hexagon at once; the fourth lane is unused.
+// One number per side for three sides of a hexagon; the other three are their opposites. The fourth
+// lane is unused.
 typedef double Sides __attribute__((vector_size(32)));
 struct Sides3 {
   Sides x, y, z;
@@ -34,10 +36,10 @@ WEFT_INLINE Sides square_root(Sides a) {
 #endif
 }
 
-// Returns true only if every side p q of the hexagon is proved to lie farther than the margin from
-// the origin, along a direction nearly perpendicular to it. The ends of a side may deviate from p
-// and q by `stray_*` along each axis. `size` is at least every component of the values from which p
-// and q are computed.
+// Returns true only if every side p q of the hexagon is proved to be farther than the margin from
+// the origin, along a direction nearly perpendicular to the side. The ends of a side may deviate
+// from p and q by `stray_*` along each axis. `size` bounds, by axis, the values from which p and q
+// are computed.
 WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3& q,
                             const Sides3& stray_q, const Sides3& size, double margin) {
   const Sides3 side = q - p;
@@ -46,27 +48,28 @@ WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3
   const Sides reach_p = dot(normal, p) - dot(magnitudes, stray_p);
   const Sides reach_q = dot(normal, q) - dot(magnitudes, stray_q);
   const Sides reach = reach_p < reach_q ? reach_p : reach_q;
-  // Rounding takes less than 2^-46 of the last product.
+  // The last term exceeds all rounding in the comparison below.
   const Sides least = square_root(dot(normal, normal)) * margin + 0x1p-46 * dot(magnitudes, size);
   const auto beyond = reach > least;
   return (beyond[0] & beyond[1] & beyond[2]) != 0;
 }
 
-// The values of TangentBounds::bound.
+// The values of TangentBounds::bound as a vector.
 typedef float StepBounds __attribute__((vector_size(64), may_alias));
 
-// Returns true only if no two points of a rectangle of quads whose steps have these bounds come
-// within the margin of each other. Points on triangles with a common vertex are excepted
-// (docs/theory.md, "The tangent certificate"). The hexagon of the steps along u, v and the
-// diagonals must stay clear of the margin. Float64 is needed, because a fourth power of a
-// coordinate exceeds the range of float32.
+// Returns true only if the points of a rectangle of quads are proved to stay farther apart than the
+// margin, except points on triangles with a common vertex. `bound` holds the bounds of the
+// rectangle's steps. In the proof (docs/theory.md, "The tangent certificate"), the hexagon of the
+// steps along u, v and the diagonal stays clear of the margin. Float64 is needed, because powers of
+// coordinates exceed the range of float32.
 WEFT_INLINE bool certified(StepBounds bound, double margin) {
   typedef double Steps __attribute__((vector_size(64)));
   const Steps minus_low =
       __builtin_convertvector(__builtin_shufflevector(bound, bound, 0, 1, 2, 3, 4, 5, 6, 7), Steps);
   const Steps high = __builtin_convertvector(
       __builtin_shufflevector(bound, bound, 6, 7, 8, 9, 10, 11, 12, 13), Steps);
-  // The mean of the steps along u (x, y, z) and then along v, and their largest deviation from it.
+  // The middle of the bounds of the steps along u (x, y, z) and then along v, and half their
+  // widths.
   alignas(64) double mean[8], stray[8];
   *reinterpret_cast<Steps*>(mean) = 0.5 * (high - minus_low);
   *reinterpret_cast<Steps*>(stray) = 0.5 * (high + minus_low);
@@ -88,8 +91,8 @@ WEFT_INLINE bool certified(StepBounds bound, double margin) {
                     {stray_q[0], stray_q[1], stray_q[2]}, {size[0], size[1], size[2]}, margin);
 }
 
-// Returns true if two blocks of one level are neighbours (or the same). `step` is then the way from
-// a to b along this axis in blocks, -1 .. 1.
+// Returns true if two blocks are at most one block apart along an axis of `blocks` blocks. `step`
+// is then the number of blocks from a to b, -1 .. 1.
 WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step) {
   step = b - a;
   if (wraps && step == blocks - 1) step = -1;
@@ -97,8 +100,8 @@ WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step)
   return step >= -1 && step <= 1;
 }
 
-// Returns true if the certificate holds for a block with itself, or for the window of up to 2 x 2
-// blocks that contains two neighbours.
+// Returns true if the certificate holds for a block paired with itself, or for the window of up to
+// 2 x 2 blocks that contains two neighbours.
 WEFT_INLINE bool cannot_touch(const DescentQuery& query, const NodePair& pair,
                               DescentCounters& counters) {
   const BoxLevel& level = level_of(*query.a, pair.a);

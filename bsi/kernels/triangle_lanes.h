@@ -1,7 +1,7 @@
 // Distances of triangles, one pair per lane. The verdicts rest on a proof in docs/theory.md ("The
-// narrow phase"). The length of any separation vector is an upper bound of the distance. The gap
-// between the shadows of both triangles on its line is a lower bound. For kernel files only, like
-// lanes.h.
+// narrow phase"): the length of any separation vector is an upper bound of the distance. The gap
+// between the projections (shadows) of both triangles on its line is a lower bound. For kernel
+// files only, like lanes.h.
 #pragma once
 
 #include "bsi/kernels/nearest_lanes.h"
@@ -13,14 +13,14 @@ struct Triangle {
   Lanes3<V> corner[3];
   Lanes3<V> edge[3];  // edge i runs from corner i to the next
   V squared_length[3];
-  V inverse[3];  // one over its squared length
+  V inverse[3];  // reciprocal of squared_length
 };
 
-// Pairs of triangles in one frame: corner 0 of the first is the origin.
+// Pairs of triangles, one per lane, relative to corner 0 of the first triangle.
 template <class V>
 struct Frame {
   Triangle<V> a, b;
-  V size;  // no corner is farther from the origin
+  V size;  // upper bound of the corners' distances from the origin
 };
 
 template <class Float>
@@ -35,9 +35,10 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   }
 }
 
-// Offers the closest points of all pairs of edges. First the point of a's line that is closest to
-// b's line, then the closest point on b to it, then the closest point on a to that; each is clamped
-// to its edge. Dot products of neighbouring pairs differ by a product of two edges.
+// Offers the vector between the closest points of every pair of edges, in three steps. The first
+// point is that of a's line closest to b's line. The second is the point of b closest to the first,
+// and the third the point of a closest to the second. Each is clamped to its edge. The dot products
+// of two neighbouring pairs differ by a product of two edges.
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
   V along_b[3];  // b's edge j . (corner i of a - corner j of b)
@@ -61,8 +62,8 @@ WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Ne
   }
 }
 
-// Offers the corners of one triangle over the interior of the other. Points on its border are
-// covered by the pairs of edges.
+// Offers the vectors from the corners of one triangle to their projections inside the other
+// triangle. Pairs of edges cover the border.
 template <bool corners_of_a, class Float>
 WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
                                const Triangle<Lanes<Float>>& triangle,
@@ -85,8 +86,8 @@ WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
   }
 }
 
-// Returns the gap between the shadows of the triangles on the line along `direction`, times its
-// length.
+// Returns the gap between the projections of the triangles on `direction`, times the length of
+// `direction`.
 template <class V>
 WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
   const Lanes3<V>* a = frame.a.corner;
@@ -95,8 +96,8 @@ WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
          largest(dot(direction, b[0]), dot(direction, b[1]), dot(direction, b[2]));
 }
 
-// Returns a positive number if an edge of `a` passes through `b`: the least magnitude of the
-// volumes whose signs show it. Otherwise the result is not positive.
+// Returns a positive number if an edge of `a` passes through `b`: the smallest magnitude among the
+// volumes whose signs show this. Otherwise the result is not positive.
 template <class V>
 WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&volume)[3][3]) {
   const Lanes3<V> normal = cross(b.edge[0], b.edge[1]);
@@ -159,7 +160,7 @@ WEFT_INLINE Nearest<Lanes<Float>> nearest_points(const Frame<Lanes<Float>>& fram
   return nearest;
 }
 
-// Returns 0, 1 or 2, the values of Verdict.
+// Returns the verdict of each lane as 0, 1 or 2, the values of Verdict.
 template <class Float>
 WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
                                     const Nearest<Lanes<Float>>& nearest, Float margin_low,
@@ -173,14 +174,14 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
-// Decides most pairs of triangles without pairs of edges: only corners are compared with the other
-// triangle. The distance is at most that of a corner from a point of the triangle near its
-// projection. It is at least that of the corners from the triangle's plane, or from a plane through
-// an edge that all three lie beyond.
+// Decides most pairs of triangles without pairs of edges: only the corners are compared with the
+// other triangle. The distance is at most that of a corner from a point of the other triangle near
+// its projection. It is at least the distance of the corners from the triangle's plane, or from a
+// plane through an edge beyond which all three corners lie.
 struct Sieve {
   using V = Lanes<float>;
   V squared;  // smallest upper bound found so far
-  V beyond;   // positive where a plane keeps the triangles apart
+  V beyond;   // positive where a plane proves the triangles apart
 
   // `squared_margin` is slightly above the square of the margin.
   WEFT_INLINE void sift(const Lanes3<V>* corner, const Lanes3<V>* triangle, V squared_size,
@@ -220,13 +221,12 @@ struct Sieve {
     beyond = larger((above * inverse) * above - limit, beyond);
   }
 
-  // Bounds of the rounding in squared distances. Each includes the part of the margin that is given
-  // up for it.
+  // Rounding allowances in squared distances (docs/theory.md, "The narrow phase").
   static constexpr float edge_rounding = 0x1p-21F, plane_rounding = 0x1p-24F;
 };
 
-// Returns 0, 1 or 2, the values of Verdict, for pairs with corner 0 of the first triangle at the
-// origin.
+// Returns the verdict of each lane as 0, 1 or 2, the values of Verdict. Corner 0 of the first
+// triangle must be the origin.
 WEFT_INLINE Lanes<float> sifted(const Lanes3<Lanes<float>> (&a)[3],
                                 const Lanes3<Lanes<float>> (&b)[3], float margin_low,
                                 float margin_high) {

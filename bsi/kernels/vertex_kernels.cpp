@@ -1,4 +1,5 @@
-// Compiled once per instruction set: see bsi/detail/instruction_set.h for the restrictions.
+// Loops that read the vertices of pyramids. Compiled once per instruction set: see
+// bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/vertex_kernels.h"
 
 #include "bsi/kernels/wide_lanes.h"
@@ -7,7 +8,7 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// Checks that the magnitudes of numbers stay below a limit. NaN does not.
+// Checks that the magnitudes of numbers stay below a limit. NaN fails the check.
 struct LimitCheck {
   WideBits largest{};
   void add(Wide value) {
@@ -15,7 +16,7 @@ struct LimitCheck {
     largest = bits > largest ? bits : largest;
   }
   bool stays_below(float limit) const {
-    // The bits of magnitudes, read as integers, have the order of the magnitudes.
+    // The bits of magnitudes, read as integers, are ordered like the magnitudes.
     const WideBits beyond = largest >= __builtin_bit_cast(std::int32_t, limit);
     std::int32_t any = 0;
     for (int i = 0; i < width; ++i) any |= beyond[i];
@@ -40,7 +41,7 @@ bool load(const double* positions, const std::int32_t* particle, int count, floa
       store_wide(z + i, every_third<2>(a, b, c));
     };
     for (int i = 0; i + width <= count; i += width) load_at(i);
-    // The last vector overlaps the one before, so that it stays within the row.
+    // The last vector overlaps the previous one, so that it stays within the row.
     if (count % width != 0) load_at(count - width);
     return check.stays_below(limit);
   }

@@ -1,6 +1,5 @@
-// Kernels that read the vertices which the pyramids bound, one table per instruction set. An
-// internal header of bsi/; it must stay free of inline functions (see
-// bsi/detail/instruction_set.h).
+// Kernels that read the vertices of pyramids, one table per instruction set. An internal header of
+// bsi/; it must stay free of inline functions (see bsi/detail/instruction_set.h).
 #pragma once
 
 #include <cstdint>
@@ -8,8 +7,8 @@
 namespace weft::bsi {
 
 struct VertexKernels {
-  // Rounds `count` positions (three doubles each; selected by `particle` unless null) to float32.
-  // Returns false if one of them reaches `limit` or is NaN.
+  // Rounds `count` positions (x, y, z each; those in `particle` unless it is null) to float32.
+  // Returns false if a coordinate is NaN or its magnitude reaches `limit`.
   bool (*load)(const double* positions, const std::int32_t* particle, int count, float limit,
                float* const component[3]);
 };

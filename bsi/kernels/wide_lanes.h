@@ -1,4 +1,4 @@
-// Vectors of as many floats as the instruction set holds, for kernel files only (see lanes.h).
+// Vectors of floats as wide as the instruction set, for kernel files only (see lanes.h).
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ WEFT_INLINE Wide load_rounded(const double* from) {
   return __builtin_convertvector(*reinterpret_cast<const UnalignedWideDouble*>(from), Wide);
 }
 
-#if defined(__AVX2__)  // otherwise Wide is Quad, which has them
+#if defined(__AVX2__)  // otherwise Wide is Quad, for which box_lanes.h has both
 WEFT_INLINE Wide smaller(Wide a, Wide b) { return a < b ? a : b; }
 WEFT_INLINE Wide larger(Wide a, Wide b) { return a > b ? a : b; }
 #endif
@@ -43,7 +43,7 @@ WEFT_INLINE Wide square_root(Wide a) {
 }
 WEFT_INLINE Wide square(Wide x, Wide y, Wide z) { return x * x + y * y + z * z; }
 
-// shuffle<Order>(a, b) returns in lane i the number at Order::of(i) in the sequence a, b.
+// shuffle<Order>(a, b) returns in lane i the element Order::of(i) of a followed by b.
 template <int... i>
 struct Indices {};
 template <int count, int... i>
@@ -73,7 +73,7 @@ template <int half>
 struct Alternate {
   static constexpr int of(int i) { return i % 2 * width + i / 2 + half * (width / 2); }
 };
-// Return a0 b0 a1 b1 ..., in two parts.
+// Return the first and the second half of a0 b0 a1 b1 ...
 WEFT_INLINE Wide alternate_first(Wide a, Wide b) { return shuffle<Alternate<0>>(a, b); }
 WEFT_INLINE Wide alternate_second(Wide a, Wide b) { return shuffle<Alternate<1>>(a, b); }
 
@@ -87,13 +87,13 @@ struct ThirdOfThree {
     return 3 * i + component < 2 * width ? i : 3 * i + component - width;
   }
 };
-// Returns every third number of a, b and c in sequence, from `component` on.
+// Returns every third element of a, b and c in sequence, starting with element `component`.
 template <int component>
 WEFT_INLINE Wide every_third(Wide a, Wide b, Wide c) {
   return shuffle<ThirdOfThree<component>>(shuffle<ThirdOfTwo<component>>(a, b), c);
 }
 
-// Stores a0 b0 c0 d0 a1 b1 ...: 4 * width floats.
+// Stores a0 b0 c0 d0 a1 b1 ... (4 * width floats).
 WEFT_INLINE void store_alternately(float* to, Wide a, Wide b, Wide c, Wide d) {
   const Wide first_ac = alternate_first(a, c), second_ac = alternate_second(a, c);
   const Wide first_bd = alternate_first(b, d), second_bd = alternate_second(b, d);

@@ -16,8 +16,8 @@ namespace weft::sim {
 
 namespace {
 
-// The methods that take a tolerance are those that time_methods() marks as calibrated; euler with
-// one Newton iteration takes a step.
+// Returns the calibrated methods. Methods with a tolerance are those that time_methods() marks as
+// calibrated. "linear-euler", with one Newton iteration, is set by its step.
 const std::vector<CalibratedMethod>& methods() {
   static const std::vector<CalibratedMethod> all = [] {
     std::vector<CalibratedMethod> found;
@@ -41,9 +41,9 @@ struct Option {
   double setting = 0;
   double factor = 0;
   double cost = 0;
-  bool limited = false;  // contact or the table require a finer setting than the accuracy
-  // Prefers the cheaper of two options that keep the promised factor, otherwise the one with the
-  // smaller factor.
+  bool limited = false;  // contact or the table demand a finer setting than the accuracy
+  // True if this option is preferable: the cheaper one if both keep the promised factor, else the
+  // one with the smaller factor.
   bool is_better_than(const Option& other) const {
     if (std::max(factor, other.factor) <= promised_factor) return cost < other.cost;
     return factor < other.factor;
@@ -58,9 +58,9 @@ std::vector<CalibrationRow> rows_of(const CalibratedMethod& method, bool meeting
   return rows;
 }
 
-// Interpolates the setting between two rows on logarithmic scales. Tolerances stay within `limit`
-// (m), which contact sets. An error rate above the table's gets the coarsest tolerance; any other
-// rate outside the table gets nothing.
+// Interpolates the setting for an error rate between two rows, on logarithmic scales. A tolerance
+// is at most `limit` (m), which contact sets. An error rate above the table gives the coarsest
+// tolerance. Any other rate outside the table gives nothing.
 std::optional<Option> option_at(const CalibratedMethod& method,
                                 const std::vector<CalibrationRow>& rows, double rate,
                                 double limit) {
@@ -80,9 +80,9 @@ std::optional<Option> option_at(const CalibratedMethod& method,
   return std::nullopt;
 }
 
-// Interpolates one quantity as a function of the other, on logarithmic scales between the rows
-// around `value`. Beyond the rows it extrapolates with `power`, the 2/3rd law of methods of order
-// 2.
+// Interpolates the quantity `to` as a function of `from`, on logarithmic scales between the rows
+// around `value`. Beyond the rows it extrapolates with `power`: errors of methods of order 2 grow
+// with the power 2/3 of the tolerance.
 double interpolated(const std::vector<CalibrationRow>& rows, double value,
                     double CalibrationRow::*from, double CalibrationRow::*to, double power) {
   for (std::size_t i = 1; i < rows.size(); ++i) {
@@ -110,7 +110,7 @@ std::string rounded(double value) {
   return text;
 }
 
-// The settings that the table offers for an accuracy, the best first.
+// The settings that the table offers for an accuracy, best first.
 class Offers {
  public:
   Offers(const Case& source, bool method_given) {
@@ -129,8 +129,8 @@ class Offers {
                       [](const Option& a, const Option& b) { return a.is_better_than(b); });
   }
   const std::vector<Option>& options() const { return options_; }
-  // Returns, in words, the accuracies that the table covers for a run of this duration; empty if it
-  // does not have the method.
+  // Returns, in words, the accuracies that the table covers for the run's duration. Empty if it has
+  // no rows for the method.
   const std::string& ranges() const { return ranges_; }
 
  private:

@@ -23,12 +23,13 @@ namespace weft::sim {
 namespace {
 
 constexpr double looser = 16;
-// Loosest tolerance of a pilot run, m. Beyond it the curves of error against tolerance are rough.
+// Loosest tolerance of a pilot run (m). At looser ones the error does not grow smoothly with the
+// tolerance.
 constexpr double loosest_pilot = 2e-5;
-constexpr int samples = 20;  // times at which the two runs are compared
-// Largest number of pairs of runs; after a failure, the next pair has a 16th of the tolerances.
+constexpr int samples = 20;  // number of times at which the two runs are compared
+// Largest number of pairs of runs. After a failure, the tolerances of the next pair are a 16th.
 constexpr int most_pairs = 3;
-// Factor between a tolerance that fails and the one tried next.
+// Factor from a tolerance whose run fails to the tolerance tried next.
 constexpr double retreat = 0.25;
 
 TimeCase with_tolerance(const TimeCase& time, double tolerance) {
@@ -62,7 +63,7 @@ std::unique_ptr<const Scene> scene_with(const Case& target, const TimeCase& time
 // The distance between two runs.
 struct Distance {
   double largest = 0;                 // m
-  std::optional<double> parted_time;  // s: from then on `largest` says nothing about errors
+  std::optional<double> parted_time;  // s; from then on `largest` says nothing about errors
 };
 
 class Pilot {
@@ -92,14 +93,14 @@ class Pilot {
   double duration() const { return target_.time.duration; }
   double cpu_time() const { return stopwatch_.elapsed().cpu; }
   bool stopped() const { return report_.ended_run(); }
-  // Returns true if the pilot ends after this step: stopped from outside or by the CPU limit.
+  // True if the pilot must end after this step, because of the stop signal or the CPU limit.
   bool is_stopped_at(const Simulation& run) {
     if (options_.stop_signal != nullptr && *options_.stop_signal != 0) report_.interrupted = true;
     if (!report_.interrupted && limit_.is_passed())
       report_.limit_reason = "in the pilot run of time.accuracy: " + limit_.failure(run).text;
     return stopped();
   }
-  // Reports the progress of a run; returns true if the run goes on.
+  // Reports the progress of a run. Returns true if the run may continue.
   bool goes_on(const Simulation& run) {
     if (options_.progress) options_.progress(std::min(run.time(), duration()));
     return !is_stopped_at(run);
@@ -113,10 +114,10 @@ class Pilot {
   CpuLimit limit_;
   Stopwatch stopwatch_;
   PilotReport report_;
-  std::optional<Failure> failure_;  // of the last run that failed
+  std::optional<Failure> failure_;  // of the last failed run
 };
 
-// Measures the distance between two runs; returns nothing if one of them fails or is stopped.
+// Measures the distance between two runs. Returns nothing if one of them fails or is stopped.
 std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& tight) {
   Simulation run(scene_with(target_, loose));
   ErrorMonitor monitor(run.scene(), tight,
@@ -143,7 +144,7 @@ std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& t
   return Distance{largest, estimate.parted_time};
 }
 
-// Returns true if the run with these options fails by itself, rather than being stopped.
+// True if the run with these options fails. False if it succeeds or is stopped.
 bool Pilot::fails(const TimeCase& time) {
   Simulation run(scene_with(target_, time));
   while (run.time() < duration()) {
@@ -153,7 +154,7 @@ bool Pilot::fails(const TimeCase& time) {
   return false;
 }
 
-// Returns true if the run with these options takes more work than a whole run of verlet.
+// True if the run with these options takes more work than a whole run of verlet.
 bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   const auto scene = scene_with(target_, time);
   Statistics statistics;
@@ -168,9 +169,9 @@ bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   return false;
 }
 
-// Chooses verlet if it is accurate enough and takes less work than the run of `loose`; returns true
-// if it did. Verlet's error grows with the square of its steps: with half the steps, a quarter of
-// the error remains.
+// Chooses verlet if it is accurate enough and takes less work than the run of `loose`. Returns true
+// if verlet is chosen. The error of verlet grows with the square of the step: half the step leaves
+// a quarter of the error.
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (target_.method_given || target_.contact.enabled) return false;
   say(formatted("pilot of time.accuracy: does verlet take less work than %s?",
@@ -215,8 +216,8 @@ void Pilot::correct() {
   target_.resolved_text = case_text(target_);
 }
 
-// Corrects the tolerance by the distance between the runs with the tolerances `loose` and a 16th of
-// it.
+// Corrects the tolerance. `apart` is the distance between the runs with the tolerances `loose` and
+// a 16th of it.
 void Pilot::correct_by(const Distance& apart, double loose) {
   const double tight = loose / looser;
   const double expected =
@@ -241,8 +242,8 @@ void Pilot::correct_by(const Distance& apart, double loose) {
     target_.accuracy_choice += formatted(", since a run with %.3g m fails", wanted);
 }
 
-// Sets the case to the tolerance `wanted` or, while its run fails, to smaller ones, down to
-// `succeeded`, whose run has succeeded. Returns the tolerance set.
+// Sets the tolerance of the case to `wanted` or, while runs fail, to ever smaller tolerances, down
+// to `succeeded`, whose run has succeeded. Returns the tolerance that it has set.
 double Pilot::make_sure(double wanted, double succeeded) {
   double tolerance = wanted;
   for (; tolerance > succeeded && !stopped();

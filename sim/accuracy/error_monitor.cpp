@@ -13,8 +13,8 @@ namespace {
 
 constexpr double tolerance_factor = 64;
 
-// Share of a body's motion, or of its size, up to which a difference grows in proportion to the
-// errors that caused it.
+// Share of a body's motion or size up to which differences grow in proportion to the errors that
+// caused them.
 constexpr double small_part = 0.1;
 
 std::unique_ptr<const Scene> scene_with(const Scene& scene, const TimeCase& time) {

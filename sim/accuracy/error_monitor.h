@@ -15,36 +15,38 @@
 
 namespace weft::sim {
 
-// Root mean square of the distances between two lists of the same length, m.
+// Returns the root mean square distance (m) between corresponding points of two lists of equal
+// length.
 double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b);
 
-// Returns the options of a run whose error is small beside that of a run with `time`.
+// Returns the options of a run with a much smaller error than a run with `time`.
 //
-// Tolerances become a 64th. For a method of order p, steps under error control go with the (p +
-// 1)-th root of the tolerance, and errors with the p-th power of the steps. With p = 2, steps are a
-// quarter as long and errors a 16th. Source: Hairer, Noersett, Wanner, Solving Ordinary
-// Differential Equations I, II.4. `euler` without a fixed step is of order 1 and far from that law
-// at loose tolerances; `cvode` replaces it. Fixed steps become an eighth (euler) or a quarter
-// (order 2) as long, which leaves an eighth or a 16th of the error. Not for `static`, which has no
-// error of time steps.
+// Tolerances become a 64th. For a method of order p under error control, steps are proportional to
+// the (p + 1)-th root of the tolerance, and errors to the p-th power of the steps. With p = 2,
+// steps become a quarter and errors a 16th. Source: Hairer, Noersett, Wanner, Solving Ordinary
+// Differential Equations I, II.4.
+//
+// `euler` without a fixed step is of order 1, and far from this law at loose tolerances, so `cvode`
+// replaces it. Fixed steps become an eighth (euler) or a quarter (order 2). That leaves an eighth
+// or a 16th of the error. Precondition: the method is not `static`, which has no error of time
+// steps.
 TimeCase tightened(const TimeCase& time);
 
-// Compares the frames of a run, as they come, with a second run. It holds one state of the second
-// run and no trajectory. A second run that gains energy has failed.
+// Compares a run, frame by frame, with a second run. Holds one state of the second run and no
+// trajectory. A second run that gains energy counts as failed.
 class ErrorMonitor {
  public:
-  // A nonzero `stop` ends a comparison early, as it ends the run; it may be null. The scene must
-  // outlive the monitor.
+  // A nonzero `stop` ends the second run early. `stop` may be null, and must outlive the monitor.
   ErrorMonitor(const Scene& scene, const std::atomic<int>* stop);
-  // A function that is called after every step of the second run; true ends the comparison early.
-  // May be empty.
+  // A function that is called after every step of the second run. It returns true to end that run
+  // early. May be empty.
   using ShouldStop = std::function<bool(const Simulation& second)>;
   // Uses `second` as the options of the second, more exact run.
   ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop);
 
-  // Advances the second run to `time` (s, not before the last call) and compares it with the state
-  // `y` of the first. Returns the RMS distances by dynamic body, m; NaN if the second run has
-  // failed or was stopped.
+  // Advances the second run to `time` (s), and compares its state with the state `y` of the first.
+  // Precondition: `time` is not before that of the last call. Returns the RMS distances by dynamic
+  // body (m), or NaN if the second run has failed or was stopped.
   std::span<const double> compare(double time, std::span<const double> y);
   ErrorEstimate estimate() const;
 
@@ -57,7 +59,7 @@ class ErrorMonitor {
   std::vector<double> state_;
   std::vector<Vec3> position_, other_position_, scratch_velocity_;
   std::vector<double> distances_;        // m, by body
-  std::vector<double> motion_, radius_;  // m, by body: largest so far; value at the start
+  std::vector<double> motion_, radius_;  // m, by body: largest motion so far; initial radius
   std::vector<double> times_;            // s, of the frames compared
   std::vector<double> all_distances_;    // m, by frame and body
   std::string failure_;

@@ -16,17 +16,18 @@ struct Cost {
   friend Cost operator-(const Cost& a, const Cost& b) { return {a.wall - b.wall, a.cpu - b.cpu}; }
 };
 
-// The parts do not overlap. The total is measured separately and may slightly exceed their sum.
+// The parts do not overlap; their sum is the total.
 struct Bill {
-  Cost setup;           // reading the case, the scene, the integrator, the file
-  Cost pilot;           // of time.accuracy
+  Cost setup;           // reading the case; making the scene, the integrator and the file
+  Cost pilot;           // pilot runs that correct time.accuracy
   Cost run;             // steps and frames, with the energies of both
   Cost record;          // gathering frames and writing the file
-  Cost error_estimate;  // the second run, beside this one
+  Cost error_estimate;  // second, more exact run that the error estimate compares with
   Cost total;
 };
 
-// Names of the parts: each prefix is completed by wall_s or cpu_s, in JSON and in the file.
+// A part and the prefix of its names. "setup_" stands for setup_wall_s and setup_cpu_s, in JSON and
+// in the trajectory.
 struct BillPart {
   const char* prefix;
   Cost Bill::*cost;

@@ -1,12 +1,12 @@
-// The error of files that cannot be read or written.
+// The error of a file that cannot be read or written.
 #pragma once
 
 #include <stdexcept>
 
 namespace weft::sim {
 
-// Thrown when the file system or HDF5 refuses something (exit code 4). The text starts with the
-// path.
+// Thrown when a file cannot be read or written, or its content is not valid (exit code 4). The text
+// starts with the path.
 class FileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

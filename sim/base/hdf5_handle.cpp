@@ -8,11 +8,11 @@
 namespace weft::sim::hdf5 {
 namespace {
 
-// Keeps HDF5 from closing itself at exit. HDF5 1.10 keeps some memory for every piece with a wrong
-// checksum and would complain of it on stderr ("infinite loop closing library"). Closing is not
-// needed: every handle closes itself, and what a writer has committed is in the file.
+// Keeps HDF5 from closing its library at exit. HDF5 1.10 never frees some memory of chunks with a
+// wrong checksum, and closing would print "infinite loop closing library" on stderr. No data are
+// lost: every handle closes itself, and a writer's commits are in the file.
 [[maybe_unused]] const herr_t no_closing_at_exit = H5dont_atexit();
-// Bytes that one byte of a compressed chunk may stand for: zlib reaches 1032.
+// Upper bound of the compression ratio of a chunk. zlib reaches 1032.
 constexpr double most_compression = 2000;
 
 herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
@@ -52,7 +52,8 @@ Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsiz
                                  maximum.empty() ? nullptr : maximum.data()));
 }
 
-// Most texels of an image. A texel's number must be an int, while the file may claim any size.
+// Largest number of texels of an image. Texels are numbered by int, while a file may claim any
+// size.
 constexpr hsize_t largest_texel_count = 1 << 30;
 
 bool is_image(const std::vector<hsize_t>& shape) {
@@ -66,7 +67,6 @@ bool is_image(const std::vector<hsize_t>& shape) {
   return true;
 }
 
-// Number of values of a dataset.
 hsize_t count_of(const std::vector<hsize_t>& shape) {
   hsize_t count = 1;
   for (const hsize_t size : shape) count *= size;
@@ -161,14 +161,14 @@ Handle Access::open_for_reading() const {
   const auto status = std::filesystem::status(path_, error);
   if (!std::filesystem::exists(status)) reject("no such file");
   if (std::filesystem::is_directory(status)) reject("is a directory");
-  // HDF5 would wait for the writer of a pipe, or read a device.
+  // Opening a pipe would wait for its writer, and opening a device would read it.
   if (!std::filesystem::is_regular_file(status)) reject("is not a regular file");
   const Handle file_access(H5Pcreate(H5P_FILE_ACCESS));
 #if H5_VERSION_GE(1, 10, 7)
   H5Pset_file_locking(file_access.get(), false, true);
 #endif
   // HDF5 reads the file's size before its content, so a file that grows in between looks truncated.
-  // If it has grown, opening is tried again.
+  // A failed open is repeated if the file has grown.
   for (;;) {
     const auto size = std::filesystem::file_size(path_, error);
     const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, file_access.get());

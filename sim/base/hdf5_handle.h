@@ -35,7 +35,8 @@ class Handle {
   hid_t id_ = H5I_INVALID_HID;
 };
 
-// While it lives, HDF5 does not print its error stack on stderr; exceptions carry the text.
+// Keeps HDF5 from printing its error stack on stderr while this object lives. Exceptions carry the
+// text instead.
 class QuietErrors {
  public:
   QuietErrors();
@@ -48,13 +49,14 @@ class QuietErrors {
   void* data_ = nullptr;
 };
 
-// Calls on one file. Every function throws FileError: "PATH: cannot ACTION: MESSAGE OF HDF5".
+// Operations on one file. Every function throws FileError if HDF5 fails: "PATH: cannot ACTION:
+// MESSAGE OF HDF5".
 class Access {
  public:
   explicit Access(std::string path) : path_(std::move(path)) {}
   const std::string& path() const { return path_; }
 
-  // Returns `result` unless it is negative, HDF5's mark of failure.
+  // Returns `result`, or throws if it is negative, which is how HDF5 reports failure.
   template <typename Result>
   Result check(Result result, const std::string& action) const {
     if (result < 0) fail(action);
@@ -62,10 +64,10 @@ class Access {
   }
   Handle handle(hid_t id, const std::string& action) const { return Handle(check(id, action)); }
   [[noreturn]] void fail(const std::string& action) const;
-  // Throws for contents that HDF5 can read but Weft cannot: "PATH: REASON".
+  // Throws FileError "PATH: REASON" for content that HDF5 can read but Weft does not accept.
   [[noreturn]] void reject(const std::string& reason) const;
 
-  // Attributes of an open object. Strings are of variable length, UTF-8.
+  // Attributes of an open object. Strings have variable length and are UTF-8.
   void write_attribute(hid_t object, const std::string& name, const std::string& value) const;
   void write_attribute(hid_t object, const std::string& name, double value) const;
   void write_attribute(hid_t object, const std::string& name, const std::vector<int>& values) const;
@@ -73,36 +75,36 @@ class Access {
   double read_double(hid_t object, const std::string& name) const;
   std::vector<int> read_integers(hid_t object, const std::string& name) const;
 
-  // Opens the file read-only and without locks: a writer sets none either, and some network file
-  // systems refuse them. Rejects anything but a regular file.
+  // Opens the file read-only and without locks: the writer uses none, and some network file systems
+  // refuse them. Rejects anything but a regular file.
   Handle open_for_reading() const;
   Handle open_dataset(hid_t parent, const std::string& name) const;
   Handle open_group(hid_t parent, const std::string& name) const;
   std::vector<hsize_t> dimensions(hid_t dataset) const;
-  // Rejects a dataset that stores less than its first `entries` numbers take, or more than the file
-  // holds. A file of a few bytes can claim any shape, so no memory may be reserved for a shape
-  // alone. Compressed data may stand for two thousand times their size. Virtual data lie elsewhere
+  // Rejects a dataset that stores fewer bytes than its first `entries` numbers need, or more than
+  // the file holds. Call it before allocating: a file of a few bytes can claim any shape.
+  // Compressed data may expand by a factor of two thousand. Virtual and external data lie elsewhere
   // and are not checked.
   void require_stored(hid_t dataset, const std::string& name, double entries) const;
-  // Names of the members of a group in the order of their creation or, if the group has not
-  // recorded that, by name.
+  // Returns the names of a group's members in order of creation or, if the group does not record
+  // that order, sorted by name.
   std::vector<std::string> members(hid_t group) const;
 
  private:
   std::string path_;
 };
 
-// A simple data space; an empty `maximum` means that it cannot grow.
+// Returns a simple data space. With an empty `maximum` its datasets cannot grow.
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
 
-// True if a shape is that of an image of positions, [rows, cols, 3] or [patches, rows, cols, 3],
-// with no more texels than an int can number.
+// True if the shape is that of an image of positions: [rows, cols, 3] or [patches, rows, cols, 3].
+// The number of texels must fit an int.
 bool is_image(const std::vector<hsize_t>& shape);
-// The product of the sizes.
+// Returns the number of values of a dataset of this shape, the product of the sizes.
 hsize_t count_of(const std::vector<hsize_t>& shape);
 bool holds_numbers(hid_t dataset);
 
-// The innermost message of HDF5's error stack, which names the cause.
+// Returns the innermost message of HDF5's error stack, which names the cause.
 std::string error_text();
 
 }  // namespace weft::sim::hdf5

@@ -10,13 +10,13 @@
 
 namespace weft::sim {
 
-// Size of the chunks into which work is cut, for any number of threads. Sums are formed per chunk
-// and then added in order, so one thread and many give the same bits.
+// Number of loop iterations per chunk, independent of the number of threads. Sums are formed per
+// chunk and then added in order, so one thread and many give the same bits.
 inline constexpr int chunk_size = 2048;
 
-// Calls body(first, last) for every chunk of [0, count). One thread runs the same loop as many. Two
-// loops would compile the body twice, and a product and a sum that the compiler fuses in only one
-// of them differ in the last bit.
+// Calls body(first, last) for every chunk [first, last) of [0, count), on up to `threads` threads.
+// One thread runs the same loop as many: in a second loop the compiler may fuse multiplications and
+// additions differently, which changes the last bit.
 template <class Body>
 void parallel_chunks(int count, int threads, const Body& body) {
   const int chunks = (count + chunk_size - 1) / chunk_size;
@@ -24,7 +24,7 @@ void parallel_chunks(int count, int threads, const Body& body) {
   for (int c = 0; c < chunks; ++c) body(c * chunk_size, std::min(count, (c + 1) * chunk_size));
 }
 
-// Sum of partial(first, last) over the chunks of [0, count).
+// Returns the sum of partial(first, last) over the chunks of [0, count).
 template <class Partial>
 double parallel_sum(int count, int threads, const Partial& partial) {
   std::vector<double> part((count + chunk_size - 1) / chunk_size);
@@ -35,7 +35,7 @@ double parallel_sum(int count, int threads, const Partial& partial) {
   return sum;
 }
 
-// Sum of the products of vectors of one size.
+// Returns the dot product of two arrays of equal size.
 inline double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
   return parallel_sum(static_cast<int>(a.size()), threads, [&](int first, int last) {
     double sum = 0;

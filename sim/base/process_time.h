@@ -5,7 +5,7 @@
 
 namespace weft::sim {
 
-// CPU time of the whole process, s.
+// Returns the CPU time of all threads of the process (s).
 inline double process_cpu_time() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);

@@ -14,8 +14,8 @@
 namespace weft::sim {
 namespace {
 
-// Restores the default handling of crashes, which sanitizers replace: here a crash must stay a
-// signal.
+// Restores the default signal handlers: sanitizers replace them, but a crash must end this process
+// by its signal. Also suppresses the core file and makes this process die with its parent.
 void prepare_to_crash(pid_t parent) {
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(signal, SIG_DFL);
   const rlimit none{0, 0};

@@ -1,5 +1,5 @@
-// A separate process for untrusted files. HDF5 1.10 crashes on some damaged files and reads others
-// without end; both must become a message.
+// Reads untrusted files in a separate process. HDF5 1.10 crashes on some damaged files and reads
+// others without end; the caller must get a message in both cases.
 #pragma once
 
 #include <functional>
@@ -9,27 +9,28 @@
 namespace weft::sim {
 
 struct ProcessEnd {
-  int code = 0;    // result of `work`
-  int signal = 0;  // signal that ended the process; 0: none
+  int code = 0;    // return value of `work`
+  int signal = 0;  // signal that ended the process; 0: it exited by itself
 };
 
-// Calls `work` in a copy of this process and waits for it. The copy has only the calling thread;
-// its memory is its own, but it shares this process's streams. It dies with this process, leaves no
-// core file, and ends without destructors or exit handlers: `work` must flush what it writes. An
-// exception that leaves `work` ends it by SIGABRT. Meanwhile this process calls `meanwhile`, to
-// read what `work` sends. Throws std::runtime_error if the system gives no process. Cost: about a
-// millisecond.
+// Calls `work` in a forked copy of this process and waits for its end. The copy runs only the
+// calling thread. Its memory is its own, but it shares this process's streams.
 //
-// After `cpu_limit` seconds of CPU time, rounded up, SIGXCPU ends the process.
+// The copy dies with this process and leaves no core file. It ends without destructors or exit
+// handlers, so `work` must flush its output. An exception that leaves `work` ends the copy by
+// SIGABRT. After `cpu_limit` seconds of CPU time, rounded up, SIGXCPU ends it.
+//
+// This process calls `meanwhile` before it waits, for example to read the output of `work`. Throws
+// std::runtime_error if the system cannot start a process. Costs about a millisecond.
 ProcessEnd run_in_process(const std::function<int()>& work,
                           const std::function<void()>& meanwhile = {},
                           std::optional<double> cpu_limit = {});
 
-// Limit of CPU time for reading, s; a sound file takes far less.
+// CPU time limit for reading a file (s). An undamaged file needs far less.
 inline constexpr double reading_cpu_limit = 30;
 
-// Message for a crash: "PATH: is damaged: HDF5 crashed on reading it (Segmentation fault)" or, for
-// SIGXCPU, "PATH: is damaged: HDF5 comes to no end of reading it".
+// Returns the message for a crash: "PATH: is damaged: HDF5 crashed on reading it (Segmentation
+// fault)" or, for SIGXCPU, "PATH: is damaged: HDF5 comes to no end of reading it".
 std::string describe_crash(const std::string& path, int signal);
 
 }  // namespace weft::sim

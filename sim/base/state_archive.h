@@ -1,4 +1,4 @@
-// Saved states as bytes, from which a simulation continues with the same bits.
+// Saved states as bytes. A simulation restored from them continues with the same bits.
 #pragma once
 
 #include <cstring>
@@ -13,14 +13,14 @@
 
 namespace weft::sim {
 
-// Writes values to bytes, or reads them back in the same order, so one list of members serves both
-// ways. Bytes are in this machine's format. Reading throws std::invalid_argument if bytes are
+// Writes values to bytes, or reads them back in the same order. One list of members serves both
+// directions. Bytes are in this machine's format. Reading throws std::invalid_argument if bytes are
 // missing.
 class StateArchive {
  public:
-  StateArchive() = default;  // writes
+  StateArchive() = default;  // makes an archive that writes
   explicit StateArchive(std::string_view bytes)
-      : reads_(true), left_(bytes) {}  // reads; keeps a view of the bytes
+      : reads_(true), left_(bytes) {}  // makes an archive that reads, without copying the bytes
 
   bool reads() const { return reads_; }
   template <class... Values>

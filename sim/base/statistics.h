@@ -1,5 +1,5 @@
-// The work and cost of a run: counters and phase times, printed by --json and stored in the
-// trajectory.
+// The work and cost of a run: counters and phase times. --json prints all of them, and the
+// trajectory stores most.
 #pragma once
 
 #include <chrono>
@@ -8,16 +8,16 @@
 namespace weft::sim {
 
 struct Counters {
-  std::int64_t body_pairs = 0;          // pairs of neighbouring bodies, all updates together
-  std::int64_t rebuilds = 0;            // pyramids rebuilt
-  std::int64_t self_traversals = 0;     // pyramids traversed against themselves
-  std::int64_t pair_traversals = 0;     // pyramids traversed against another
-  std::int64_t bound_tests = 0;         // bounding volumes compared with another
-  std::int64_t candidate_pairs = 0;     // feature pairs put on lists, all builds together
-  std::int64_t narrow_phase_calls = 0;  // pairs of features whose distance was computed
-  std::int64_t ccd_calls = 0;           // feature paths checked by continuous collision
-  std::int64_t friction_terms = 0;      // pairs in reach whose friction was evaluated
-  std::int64_t force_evaluations = 0;   // right-hand sides
+  std::int64_t body_pairs = 0;       // pairs of neighbouring bodies, summed over all updates
+  std::int64_t rebuilds = 0;         // pyramids rebuilt
+  std::int64_t self_traversals = 0;  // pyramids traversed against themselves
+  std::int64_t pair_traversals = 0;  // pairs of different pyramids traversed together
+  std::int64_t bound_tests = 0;      // pairs of bounding volumes compared
+  std::int64_t candidate_pairs = 0;  // feature pairs put on candidate lists, summed over all builds
+  std::int64_t narrow_phase_calls = 0;  // feature pairs whose distance or path was checked
+  std::int64_t ccd_calls = 0;           // feature pairs checked by continuous collision detection
+  std::int64_t friction_terms = 0;      // pairs in contact range whose friction was evaluated
+  std::int64_t force_evaluations = 0;   // evaluations of the right-hand side
   std::int64_t matrix_assemblies = 0;
 };
 
@@ -29,7 +29,7 @@ struct IntegratorCounts {
   std::int64_t newton_iterations = 0;
   std::int64_t linear_iterations = 0;
   std::int64_t linear_setups = 0;
-  std::int64_t restarts = 0;  // on request: the method dropped its history
+  std::int64_t restarts = 0;  // by Integrator::restart(), which drops the method's history
 
   IntegratorCounts& operator+=(const IntegratorCounts& more) {
     steps += more.steps;
@@ -44,7 +44,7 @@ struct IntegratorCounts {
   }
 };
 
-struct PhaseTimes {  // s of wall time; the phases do not overlap
+struct PhaseTimes {  // wall time, s; phases do not overlap
   double rebuild = 0;
   double traverse = 0;
   double narrow_phase = 0;
@@ -59,8 +59,8 @@ struct Statistics {
   PhaseTimes phases;
 };
 
-// Adds the time of its life to one phase. It pauses while another timer of the same thread lives
-// inside it.
+// Adds the wall time of its life to one phase. Time within the life of a later timer of the same
+// thread is not counted.
 class PhaseTimer {
  public:
   explicit PhaseTimer(double& phase) : phase_(phase), outer_(innermost()), start_(Clock::now()) {

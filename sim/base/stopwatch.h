@@ -8,12 +8,12 @@
 
 namespace weft::sim {
 
-// Measures the cost since its construction.
+// Measures the wall and CPU time since its construction.
 class Stopwatch {
  public:
   Stopwatch() : Stopwatch(std::chrono::steady_clock::now(), process_cpu_time()) {}
-  // Returns a stopwatch that started with the process. Loading the program is assumed to have
-  // lasted as long as its CPU time.
+  // Returns a stopwatch that started with the process. Its wall time includes the loading of the
+  // program, estimated by the CPU time so far.
   static Stopwatch since_process_start() {
     const std::chrono::duration<double> loading(process_cpu_time());
     return {std::chrono::steady_clock::now() -
@@ -33,7 +33,7 @@ class Stopwatch {
   double cpu_start_;  // s
 };
 
-// Adds the cost of its life to one part.
+// Adds the wall and CPU time of its life to one part of the bill.
 class CostTimer {
  public:
   explicit CostTimer(Cost& part) : part_(part) {}

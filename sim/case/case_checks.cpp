@@ -19,13 +19,14 @@ namespace weft::sim {
 
 namespace {
 
-// Measured limits: looser tolerances silently let states with nonsensical strain through.
+// Largest tolerances relative to contact.range, as measured. Looser ones accept states with
+// nonsensical strain without notice.
 constexpr double position_tolerance_per_range = 0.005;
 constexpr double velocity_tolerance_per_range = 0.5;  // 1/s
-// Orders 3 to 5 go wrong on undamped cloth and at loose tolerances.
+// Orders 3 to 5 give wrong results without damping or at loose tolerances.
 constexpr int highest_unconditional_order = 2;
 constexpr double high_order_tolerance = 1e-6;  // m
-// Comparisons allow for rounding: 0.005 * 2e-3 and 1e-5 differ in the last bit.
+// Factor by which comparisons allow for rounding: 0.005 * 2e-3 and 1e-5 differ in the last bit.
 constexpr double rounding = 1 + 1e-9;
 
 class Checker {
@@ -105,7 +106,7 @@ class Checker {
     }
   }
 
-  // Returns the path to blame: the first if the case gives it, else the second.
+  // Returns the path at which to report a fault: `first` if the case gives it, else `second`.
   std::string first_given(const std::string& first, const std::string& second) const {
     return locations_.given(first) ? first : second;
   }
@@ -130,7 +131,7 @@ class Checker {
     if (!case_.contact.enabled || traits_of(case_.time.method).is_explicit) return;
     const double range = case_.contact.range;
     const double position_limit = position_tolerance_limit(case_);
-    // time.accuracy sets the tolerance later and keeps to this limit.
+    // time.accuracy sets the tolerance later, within this limit.
     if (!case_.awaits_accuracy() && case_.time.position_tolerance > position_limit * rounding) {
       fail(first_given("time.position_tolerance", "contact.range"),
            "a position_tolerance of " + number_text(case_.time.position_tolerance) +
@@ -149,7 +150,8 @@ class Checker {
     }
   }
 
-  // Bodies and obstacles share one set of names, since both are bodies of the trajectory.
+  // Refuses a second use of a name. Bodies and obstacles share one set of names, since both are
+  // bodies of the trajectory.
   void names() const {
     std::map<std::string, std::string> owners;  // name -> path
     const auto claim = [&](const std::string& name, const std::string& path) {
@@ -169,7 +171,7 @@ class Checker {
     }
   }
 
-  // Refuses a case that needs too much memory; the error is placed at its largest shape.
+  // Refuses a case that needs too much memory. The error is placed at the largest shape.
   void memory() const {
     const SceneSize size = size_of_case(case_);
     const std::string reason = reason_of_memory(case_, size);
@@ -210,7 +212,7 @@ class Checker {
     }
   }
 
-  // Refuses a body that nothing can hold: it falls for ever and has no equilibrium.
+  // Refuses a body that nothing can hold, because it falls forever and has no equilibrium.
   void supports() const {
     if (!traits_of(case_.time.method).finds_equilibria() || case_.world.gravity.is_zero()) return;
     const auto is_pinned = [](const BodyCase& body) { return !body.pin.empty(); };
@@ -229,8 +231,8 @@ class Checker {
     }
   }
 
-  // Names the bodies that hang by ties, directly or through others, from a pinned body or an
-  // obstacle.
+  // Returns the names of bodies that hang by ties from a pinned body or an obstacle, directly or
+  // through other bodies.
   std::vector<std::string> held_by_ties() const {
     std::vector<std::string> held;
     const auto is_held = [&](const std::string& name) {

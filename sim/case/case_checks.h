@@ -1,4 +1,4 @@
-// The rules of a case that compare one value with another.
+// Checks the rules of a case that compare one value with another.
 #pragma once
 
 #include <string>
@@ -9,15 +9,17 @@
 namespace weft::sim {
 
 // Throws CaseError, placed at the value that breaks a rule. Preconditions: every single value is
-// within its limits (case_schema.h), and every body names a material.
+// within its limits (case_schema.h), and every body has the name of a material.
 void check_case(const Case& target, const Locations& locations);
 
-// The largest time.position_tolerance (m) at which contact is sound; infinite without contact.
+// Returns the largest time.position_tolerance (m) at which contact is reliable; infinite without
+// contact.
 double position_tolerance_limit(const Case& target);
 
-// A notice if the fixed step is longer than the time between frames; otherwise empty.
+// Returns a notice if the fixed step is longer than the time between frames, else nothing.
 std::string long_step_notice(const TimeCase& time);
-// A notice of the first pin whose hold_time or release_time is not within the run; otherwise empty.
+// Returns a notice about the first pin whose hold_time or release_time is not within the run, else
+// nothing.
 std::string late_pins_notice(const Case& target);
 
 }  // namespace weft::sim

@@ -1,4 +1,5 @@
-// Writes the JSON schema and the reference page from the description that the reader uses.
+// Writes the JSON schema and the reference page of case files, from the schema that the reader
+// uses.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -18,7 +19,7 @@ constexpr const char* identifier_pattern = "^[A-Za-z0-9_-]+$";
 
 Json table_schema(const Table& table);
 
-// The schema of a number with its limits.
+// Returns the schema of a number with its limits.
 Json number_schema(const Field& field, const char* type) {
   Json schema{{"type", type}};
   const Limits& limits = field.limits;
@@ -37,7 +38,8 @@ Json array_schema(Json items, std::size_t least, std::size_t most) {
   return schema;
 }
 
-// The schema of a field, with its default if one is stored; one overload per kind of member.
+// Makes the schema of a field, with its default if one is stored. There is one overload per kind of
+// member.
 struct FieldSchema {
   const Field& field;
 
@@ -90,7 +92,7 @@ struct FieldSchema {
     if (field.names.empty()) return entries({{"type", "string"}, {"pattern", identifier_pattern}});
     return entries({{"enum", field.names}});
   }
-  // The forms of a value that varies; all of its defaults are constants.
+  // Lists the forms of a value that may vary in time. All defaults are constants.
   template <class Value>
   Json operator()(const Varying<Value>* value) const {
     const Value constant = value->constant();
@@ -124,11 +126,11 @@ struct FieldSchema {
   }
 };
 
-// The rule for one value of a switch: the keys that it requires and those that it forbids.
+// Returns the rule for one value of a switch: which keys it requires and which it forbids.
 Json switch_schema(const Table& table, const Field& switch_field, const std::string& value) {
   const auto& choice = std::get<Choice>(switch_field.member);
   Json condition{{"properties", {{switch_field.key, {{"const", value}}}}}};
-  // The condition also holds for an absent key whose default is this value.
+  // If the value is the default, the condition also holds without the key.
   const bool is_default = !switch_field.required && choice.names[choice.get()] == value;
   if (!is_default) condition["required"] = {switch_field.key};
   Json needed = Json::array();
@@ -148,7 +150,7 @@ Json switch_schema(const Table& table, const Field& switch_field, const std::str
   return {{"if", std::move(condition)}, {"then", std::move(consequence)}};
 }
 
-// Adds the rules between the keys of one table: switches, and keys that rule others out.
+// Adds the rules between the keys of a table: switches, and keys that exclude others.
 void add_key_rules(const Table& table, Json& schema) {
   for (const Field& field : table.fields) {
     if (const auto* choice = std::get_if<Choice>(&field.member)) {
@@ -199,7 +201,7 @@ std::string meaning_cell(const Field& field) {
 
 void write_page(const Table& table, const std::string& path, std::string& page);
 
-// Writes the section of one table inside another.
+// Writes the section about one table that is a member of another.
 struct Section {
   const Field& field;
   const std::string& path;
@@ -243,7 +245,7 @@ void write_page(const Table& table, const std::string& path, std::string& page) 
   }
 }
 
-// Writes the forms of keys that vary in time.
+// Writes the section about the forms of keys that vary in time.
 void write_forms(std::string& page) {
   std::string keys;
   for (const std::string& key : keys_that_vary()) keys += (keys.empty() ? "" : ", ") + code(key);

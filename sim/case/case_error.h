@@ -1,4 +1,5 @@
-// The one exception for bad user input, thrown only while a case is loaded and its scene built.
+// The exception for bad user input. It is thrown only while a case is loaded and its scene is
+// built.
 #pragma once
 
 #include <stdexcept>
@@ -8,10 +9,10 @@
 
 namespace weft::sim {
 
-// `file:line:col` of the parts that are known.
+// Returns the place as `file:line:col`, or as `file` if the line is 0.
 std::string place_text(const SourceLocation& where);
 
-// what() reads `file:line:col: message` with the hint, if any, on the next line.
+// An error in a case. what() is `file:line:col: message`, and the hint, if any, on the next line.
 class CaseError : public std::runtime_error {
  public:
   CaseError(const SourceLocation& where, const std::string& message, const std::string& hint = "");

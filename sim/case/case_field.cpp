@@ -1,4 +1,4 @@
-// Limits, fields and tables of the schema, and their wording.
+// Limits, fields and tables of the schema, and their descriptions in words.
 #include <algorithm>
 #include <cmath>
 
@@ -90,7 +90,7 @@ bool applies(const Field& field, const Table& table) {
 
 namespace {
 
-// The number of entries in words: "2 numbers", "1 to 2 whole numbers", "names".
+// Returns the number of entries in words: "2 numbers", "1 to 2 whole numbers", "names".
 std::string count_text(const Field& field, const std::string& noun) {
   const std::size_t least = field.minimum_entries;
   const std::size_t most = field.maximum_entries;
@@ -100,7 +100,7 @@ std::string count_text(const Field& field, const std::string& noun) {
   return count + ' ' + noun + 's';
 }
 
-// The expected values in words; one overload per kind of member.
+// Describes the expected values in words. There is one overload per kind of member.
 struct ExpectedText {
   const Field& field;
 

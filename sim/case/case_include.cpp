@@ -26,7 +26,7 @@ struct Include {
   SourceLocation where;
 };
 
-// Takes the [[include]] tables out of the tree of `file`.
+// Removes the [[include]] tables from the tree of `file` and returns their paths and places.
 std::vector<Include> take_includes(toml::table& tree, const std::string& file) {
   const toml::node* node = tree.get("include");
   if (node == nullptr) return {};
@@ -42,7 +42,7 @@ std::vector<Include> take_includes(toml::table& tree, const std::string& file) {
   return includes;
 }
 
-// Returns the file's path without links and dots. Two paths of one file have the same identity.
+// Returns a path without links and dots, which is equal for all paths of one file.
 std::string identity_of(const std::string& file) {
   std::error_code error;
   const fs::path identity = fs::weakly_canonical(file, error);
@@ -71,8 +71,8 @@ void refuse_other_keys(const toml::table& tree) {
                   "expected " + expected);
 }
 
-// Makes the path of an obstacle's shape file, if there is one, relative to the case file. `folder`
-// leads from the case's folder to that of the file with the obstacle.
+// Makes the path of an obstacle's shape file, if it has one, relative to the case file. `folder` is
+// the path from the folder of the case to the folder of the file with the obstacle.
 void move_shape_path(toml::table& obstacle, const fs::path& folder) {
   if (auto* path = obstacle["shape"]["path"].as_string()) *path = (folder / path->get()).string();
 }
@@ -82,8 +82,8 @@ class Merger {
   Merger(toml::table& root, const std::string& path)
       : root_(root), chain_{{path, identity_of(path)}}, seen_{identity_of(path)} {}
 
-  // Merges the files that `tree`, the last of the chain, includes. `folder` leads from the folder
-  // of the case file to that of `tree`.
+  // Merges the files that `tree` includes, which is the last file of the chain. `folder` is the
+  // path from the folder of the case to the folder of `tree`.
   void merge_includes_of(toml::table& tree, const fs::path& folder) {
     for (const Include& include : take_includes(tree, chain_.back().path)) {
       merge_file(include, folder);
@@ -162,9 +162,9 @@ class Merger {
     }
   }
 
-  // Returns the case's table or array `name`, which is made if the case has none. Returns null if
-  // the case has something else there, which its reader refuses. Precondition: `tree` has the key,
-  // whose place in the text a new list takes over.
+  // Returns the case's table or array `name`. Makes one if the case has none, at the place in the
+  // text where `tree` has the key. Returns null if the case has another kind of value there, which
+  // the reader will refuse. Precondition: `tree` has the key.
   template <class List>
   List* list_in_root(const toml::table& tree, const char* name) {
     if (root_.get(name) == nullptr) root_.insert(tree.find(name)->first, List{});
@@ -172,7 +172,7 @@ class Merger {
   }
 
   toml::table& root_;
-  std::vector<File> chain_;  // from the case to the file that is being merged
+  std::vector<File> chain_;  // from the case file to the file being merged
   std::set<std::string> seen_;
 };
 

@@ -1,4 +1,4 @@
-// The places of a case's keys and values in its text.
+// Maps the keys and values of a case to their places in its text.
 #pragma once
 
 #include <map>
@@ -8,11 +8,11 @@
 
 namespace weft::sim {
 
-// Places of keys and values by path (case_schema.h). The reader fills them in; the rules that
-// compare values need them for their messages.
+// Places of keys and values, by path (case_schema.h). The reader adds them. Checks that compare
+// values use them in their messages.
 class Locations {
  public:
-  // A path without any place is reported as the first character of `file`.
+  // `file` is the case file. A path without any place is reported as its first character.
   explicit Locations(std::string file) : file_(std::move(file)) {}
 
   void add(const std::string& path, const SourceLocation& key, const SourceLocation& value) {
@@ -20,8 +20,8 @@ class Locations {
   }
   // True if the text or an override gives this path a value.
   bool given(const std::string& path) const { return places_.contains(path); }
-  // Return the place of the key or of the value; the value of a table is its header. For a path
-  // without a place they return the place of the nearest table around it.
+  // Return the place of the key or of the value. The place of a table is its header. Without a
+  // place of its own, a path has the place of the nearest table around it.
   SourceLocation key(const std::string& path) const;
   SourceLocation value(const std::string& path) const;
 

@@ -1,4 +1,4 @@
-// Rules for the keys of [output], among themselves and with the rest of the case.
+// Checks the rules of [output], between its keys and with the rest of the case.
 #pragma once
 
 #include "sim/case/case.h"

@@ -1,4 +1,4 @@
-// Enters one `--set KEY=VALUE` into the TOML tree, guided by the schema.
+// Applies one `--set KEY=VALUE` to the TOML tree, guided by the schema.
 #include <algorithm>
 #include <charconv>
 #include <string_view>
@@ -41,19 +41,19 @@ class Override {
   const std::string& key() const { return keys_[position_]; }
   bool at_last_key() const { return position_ + 1 == keys_.size(); }
 
-  // Parses a TOML document whose values carry the override as their source.
+  // Parses a TOML document. Its values carry the override as their source.
   toml::table parsed(const std::string& text) const {
     return toml::parse(std::string_view(text), std::string_view(source_));
   }
-  // Parses the override's value. Text that is not TOML becomes a string; so does any value of a key
-  // that takes a string.
+  // Parses the override's value. Text that is not TOML becomes a string. If the key expects a
+  // string, any other value becomes a string too.
   toml::table value(bool wants_string) const {
     try {
       toml::table document = parsed("value = " + value_);
       const bool usable = document.size() == 1 && (!wants_string || document["value"].is_string());
       if (usable) return document;
     } catch (const toml::parse_error&) {
-      // The text is taken as a string, whose type the reader judges.
+      // The text becomes a string, and the reader checks whether the key allows a string.
     }
     try {
       return parsed("value = " + toml_string(value_));
@@ -67,7 +67,8 @@ class Override {
     table.insert_or_assign(toml::key(name, std::move(region)), std::move(*document.get("value")));
   }
 
-  // Return the table or array under the current key. An absent table is created.
+  // child_table() and child_array() return the table or the array under the current key. An absent
+  // table is created. An absent array is an error.
   toml::table& child_table() {
     if (table_->get(key()) == nullptr) set(*table_, key(), parsed("value = {}"));
     toml::table* child = table_->get(key())->as_table();
@@ -89,7 +90,7 @@ class Override {
     return *child->as_array();
   }
 
-  // Goes one key further into the tree, or sets the value at the last key.
+  // Descends by one key of the path, or sets the value at the last key.
   void step() {
     const Field* field = schema_.find(key());
     if (field == nullptr) {
@@ -130,7 +131,7 @@ class Override {
     return !key.empty() && std::ranges::all_of(key, [](char c) { return c >= '0' && c <= '9'; });
   }
 
-  // Describes the table of a field that varies, whichever of its forms it has.
+  // Returns the schema of the table of a field that varies, with the keys of all its forms.
   Table varying_table(const Field& field) {
     if (std::holds_alternative<Varying<double>*>(field.member))
       return describe_curve(number_curve_, field);
@@ -141,13 +142,13 @@ class Override {
     return table;
   }
 
-  // Goes from the list of a [list.NAME] to one entry, or sets that entry as a whole.
+  // Descends from the tables [list.NAME] to one entry, or sets that entry as a whole.
   void enter_named(toml::table& list) {
     const std::string list_key = key();
     ++position_;
     std::vector<std::string> names;
     for (auto&& [name, node] : list) names.emplace_back(name.str());
-    // The default material of a case without any can be changed too.
+    // A case without materials has one of defaults, which an override can change.
     if (names.empty()) names.emplace_back("default");
     if (std::find(names.begin(), names.end(), key()) == names.end()) {
       fail("the case has no " + in_quotes(list_key + '.' + key()), name_hint(key(), names));
@@ -163,7 +164,7 @@ class Override {
     ++position_;
   }
 
-  // Goes from a list of tables to the entry with this name or, if there is none, with this index.
+  // Descends from a list of tables to the entry with this name or, without one, with this index.
   void enter_entry(toml::array& list) {
     const std::string list_key = key();
     ++position_;
@@ -189,7 +190,7 @@ class Override {
     ++position_;
   }
 
-  // Sets one number or name of an array.
+  // Sets one entry of an array.
   void set_entry(const Field& field) {
     const bool is_array = std::holds_alternative<Vec3*>(field.member) ||
                           std::holds_alternative<Varying<Vec3>*>(field.member) ||
@@ -201,7 +202,7 @@ class Override {
     if (!is_array) {
       fail(in_quotes(key()) + " has no keys of its own", "expected " + expected_text(field));
     }
-    // The other entries keep their defaults.
+    // An absent array starts from its default, so the other entries keep theirs.
     const std::string by_default = value_text(field);
     if (table_->get(key()) == nullptr && !by_default.empty()) {
       set(*table_, key(), parsed("value = " + by_default));
@@ -209,7 +210,7 @@ class Override {
     toml::array* list = &child_array();
     ++position_;
     std::size_t index = entry_index(field, *list);
-    // The entries of a list of vectors are arrays.
+    // Entries of a list of vectors are arrays, and the next key may select a component.
     if (!at_last_key() && std::holds_alternative<std::vector<Vec3>*>(field.member) &&
         (*list)[index].is_array()) {
       list = (*list)[index].as_array();
@@ -237,7 +238,7 @@ class Override {
     if (list.empty()) return "";
     return "expected an index from 0 to " + std::to_string(list.size() - 1);
   }
-  // Returns the index that the key names, or list.size() if it names none.
+  // Returns the index that the key names, or list.size() if the key is not a valid index.
   std::size_t index_key(const toml::array& list) const {
     std::size_t index = 0;
     const char* end = key().data() + key().size();
@@ -245,9 +246,9 @@ class Override {
     return error == std::errc() && stop == end ? std::min(index, list.size()) : list.size();
   }
 
-  toml::table* table_;  // position in the tree
-  Table schema_;        // description of that table
-  // Storage that schema_ points into.
+  toml::table* table_;  // current table in the tree
+  Table schema_;        // schema of that table
+  // Storage to which schema_ points.
   Case prototype_;
   CurveCase<double> number_curve_;
   CurveCase<Vec3> vector_curve_;

@@ -13,8 +13,8 @@ namespace weft::sim {
 
 namespace {
 
-// A body without a material takes the only one that the case has. A case without any gets one of
-// defaults.
+// Gives each body without a material the only material of the case. A case without materials gets
+// one of defaults.
 void choose_materials(Case& target, const Locations& locations) {
   if (target.material.empty()) {
     target.material.emplace_back().name = "default";
@@ -42,7 +42,7 @@ bool changes_includes(const std::string& override_text) {
 Case parse_case(const std::string& text, const std::string& path,
                 const std::vector<std::string>& overrides) {
   toml::table root = parse_toml(text, path);
-  // Overrides of `include` choose the files; all other overrides apply to included tables, too.
+  // Overrides of `include` choose the files. All other overrides also apply to included tables.
   for (const std::string& each : overrides) {
     if (changes_includes(each)) apply_override(root, each);
   }

@@ -1,6 +1,6 @@
-// The contents of a case file: each struct of case.h as a list of fields, described once. The
-// reader, the overrides, the writer of resolved cases, the JSON schema and the reference page all
-// walk these lists, so they agree.
+// The schema of a case file: each struct of case.h as a list of fields, described once. The reader,
+// the overrides, the writer of resolved cases, the JSON schema and the reference page all use these
+// lists, so they agree.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@
 
 namespace weft::sim {
 
-// The range of numbers that a field takes; by default any finite number. NaN and infinity are never
-// allowed.
+// The range of numbers that a field allows; by default any finite number. NaN and infinity are
+// never allowed.
 struct Limits {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
@@ -23,27 +23,27 @@ struct Limits {
   bool maximum_excluded = false;
 
   bool allow(double value) const;
-  // The limits in words: " > 0", " >= 0", " > -1 and < 1", or nothing.
+  // Returns the limits in words: " > 0", " >= 0", " > -1 and < 1", or nothing.
   std::string text() const;
 };
 
 struct Table;
 
-// A member that holds one of an enum's values, written by name, in the enum's order.
+// A member that holds a value of an enum. It is written by name; `names` follow the enum's order.
 struct Choice {
   std::vector<std::string> names;
   std::function<std::size_t()> get;
   std::function<void(std::size_t)> set;
 };
 
-// A member that is a table; `open` creates it if it is absent and describes it.
+// A member that is a table. `open` creates the table if it is absent, and describes it.
 struct TableMember {
   std::function<bool()> present;
   std::function<Table()> open;
 };
 
 // A member that is a list of tables: [[key]], or [key.NAME] if `named`. `append` adds an entry with
-// defaults and invalidates the descriptions of earlier entries.
+// defaults. It invalidates the descriptions of earlier entries.
 struct TableList {
   bool named = false;
   std::function<std::size_t()> size;
@@ -51,7 +51,7 @@ struct TableList {
   std::function<Table()> append;
 };
 
-// An absent std::optional<int> is written "auto".
+// The member that a field describes. An absent std::optional<int> is written "auto".
 using Member = std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*,
                             std::string*, Vec3*, std::optional<Vec3>*, std::vector<int>*,
                             std::vector<double>*, std::vector<Vec3>*, std::vector<std::string>*,
@@ -61,18 +61,19 @@ struct Field {
   std::string key;
   Member member;
   std::string meaning;
-  std::string unit;          // empty: none
-  Limits limits;             // of a number, or of each entry of an array
+  std::string unit;          // empty: dimensionless, or not a number
+  Limits limits;             // of a number, or of each number of an array
   bool required = false;     // only where the field applies
-  bool identifier = false;   // a string that is_identifier()
-  std::string default_text;  // describes a default that is computed, not stored
-  std::size_t minimum_entries = 1, maximum_entries = 0;  // of an array; maximum 0: any
-  std::vector<std::string> names;  // the entries an array may have; empty: any name
-  // The field applies only where the Choice `switch_key` of the same table has one of these values.
+  bool identifier = false;   // a string for which is_identifier() holds
+  std::string default_text;  // describes a default that is computed instead of stored
+  std::size_t minimum_entries = 1, maximum_entries = 0;  // of an array; maximum 0: no limit
+  std::vector<std::string> names;  // allowed entries of an array of names; empty: any name
+  // The field applies only if the Choice `switch_key` of the same table has one of these values.
+  // Without a switch_key it always applies.
   std::string switch_key;
   std::vector<std::string> switch_values;
-  std::string excluded_by;  // key of the same table that must be absent
-  bool takes_gust = false;  // a vector that varies: a gust, too
+  std::string excluded_by;  // key of the same table that excludes this one
+  bool takes_gust = false;  // a vector that varies may also be a gust
 
   Field& with_default(std::string text);
   Field& needed();
@@ -86,18 +87,18 @@ struct Field {
 
 struct Table {
   std::vector<Field> fields;
-  std::string* name = nullptr;         // of [key.NAME] entries, which take it from their key
-  SourceLocation* location = nullptr;  // where the struct stores its place in the file
+  std::string* name = nullptr;         // of a [key.NAME] entry, which takes it from its key
+  SourceLocation* location = nullptr;  // member that stores the table's place in the file
 
   const Field* find(const std::string& key) const;
   std::vector<std::string> keys() const;
 };
 
-// The fields of a whole case; they point into `target`. It must outlive the description, and its
-// lists must not grow except by `append` while the description is in use.
+// Describes a whole case. The fields point into `target`, which must outlive the description. While
+// the description is in use, lists of the case may grow only by `append`.
 Table describe(Case& target);
 
-// The fields of the tables of a case.
+// Describe the tables of a case, likewise.
 Table describe(TimeCase& target);
 Table describe(StaticCase& target);
 Table describe(WorldCase& target);
@@ -117,8 +118,8 @@ Table describe(ObstacleCase& target);
 Table describe(LoadCase& target);
 Table describe(TieCase& target);
 
-// The fields of the tables that can replace the constant of a Varying field: those of a curve, with
-// the field's unit and limits, and those of a gust.
+// Describe the tables that can replace the constant of a Varying field. A curve has the unit and
+// the limits of the field `of`.
 template <class Value>
 Table describe_curve(CurveCase<Value>& target, const Field& of);
 extern template Table describe_curve(CurveCase<double>&, const Field&);
@@ -129,26 +130,25 @@ inline bool is_varying(const Field& field) {
   return std::holds_alternative<Varying<double>*>(field.member) ||
          std::holds_alternative<Varying<Vec3>*>(field.member);
 }
-// True if it has a value that varies.
+// True if the field has a value that varies in time.
 bool varies(const Field& field);
-// The keys that may vary in time: "world.wind", "material.NAME.mass_damping", ...
+// Returns the keys that may vary in time: "world.wind", "material.NAME.mass_damping", ...
 std::vector<std::string> keys_that_vary();
 
-// True if the field has no switch, or if the switch has one of the values that the field belongs
-// to.
+// True if the field applies in `table`: it has no switch, or the switch has one of its values.
 bool applies(const Field& field, const Table& table);
 
-// The values that a field takes: `a number > 0 (s)`, `an array of 3 numbers (m)`, `one of "a",
-// "b"`.
+// Returns the values that a field allows, in words: `a number > 0 (s)`, `an array of 3 numbers
+// (m)`, `one of "a", "b"`.
 std::string expected_text(const Field& field);
 
-// Builds the path of a place in a case, such as "body[0].shape.size" or "material.cotton". Dots
-// join keys, brackets hold the index of a list's entry, and a named entry counts as a key. The
+// Returns a path with a further key or index, such as "body[0].shape.size" or "material.cotton".
+// Dots join keys, and brackets hold the index of a list's entry. A named entry counts as a key. The
 // empty path is the case itself.
 std::string join_path(const std::string& path, const std::string& key);
 std::string join_path(const std::string& path, std::size_t index);
 
-// The header of the table at a path as in the file: `[body.shape]`, `[[body.pin]]`,
+// Returns the header of the table at a path as in the file: `[body.shape]`, `[[body.pin]]`,
 // `[material.cotton]`, or `the case`.
 std::string heading(const std::string& path);
 

@@ -14,20 +14,20 @@ namespace weft::sim {
 
 namespace {
 
-// Upper limit of a body's vertices; it keeps every index well within an int.
+// Largest number of vertices of a body. It keeps every index well within an int.
 constexpr int most_vertices = 100'000'000;
 
-// Size of a shape's image; 64 bits hold any resolution that an int can express.
+// Size of a shape's image. 64 bits are enough for any resolution that an int can express.
 struct ImageSize {
-  std::int64_t patches;  // all of one size
+  std::int64_t patches;  // all of equal size
   std::int64_t rows;
   std::int64_t cols;
 
-  // Number of vertices. The product of three sizes may exceed 64 bits, so it is a double.
+  // Returns the number of vertices, as a double because the product may exceed 64 bits.
   double vertices() const {
     return static_cast<double>(patches) * static_cast<double>(rows) * static_cast<double>(cols);
   }
-  // The size in words: "17 x 33 vertices", "6 patches of 9 x 9 vertices".
+  // Returns the size in words: "17 x 33 vertices", "6 patches of 9 x 9 vertices".
   std::string text() const {
     return (patches > 1 ? std::to_string(patches) + " patches of " : std::string()) +
            std::to_string(rows) + " x " + std::to_string(cols) + " vertices";
@@ -35,8 +35,8 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-// Returns the size of the image of a block with x, y and z quads along its axes (bsi/shapes.h,
-// make_box). The products may exceed 64 bits: they are capped far above most_vertices.
+// Returns the size of the image of a block with x, y and z quads along its axes (make_box() in
+// bsi/shapes.h). The number of patches may exceed 64 bits, so it is capped far above most_vertices.
 ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   const std::int64_t side = std::gcd(std::gcd(x, y), z);
   const auto tiles = [side](std::int64_t quads) {
@@ -47,8 +47,9 @@ ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   return {static_cast<std::int64_t>(std::min(patches, 1e18)), side + 1, side + 1};
 }
 
-// Returns the size of a shape's image; nothing for a shape from a file, whose size is known only
-// once it is opened. Precondition: the resolution has its entries, each at least 2.
+// Returns the size of a shape's image. Returns nothing for a shape from a file, whose size is
+// unknown before the file is opened. Precondition: the resolution has the right number of entries,
+// each at least 2.
 std::optional<ImageSize> image_size(const ShapeCase& shape) {
   if (shape.type == ShapeType::file) return std::nullopt;
   if (shape.type == ShapeType::plane) return ImageSize{1, plane_vertices, plane_vertices};
@@ -72,7 +73,7 @@ std::optional<ImageSize> image_size(const ShapeCase& shape) {
   }
 }
 
-// The entries of a type's "resolution", and their meaning.
+// The number of entries of a shape's "resolution", and their meaning.
 struct ResolutionEntries {
   std::size_t count;
   const char* hint;
@@ -202,7 +203,8 @@ class ShapeChecker {
   const Locations& locations_;
 };
 
-// Checks a range of rows or columns in an image of `size` of them, if that is known.
+// Checks a range of rows or columns. `size` is the number of rows or columns of the image, if it is
+// known.
 class RangeChecker {
  public:
   RangeChecker(std::string key, const std::vector<int>& range, std::optional<std::int64_t> size,
@@ -230,8 +232,8 @@ class RangeChecker {
     }
   }
 
-  // Refuses an empty range. A negative index compares with a positive one only if the size is
-  // known.
+  // Refuses an empty range. Without the size, a negative index cannot be compared with a positive
+  // one.
   void order() const {
     std::int64_t first = range_[0];
     std::int64_t last = range_[1];
@@ -267,7 +269,7 @@ class SelectionChecker {
     const bool in_image = !vertices_.corners.empty() || !vertices_.edges.empty() ||
                           !vertices_.rows.empty() || !vertices_.cols.empty();
     if (!in_image && !vertices_.region_min && !vertices_.region_max) {
-      throw CaseError(locations_.value(path_), "the " + owner_ + " holds nothing",
+      throw CaseError(locations_.value(path_), "the " + owner_ + " selects nothing",
                       "expected corners, edges, rows, cols, or region_min and region_max");
     }
     repeats("corners", vertices_.corners);

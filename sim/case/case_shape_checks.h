@@ -1,4 +1,4 @@
-// The rules of shapes, and of selections of their vertices.
+// Checks the rules of shapes and of selections of their vertices.
 #pragma once
 
 #include <optional>
@@ -10,34 +10,35 @@
 
 namespace weft::sim {
 
-// Vertices along each side of a plane.
+// Number of vertices along each side of a plane.
 constexpr int plane_vertices = 17;
 
-// True for a cone that ends in a point, not in an open end.
+// True for a cone that ends in a point instead of an opening.
 inline bool has_apex(const ShapeCase& shape) {
   return shape.type == ShapeType::cone && shape.top_radius == 0;
 }
 
-// Throw CaseError, placed at the value that breaks a rule, or at the header of a pin or tie that
-// selects nothing. `path` is the path of the table in the case (case_schema.h). The path of a file
-// shape is relative to the case file `case_path`.
+// The check functions below throw CaseError, placed at the value that breaks a rule. For a pin, tie
+// or load that selects nothing, the place is its header. `path` is the path of the table in the
+// case (case_schema.h). The path of a file shape is relative to the case file `case_path`.
 void check_shape(const ShapeCase& shape, const std::string& path, const std::string& case_path,
                  const Locations& locations);
-// `rest` is the rest shape of the body that has the start.
+// `rest` is the rest shape of the body with this start.
 void check_start(const StartCase& start, const ShapeCase& rest, const std::string& path,
                  const std::string& case_path, const Locations& locations);
-// `owner` is "pin" or "tie"; `shape` is that of the body whose vertices are selected.
+// `owner` is "pin", "tie" or "load". `shape` is the shape of the body whose vertices are selected.
 void check_selection(const VertexSelection& vertices, const std::string& owner,
                      const ShapeCase& shape, const std::string& path, const Locations& locations);
 
-// Checks ranges [first, last] of rows and columns, negative from the end, in the image of a shape;
-// an empty range passes. `path` is that of the table with the keys `rows` and `cols`.
+// Checks ranges [first, last] of rows and columns in the image of a shape. Negative indices count
+// from the end. A range without entries passes. `path` is the path of the table with the keys
+// `rows` and `cols`.
 void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
                          const std::vector<int>& cols, const std::string& path,
                          const Locations& locations);
 
-// Number of vertices of a shape; vertices on a seam count once for each patch. Empty for a shape
-// from a file, whose size is known only once the file is opened.
+// Returns the number of vertices of a shape. Vertices on a seam count once per patch. Empty for a
+// shape from a file, whose size is unknown before the file is opened.
 std::optional<double> vertices_of(const ShapeCase& shape);
 
 }  // namespace weft::sim

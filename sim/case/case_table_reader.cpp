@@ -10,7 +10,7 @@ namespace weft::sim {
 
 namespace {
 
-// The values that a field takes; for a table, its header.
+// Returns the values that a field allows, in words; for a table, its header.
 std::string wanted(const Field& field, const std::string& path) {
   if (const auto* list = std::get_if<TableList>(&field.member)) {
     return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));
@@ -19,7 +19,7 @@ std::string wanted(const Field& field, const std::string& path) {
   return expected_text(field);
 }
 
-// Throws at the first key in the text that is not among these.
+// Throws CaseError at the first key in the text that is not in `keys`.
 void refuse_unknown_keys(const toml::table& source, const std::vector<std::string>& keys,
                          const std::string& path) {
   const toml::key* first = first_key_beside(keys, source);
@@ -29,7 +29,7 @@ void refuse_unknown_keys(const toml::table& source, const std::vector<std::strin
                   "unknown key " + in_quotes(name) + " in " + heading(path), name_hint(name, keys));
 }
 
-// Throws at a table that would make a constant vary.
+// Throws CaseError if the value is a curve or a gust, but the field must be constant.
 void refuse_curve(const Field& field, const toml::node& node) {
   const bool is_number = std::holds_alternative<double*>(field.member) ||
                          std::holds_alternative<std::optional<double>*>(field.member) ||
@@ -44,7 +44,7 @@ void refuse_curve(const Field& field, const toml::node& node) {
       "expected " + expected_text(field) + "; these can vary: " + quoted_list(keys_that_vary()));
 }
 
-// Reads one value into one member. Errors are placed at the value, or at the entry of an array.
+// Reads one value into one member. Errors are placed at the value or, in an array, at the entry.
 class ValueReader {
  public:
   ValueReader(const Field& field, const toml::node& node, std::string path, Locations& locations)
@@ -147,7 +147,7 @@ class ValueReader {
     fail(at, in_quotes(field_.key) + " is " + value);
   }
 
-  // Reads a curve or a gust; the keys of the table tell which.
+  // Reads a curve or a gust, depending on the keys of the table.
   template <class Value>
   void read_varying(const toml::table& source, Varying<Value>& target) const {
     CurveCase<Value> curve;
@@ -219,7 +219,7 @@ class ValueReader {
     return static_cast<int>(whole);
   }
 
-  // A whole number serves as a number too.
+  // Returns a number, which the text may also write as a whole number.
   double number(const toml::node& at, const std::string& what) const {
     if (!at.is_number()) fail_kind(at, what);
     const auto* whole = at.as_integer();
@@ -235,7 +235,7 @@ class ValueReader {
     return value->get();
   }
 
-  // Returns an entry of an array of free names.
+  // Returns an entry of an array that allows any name.
   std::string identifier(const toml::node& at, const std::string& what) const {
     std::string name = string(at, what);
     if (!is_identifier(name)) {
@@ -255,8 +255,8 @@ class ValueReader {
                     name_hint(name, names));
   }
 
-  // Returns the array after checking its number of entries and recording their places. `most` = 0
-  // allows any number.
+  // Returns the array after checking its number of entries and adding their places. `most` = 0
+  // means no limit.
   const toml::array& array(std::size_t least, std::size_t most) const {
     const auto* source = node_.as_array();
     if (source == nullptr) fail_kind();
@@ -304,7 +304,7 @@ class ValueReader {
   Locations& locations_;
 };
 
-// Throws at a key that the table's other keys rule out.
+// Throws CaseError at a key that is excluded by the table's other keys.
 void refuse_misplaced_keys(const Table& target, const std::string& path,
                            const Locations& locations) {
   for (const Field& field : target.fields) {
@@ -326,7 +326,7 @@ void refuse_misplaced_keys(const Table& target, const std::string& path,
   }
 }
 
-// Throws at the table's header if it lacks a required key.
+// Throws CaseError at the table's header if it lacks a required key.
 void require_keys(const toml::table& source, const Table& target, const std::string& path) {
   for (const Field& field : target.fields) {
     if (!field.required || !applies(field, target) || source.contains(field.key)) continue;

@@ -1,4 +1,4 @@
-// Reads tables of the TOML tree into the structs of case.h.
+// Reads tables of a TOML tree into the structs of case.h.
 #pragma once
 
 #include <toml++/toml.h>
@@ -10,14 +10,14 @@
 
 namespace weft::sim {
 
-// Reads a table of the tree, and all tables inside it, into the struct that `target` describes, and
-// adds the places of its keys and values. `path` is that of the table in the case (case_schema.h).
-// Throws CaseError, as read_case() (case_reader.h) says, on unknown, missing and misplaced keys and
-// on bad values.
+// Reads a table of the tree, and all tables inside it, into the struct that `target` describes.
+// Adds the places of their keys and values to `locations`. `path` is the path of the table in the
+// case (case_schema.h). Throws CaseError for unknown, missing and misplaced keys and for bad
+// values, as described in case_reader.h.
 void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations);
 
-// Reads the value of the key at `path` in the same way.
+// Reads the value of a field in the same way. `path` is the path of its key.
 void read_field(const Field& field, const toml::node& node, const std::string& path,
                 Locations& locations);
 

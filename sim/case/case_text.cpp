@@ -10,12 +10,13 @@ namespace weft::sim {
 
 namespace {
 
-// Longest text that a message quotes in full, bytes.
+// Length of the longest text that a message quotes in full (bytes).
 constexpr std::size_t longest_quote = 160;
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-// Optimal string alignment distance: Levenshtein's three edits and the swap of two neighbours.
+// Returns the optimal string alignment distance, ignoring case: insertion, deletion, replacement
+// and the swap of two neighbours count one each.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   const std::size_t width = b.size() + 1;
   std::vector<std::size_t> table((a.size() + 1) * width);
@@ -36,7 +37,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return at(a.size(), b.size());
 }
 
-// Length in bytes of the UTF-8 sequence at `start`; 0 if there is no valid one.
+// Returns the length (bytes) of the UTF-8 sequence at `start`, or 0 if there is no valid one.
 std::size_t utf8_length(const std::string& text, std::size_t start) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
@@ -70,7 +71,7 @@ std::string printable(const std::string& text, bool keep_lines) {
   for (std::size_t i = 0; i < text.size();) {
     const auto code = static_cast<unsigned char>(text[i]);
     const std::size_t length = utf8_length(text, i);
-    // The second half of the control characters, U+0080 to U+009F, begins with this byte.
+    // The control characters U+0080 to U+009F begin with byte 0xc2.
     const bool upper_control = code == 0xc2 && length == 2 && (text[i + 1] & 0x60) == 0;
     const bool control = code < 0x20 || code == 0x7f || upper_control;
     if (length > 0 && (!control || (keep_lines && code == '\n'))) {

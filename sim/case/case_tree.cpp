@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::string_view override_prefix = "--set ";
 constexpr int most_key_parts = 1000;
-// Largest case file, bytes. It holds a hundred thousand keyframes, and toml++ parses it in two
-// seconds.
+// Largest size of a case file (bytes). Such a file can hold a hundred thousand keyframes, and
+// toml++ parses it in two seconds.
 constexpr std::size_t longest_case = std::size_t{8} << 20;
 
 SourceLocation place_in(const std::string& text, std::size_t byte, const std::string& path) {
@@ -32,8 +32,8 @@ SourceLocation place_in(const std::string& text, std::size_t byte, const std::st
 }  // namespace
 
 std::size_t find_deep_key(const std::string& text) {
-  // These characters end a key. Between two of them, most_key_parts points occur only in a key that
-  // is too deep.
+  // These characters end a key. A text with most_key_parts points and without such a character
+  // counts as a key that is too deep, even within a string or a comment.
   constexpr std::string_view separators = "\n=,[]{}#";
   std::size_t start = 0;
   int points = 0;
@@ -114,7 +114,7 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
   try {
     return toml::parse(std::string_view(text), std::string_view(path));
   } catch (const toml::parse_error& error) {
-    // The message reads like "Error while parsing key-value pair: expected value, saw '\n'"; its
+    // The message reads like "Error while parsing key-value pair: expected value, saw '\n'". Its
     // second half becomes the hint.
     const std::string description(error.description());
     const std::size_t hint = description.find(": expected");

@@ -21,7 +21,7 @@ std::string vector_text(const Vec3& vector) {
   return toml_array(std::array{vector[0], vector[1], vector[2]}, toml_number);
 }
 
-// The table in one line.
+// Returns the table as TOML on one line.
 std::string inline_table(const Table& table) {
   std::string text;
   for (const Field& field : table.fields)
@@ -29,7 +29,7 @@ std::string inline_table(const Table& table) {
   return "{ " + text + " }";
 }
 
-// The TOML text of a member; empty for a table and for an absent value.
+// Makes the TOML text of a member; empty for a table and for an absent value.
 struct ValueText {
   const Field& field;
 
@@ -62,7 +62,7 @@ struct ValueText {
   }
   template <class Value>
   std::string operator()(const Varying<Value>* value) const {
-    Varying<Value> copy = *value;  // describe_curve() takes one that it could change
+    Varying<Value> copy = *value;  // describe_curve() needs a curve that it could change
     if (auto* curve = std::get_if<CurveCase<Value>>(&copy.form))
       return inline_table(describe_curve(*curve, field));
     if (auto* gust = std::get_if<GustCase>(&copy.form)) return inline_table(describe_gust(*gust));
@@ -80,7 +80,7 @@ bool is_table(const Field& field) {
          std::holds_alternative<TableList>(field.member);
 }
 
-// True if the key that rules this one out has a value.
+// True if the key that excludes this one has a value.
 bool is_excluded(const Field& field, const Table& table) {
   if (field.excluded_by.empty()) return false;
   const Field& other = *table.find(field.excluded_by);
@@ -91,7 +91,7 @@ bool is_excluded(const Field& field, const Table& table) {
 void write_table(const Table& table, const std::string& header, std::string& text);
 
 struct TableWriter {
-  std::string key;  // dotted, without indices
+  std::string key;  // with dots, without indices
   std::string& text;
 
   void operator()(const TableMember& member) const {
@@ -112,7 +112,7 @@ struct TableWriter {
   void operator()(const Choice&) const {}
 };
 
-// Writes values before tables: in TOML, everything after a table's header belongs to that table.
+// Writes values before tables, because in TOML everything after a table's header belongs to it.
 void write_table(const Table& table, const std::string& header, std::string& text) {
   for (const Field& field : table.fields) {
     if (is_table(field) || !applies(field, table) || is_excluded(field, table)) continue;
@@ -157,7 +157,7 @@ std::string toml_string(const std::string& text) {
 }
 
 std::string case_text(const Case& source) {
-  Case copy = source;  // describe() takes a case that it could change
+  Case copy = source;  // describe() needs a case that it could change
   std::string text;
   if (!source.accuracy_choice.empty()) {
     text = "# time.accuracy: " + source.accuracy_choice + '\n';

@@ -8,18 +8,18 @@
 
 namespace weft::sim {
 
-// Writes the case with every default, in the order of case_schema.cpp; computed defaults become
-// comments. Parsed again next to the same files, the text gives an equal case and, bit for bit, the
-// same text.
+// Returns the case as TOML with every default, in the order of case_schema.cpp. Computed defaults
+// become comments. If the text is parsed again beside the files that it names, it gives an equal
+// case and, bit for bit, the same text.
 std::string case_text(const Case& source);
 
-// The value of a field as TOML; empty for a table, an empty list or an absent value.
+// Returns the value of a field as TOML; empty for a table, an empty list or an absent value.
 std::string value_text(const Field& field);
 
-// A TOML basic string, quoted and escaped, on one line.
+// Returns a TOML basic string, quoted and escaped, on one line.
 std::string toml_string(const std::string& text);
 
-// A TOML float that reads back as the same bits: 1.0, 1e-05.
+// Returns a TOML float that reads back as the same bits: 1.0, 1e-05.
 std::string toml_number(double value);
 
 }  // namespace weft::sim

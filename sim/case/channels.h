@@ -1,4 +1,4 @@
-// The channels that a case may record beside the positions: their names and their datasets in a
+// The channels that a case may record besides the positions: their names, and their datasets in a
 // trajectory.
 #pragma once
 
@@ -32,8 +32,8 @@ struct ChannelDataset {
 };
 
 struct Channel {
-  // The places that have values: every texel of a body; every pin, obstacle and held body; every
-  // simulated body; the run as a whole.
+  // The places that have values: every texel of a body; every support (pin, tie, obstacle or held
+  // body); every simulated body; the run as a whole.
   enum class Home { texels, supports, bodies, run };
   const char* name;
   ChannelId id;
@@ -41,17 +41,17 @@ struct Channel {
   std::span<const ChannelDataset> datasets;
 };
 
-// The table of all channels, one line each. sim/channels/recorded_channels.cpp computes them.
+// Returns all channels. sim/channels/recorded_channels.cpp computes them.
 std::span<const Channel> all_channels();
 std::vector<std::string> channel_names();
 
-// Returns true if the case records the channel. `output.velocity` asks for the channel "velocity".
+// True if the case records the channel. `output.velocity` requests the channel "velocity".
 bool records(const OutputCase& output, ChannelId id);
-// Returns the channels that the case records, in the order of the table.
+// Returns the channels that the case records, in the order of all_channels().
 std::vector<const Channel*> recorded_channels(const OutputCase& output);
 
-// Returns a reason to refuse a channel: the case cannot compute it, or it would be zero everywhere.
-// Empty if there is none. `hint` receives the expected alternatives.
+// Returns a reason to refuse a channel: the case cannot compute it, or its values would be missing
+// or zero everywhere. Returns nothing if there is none. `hint` receives the expected alternatives.
 std::string reason_against(const Channel& channel, const Case& source, std::string& hint);
 
 }  // namespace weft::sim

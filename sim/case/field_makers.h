@@ -1,4 +1,4 @@
-// Makers of the fields of case_schema.h, for the files that describe tables.
+// Functions that make the fields of case_schema.h, for the files that describe tables.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ inline Field field(std::string key, Member member, std::string unit, Limits limi
   return result;
 }
 
-// A field without a number: a name, a switch, a table.
+// Makes a field without numbers: a name, a switch or a table.
 inline Field field(std::string key, Member member, std::string meaning) {
   return field(std::move(key), std::move(member), "", any, std::move(meaning));
 }

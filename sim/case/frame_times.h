@@ -8,20 +8,21 @@
 
 namespace weft::sim {
 
-// Either those of output.frame_times, or the start, every multiple of the interval and the end.
+// The frames are at output.frame_times, if given. Otherwise they are at the start, at every
+// multiple of the interval and at the end.
 class FrameTimes {
  public:
   explicit FrameTimes(const Case& source);
 
-  // Returns the time (s) of a frame, counted from 0; nothing after the last one.
+  // Returns the time (s) of a frame, counted from 0, or nothing after the last frame.
   std::optional<double> at(long frame) const;
-  // Returns the number of frames. Rounding may change it by one, unless times are given.
+  // Returns the number of frames. Without output.frame_times rounding may change it by one.
   double count() const;
-  // True if there may be a frame after `from` and not after `to`, s.
+  // True if there may be a frame after `from` and not after `to` (s).
   bool are_between(double from, double to) const;
 
  private:
-  std::vector<double> times_;  // empty: by rate
+  std::vector<double> times_;  // empty: frames by rate
   double rate_, duration_;     // 1/s, s
 };
 

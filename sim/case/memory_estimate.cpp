@@ -17,18 +17,18 @@ namespace {
 
 constexpr double mebibyte = 1 << 20;
 
-// Bytes of a process without a scene: libraries, tables, a trajectory's buffers.
+// Memory of a process without a scene (bytes): libraries, tables and buffers of a trajectory.
 constexpr double process_memory = 16 * mebibyte;
 
-// Bytes per vertex, from the resident size of runs with 129 x 129 and 257 x 257 vertices.
+// Memory per vertex (bytes), from the resident size of runs with 129 x 129 and 257 x 257 vertices.
 constexpr double geometry_and_state = 1200;
 constexpr double implicit_matrix = 1300;   // with multigrid and vectors
 constexpr double bending_stencils = 1500;  // with their matrix entries
 constexpr double contact_search = 2000;    // edges, pyramid, candidates, pairs in reach
-constexpr double surface_tensors = 500;    // of channels: triangles in both states
-constexpr double surface_hinges = 250;     // of channels about bending
-constexpr double force_parts = 100;        // of channels about forces
-constexpr double channel_values = 80;      // per channel, with the frame that is written
+constexpr double surface_tensors = 500;    // for channels: triangles in both states
+constexpr double surface_hinges = 250;     // for channels about bending
+constexpr double force_parts = 100;        // for channels about forces
+constexpr double channel_values = 80;      // per channel, with the frame being written
 constexpr double obstacle_geometry = 300;
 constexpr double obstacle_contact = 900;
 
@@ -38,7 +38,7 @@ bool bends(const Case& source, const BodyCase& body) {
   });
 }
 
-// Bytes per vertex that the channels of a case take.
+// Returns the memory per vertex that the channels of a case need (bytes).
 double channel_bytes(const OutputCase& output) {
   const auto any_of = [&](std::initializer_list<ChannelId> channels) {
     return std::ranges::any_of(channels, [&](ChannelId id) { return records(output, id); });
@@ -102,7 +102,7 @@ std::size_t largest_shape(const Case& source, const SceneSize& size) {
 double default_memory_limit() {
   double bytes =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  // A group without a limit says "max", which does not parse as a number.
+  // A control group without a limit says "max", which does not parse as a number.
   for (const char* path :
        {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
     double group = 0;

@@ -16,7 +16,7 @@ class Checker {
   void check() const {
     if (!traits_of(case_.time.method).finds_equilibria()) return refuse_table();
     if (case_.equilibria.loading == Loading::in_time) return;
-    Case copy = case_;  // describe() takes a case that it could change
+    Case copy = case_;  // describe() needs a case that it could change
     refuse_varying(describe(copy), "");
     if (case_.equilibria.loading != Loading::arc_length) return;
     refuse_motions();
@@ -29,7 +29,7 @@ class Checker {
     throw CaseError(locations_.value(path), message, hint);
   }
 
-  // Refuses keys of [static] that another method would not read.
+  // Refuses keys of [static] if the method does not find equilibria.
   void refuse_table() const {
     Case copy = case_;
     for (const std::string& key : describe(copy.equilibria).keys()) {
@@ -42,7 +42,8 @@ class Checker {
     }
   }
 
-  // Refuses what changes in time where there is none: the loads grow instead.
+  // Refuses values that vary in time. With these kinds of loading no time passes: the loads grow
+  // instead.
   void refuse_varying(const Table& table, const std::string& path) const {
     for (const Field& field : table.fields) {
       const std::string place = join_path(path, field.key);
@@ -62,8 +63,8 @@ class Checker {
                                       const std::string& instead) const {
     const bool is_path = case_.equilibria.loading == Loading::arc_length;
     fail(place,
-         what + ", which time.method = \"static\" has not with static.loading = " +
-             (is_path ? "\"arc_length\"" : "\"proportional\""),
+         what + ", which static.loading = " + (is_path ? "\"arc_length\"" : "\"proportional\"") +
+             " does not follow",
          "expected " + instead +
              ", static.loading = \"in_time\", or a method that follows the motion in time");
   }

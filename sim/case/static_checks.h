@@ -1,4 +1,4 @@
-// The rules of equilibria, between keys of [static] and with the rest of the case.
+// Checks the rules of equilibria, between keys of [static] and with the rest of the case.
 #pragma once
 
 #include "sim/case/case.h"

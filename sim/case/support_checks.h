@@ -1,4 +1,4 @@
-// Checks of loads and of pins that hold some directions only.
+// Checks loads, and pins that hold only some directions.
 #pragma once
 
 #include "sim/case/case.h"
@@ -6,8 +6,8 @@
 
 namespace weft::sim {
 
-// Throws CaseError for loads that name nothing, or select what their type does not act on, and for
-// pins whose directions cannot be held.
+// Throws CaseError for a load that names no body, selects nothing, or selects a place on which its
+// type cannot act. Also throws it for a pin whose directions cannot be held.
 void check_loads_and_supports(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

@@ -146,9 +146,11 @@ Table describe(LoadCase& target) {
             "lengths and areas are those at rest.")
           .needed()
           .only_for("type", {"point", "line", "area"}),
-      field("follower", &follower,
-            "The force turns with the surface: its components are along the columns of the image, "
-            "beside them in the surface, and along the normal.")
+      field(
+          "follower", &follower,
+          "The force turns with the surface: its components are along the rows of the image, from "
+          "column to column, beside that in the surface, and along the normal; of a line load "
+          "along the edge, into the surface, and along the normal.")
           .only_for("type", {"point", "line", "area"}),
       field("pressure", &pressure, "Pa", any,
             "Pressure along the normal of the deformed surface, which points to the side from "

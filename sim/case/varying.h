@@ -1,4 +1,4 @@
-// Numbers of a case that may vary in time.
+// Values of a case that may vary in time.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 
 namespace weft::sim {
 
-// The course of a curve between two of its times: straight, eased, or constant until the next one.
+// The course of a curve between two of its times: straight, eased, or constant until the next time.
 enum class Between { linear, smooth, step };
 
-// A curve through values at given times. Before the first time the first value holds, after the
-// last time the last one.
+// A curve through values at given times. The first value holds before the first time, and the last
+// value after the last time.
 template <class Value>
 struct CurveCase {
   std::vector<double> times;  // s, not negative, increasing
@@ -26,8 +26,8 @@ struct CurveCase {
 // A wind whose speed fluctuates at random about its mean (sim/scene/gust.h).
 struct GustCase {
   Vec3 mean{0, 0, 0};     // m/s
-  double intensity = 0;   // standard deviation of the speed as a fraction of the mean speed
-  double time_scale = 1;  // s, integral of the autocorrelation of the speed
+  double intensity = 0;   // standard deviation of the speed over its mean
+  double time_scale = 1;  // s, integral of the speed's autocorrelation
   int seed = 1;           // >= 0
 };
 
@@ -41,7 +41,7 @@ struct Varying {
   const CurveCase<Value>* curve() const { return std::get_if<CurveCase<Value>>(&form); }
   const GustCase* gust() const { return std::get_if<GustCase>(&form); }
 
-  // False if the value is the same at all times, however it is written.
+  // True if the value changes with time. A curve of equal values does not vary.
   bool varies() const {
     if (gust() != nullptr) return gust()->intensity > 0 && !gust()->mean.isZero(0);
     if (curve() == nullptr) return false;
@@ -49,7 +49,7 @@ struct Varying {
     return std::any_of(values.begin(), values.end(),
                        [&](const Value& value) { return value != values.front(); });
   }
-  // The value at all times. Precondition: !varies().
+  // Returns the value at all times. Precondition: !varies().
   Value constant() const {
     assert(!varies());
     if (curve() != nullptr) return curve()->values.front();
@@ -58,7 +58,7 @@ struct Varying {
     }
     return std::get<Value>(form);
   }
-  // The value at all times, or zero if it varies.
+  // Returns the value at all times, or zero if it varies.
   Value constant_or_zero() const { return varies() ? zero() : constant(); }
   // True if the value is zero at all times.
   bool is_zero() const { return !varies() && constant() == zero(); }
@@ -73,7 +73,7 @@ struct Varying {
   }
 };
 
-// Least value that a number takes at any time.
+// Returns the smallest value that the number has at any time.
 inline double smallest(const Varying<double>& number) {
   if (!number.varies()) return number.constant();
   return *std::min_element(number.curve()->values.begin(), number.curve()->values.end());

@@ -47,7 +47,8 @@ void RecordedChannels::list_supports() {
   for (const Tie& tie : scene_.ties) supports_.push_back({.tie = tie.number, .wrench = {}});
 }
 
-// Returns the path of a support's records below that of the channel. No pin is named like a tie.
+// Returns the path of a support's records below the path of their channel. Pins and ties have
+// different names.
 std::string RecordedChannels::home_of(const Support& support) const {
   if (support.tie >= 0) return "tie/" + std::to_string(support.tie + 1);
   const std::string& body = scene_.bodies[support.body].name;
@@ -115,7 +116,8 @@ void RecordedChannels::compute(double time, std::span<const double> y,
   if (has(ChannelId::largest_stretch_place)) add_largest_stretch(position);
 }
 
-// Places the tensors of a body. They are made anew whenever the edges that clamps hold change.
+// Moves the tensors of a body to its present positions and velocities. They are rebuilt whenever
+// the set of clamped edges changes.
 void RecordedChannels::place_surface(int b, double time, std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
   const Dynamics& dynamics = simulation_.dynamics_with_pins();
@@ -189,7 +191,8 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
   }
 }
 
-// Sums the forces that pins exert on their particles; forces of obstacles are known already.
+// Finds the wrench of each support. Wrenches of obstacles are already known. Pins sum the forces on
+// their particles, and outer forces add to pins and ties.
 void RecordedChannels::find_supports(std::span<const Vec3> position) {
   for (Support& support : supports_)
     support.wrench =

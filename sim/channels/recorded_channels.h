@@ -14,22 +14,23 @@
 
 namespace weft::sim {
 
-// A dataset of a channel at its place in a trajectory.
+// A dataset of a channel and its place in a trajectory.
 struct ChannelPlace {
   const Channel* channel;
   const ChannelDataset* dataset;
-  std::string path;  // of records only, such as "reactions/cloth/pin_1/force"
+  std::string path;  // only of records: "reactions/cloth/pin_1/force"
 };
 
-// Returns the datasets beside the positions of a body of a scene. Bodies that are simulated have
-// all fields; those held as a whole and obstacles have their velocity alone, if they move.
+// Returns the fields that the trajectory holds for a body, besides the positions. Simulated bodies
+// have all fields. Obstacles and bodies held as a whole have only the velocity, and only if they
+// move.
 std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase& output);
 
-// The fields and records of a run, and their values in the frame of the last compute(). Only
-// channels that the case records cost anything. Sleeping bodies count as simulated.
+// The fields and records of a run, and their values in the frame of the last compute(). Channels
+// that the case does not record cost nothing. Sleeping bodies count as simulated.
 class RecordedChannels {
  public:
-  // The simulation must outlive it.
+  // The simulation must outlive this object.
   explicit RecordedChannels(const Simulation& simulation);
 
   std::vector<ChannelPlace> fields(const SceneBody& body) const {
@@ -38,31 +39,31 @@ class RecordedChannels {
   // The datasets of records, in the order of record_values().
   const std::vector<ChannelPlace>& records() const { return records_; }
 
-  // Computes the values of a state at `time` within the last step. `position` (m) and `velocity`
-  // (m/s) are those of all particles, obstacles in their places, and must live until the values
-  // have been read. Evaluates the forces once if a channel needs them.
+  // Computes the values of the state `y` at `time` (s), within the last step. `position` (m) and
+  // `velocity` (m/s) are those of all particles, obstacles included. They must live until the
+  // values have been read. Evaluates the forces once if a channel needs them.
   void compute(double time, std::span<const double> y, std::span<const Vec3> position,
                std::span<const Vec3> velocity);
-  // Values of fields(), by body in the order of the case and by field: `components` numbers per
-  // particle.
+  // Values of fields(), by body in the order of the case and by field, with `components` numbers
+  // per particle.
   const std::vector<std::vector<std::span<const double>>>& field_values() const {
     return field_values_;
   }
-  // Values of all records, one after the other.
+  // Values of all records, one record after the other.
   std::span<const double> record_values() const { return record_values_; }
 
  private:
-  // Something that holds bodies: a pin, a body or obstacle that is prescribed as a whole, or a tie.
+  // A support: a pin, a body or obstacle that is prescribed as a whole, or a tie.
   struct Support {
     int body = -1;  // index into Scene::bodies; -1: a tie
-    int pin = -1;   // -1: the whole body
-    int tie = -1;   // number; -1: none
+    int pin = -1;   // -1: not a pin
+    int tie = -1;   // number of the tie; -1: not a tie
     Wrench wrench;
   };
   // The tensors of a simulated body.
   struct Surface {
     std::optional<SurfaceTensors> tensors;
-    std::vector<ClampedBy> clamped;  // clamped edges that the tensors allow for
+    std::vector<ClampedBy> clamped;  // clamped edges that the tensors include
     PrincipalValues strain, stress, curvature, moment;
   };
 
@@ -82,12 +83,12 @@ class RecordedChannels {
 
   const Simulation& simulation_;
   const Scene& scene_;
-  std::vector<char> records_channel_;  // by ChannelId
+  std::vector<char> records_channel_;  // by ChannelId: true if the case records the channel
   std::vector<ChannelPlace> records_;
   std::vector<Support> supports_;
-  bool bends_ = false;             // curvature or moment is wanted
-  std::vector<Surface> surfaces_;  // by dynamic body, if they are wanted
-  SpringNetwork springs_;          // if energies are wanted
+  bool bends_ = false;             // the case records curvature or moment
+  std::vector<Surface> surfaces_;  // by dynamic body; empty if no channel needs them
+  SpringNetwork springs_;          // empty unless energies are recorded
   ForceParts forces_;
   std::vector<std::vector<std::span<const double>>> field_values_;
   std::vector<double> record_values_;

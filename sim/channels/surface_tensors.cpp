@@ -23,7 +23,7 @@ Eigen::Matrix2d matrix_of(const PlaneTensor& tensor) {
   return matrix;
 }
 
-// Turns a tensor by the angle with this cosine and sine.
+// Returns the tensor rotated by the angle with this cosine and sine.
 PlaneTensor turned(const PlaneTensor& tensor, double cosine, double sine) {
   const double mean = 0.5 * tensor.trace(), half = 0.5 * (tensor.xx - tensor.yy);
   const double twice_cosine = cosine * cosine - sine * sine, twice_sine = 2 * cosine * sine;
@@ -31,18 +31,19 @@ PlaneTensor turned(const PlaneTensor& tensor, double cosine, double sine) {
   return {mean + turned_half, twice_sine * half + twice_cosine * tensor.xy, mean - turned_half};
 }
 
-// Turns a vector of the plane with the normal `from` into the plane with the normal `to`, about the
-// line where they meet.
+// Rotates a vector in the plane with normal `from` into the plane with normal `to`, about the line
+// in which the planes meet.
 Vec3 turned_into(const Vec3& from, const Vec3& to, const Vec3& vector) {
   const Vec3 axis = from.cross(to);
   const double cosine = from.dot(to);
-  // Planes that are folded onto each other share their vectors.
+  // Planes that are folded onto each other contain the same vectors.
   if (1 + cosine < 1e-9) return vector;
   const Vec3 first = axis.cross(vector);
   return vector + first + axis.cross(first) / (1 + cosine);
 }
 
-// Returns the rotation of the polar decomposition F = R U of a plane gradient: cosine and sine.
+// Returns the cosine and sine of the rotation R in the polar decomposition F = R U of a plane
+// gradient.
 std::array<double, 2> rotation_of(const Eigen::Matrix2d& gradient) {
   const double cosine = gradient(0, 0) + gradient(1, 1);
   const double sine = gradient(1, 0) - gradient(0, 1);
@@ -50,19 +51,20 @@ std::array<double, 2> rotation_of(const Eigen::Matrix2d& gradient) {
   return {cosine / size, sine / size};
 }
 
-// Returns a : b.
+// Returns the double contraction a : b.
 double product(const PlaneTensor& a, const PlaneTensor& b) {
   return a.xx * b.xx + 2 * a.xy * b.xy + a.yy * b.yy;
 }
 
-// Returns the unit vector with the sign that makes its largest component positive.
+// Returns the direction or its opposite, whichever has a positive largest component.
 Vec3 with_sign(const Vec3& direction) {
   int largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   return direction[largest] < 0 ? Vec3(-direction) : direction;
 }
 
-// Gives border edges the angles of least energy: these are linear in the other angles.
+// Eliminates the angles of border edges. They take the values of least energy, which are linear in
+// the other angles. The curvature per angle of the other edges therefore includes their effect.
 void complete(const Nodes3& rest, double poisson_ratio, const std::array<bool, 3>& has_angle,
               std::array<PlaneTensor, 3>& curvature) {
   const Mat3 modulus =
@@ -121,11 +123,12 @@ SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads,
   }
   placed_.resize(triangles_.size());
   tensors_.resize(triangles_.size());
-  // The body's own mesh may have no edges.
+  // The mesh of the body itself may have no edges.
   if (bends) add_hinges(bsi::build_mesh(body.atlas), clamped, held);
 }
 
-// Ghosts are nodes across clamped edges, numbered after the particles.
+// Sets the ghosts across the clamped edges of a triangle. Ghosts are nodes numbered after the
+// particles.
 void SurfaceTensors::clamp(std::span<const ClampedEdge> clamped, int triangle,
                            Hinges& hinges) const {
   for (std::size_t g = 0; g < clamped.size(); ++g) {
@@ -142,7 +145,7 @@ void SurfaceTensors::add_hinges(const bsi::Mesh& mesh, std::span<const ClampedEd
     Hinges& hinges = hinges_[t];
     Nodes3 rest;
     for (int i = 0; i < 3; ++i) rest.col(i) = body_.rest[triangle.nodes[i]];
-    // In the rest plane, the x axis points along the edge 0 -> 1.
+    // The x axis of the rest plane points along the edge 0 -> 1.
     const Eigen::Matrix2d edges = triangle.inverse_edges.inverse();
     const std::array<Eigen::Vector2d, 3> corners{Eigen::Vector2d::Zero(), edges.col(0),
                                                  edges.col(1)};
@@ -163,14 +166,14 @@ void SurfaceTensors::add_hinges(const bsi::Mesh& mesh, std::span<const ClampedEd
       const bool is_ghost = hinges.across[i] >= body_.particle_count();
       if (has_angle[i] && !is_ghost)
         hinges.rest_angle[i] = materials::hinge_angle(hinge_nodes(t, i, body_.rest));
-      // Beyond a clamp the surface goes on as its mirror image, at twice the angle.
+      // Beyond a clamp the surface continues as its mirror image, so it bends by twice the angle.
       if (is_ghost) hinges.curvature[i] = 2.0 * hinges.curvature[i];
       if (!held.empty() && held[t] != 0) hinges.curvature[i] = {};
     }
   }
 }
 
-// Returns the nodes of the hinge opposite node i in the order of materials/hinge.h.
+// Returns the nodes of the hinge at the edge opposite node i, in the order of materials/hinge.h.
 Nodes4 SurfaceTensors::hinge_nodes(std::size_t triangle, int i, std::span<const Vec3> x) const {
   const auto& nodes = triangles_[triangle].nodes;
   Nodes4 result;
@@ -228,7 +231,8 @@ PlaneTensor SurfaceTensors::strain_of(int t, double damping_time) const {
   return plane_tensor(strain);
 }
 
-// Returns the change of curvature in the rest plane, plus `damping_time` (s) times its rate.
+// Returns the change of curvature since rest in the rest plane, plus `damping_time` (s) times its
+// rate.
 PlaneTensor SurfaceTensors::curvature_of(int t, double damping_time) const {
   const Hinges& hinges = hinges_[t];
   PlaneTensor sum;
@@ -245,7 +249,7 @@ PlaneTensor SurfaceTensors::curvature_of(int t, double damping_time) const {
   return sum;
 }
 
-// Turns a tensor of the rest plane as the triangle has turned, without stretching it.
+// Rotates a tensor of the rest plane like the triangle, without stretching it.
 PlaneTensor SurfaceTensors::in_space(int t, const PlaneTensor& at_rest) const {
   const auto [cosine, sine] = rotation_of(placed_[t].gradient);
   return turned(at_rest, cosine, sine);
@@ -296,7 +300,8 @@ double SurfaceTensors::elastic_energy() const {
   });
 }
 
-// Finds the tensors of triangles by tensor_of(triangle), in their axes, then the particles' means.
+// Computes the tensors of all triangles by tensor_of(triangle), each in the axes of its plane, and
+// then the mean at each particle.
 template <class TensorOf>
 void SurfaceTensors::average(const TensorOf& tensor_of, PrincipalValues& values) const {
   parallel_chunks(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
@@ -315,7 +320,7 @@ Vec3 SurfaceTensors::normal_at(std::span<const int> around) const {
   Vec3 sum = Vec3::Zero();
   for (const int t : around) sum += triangles_[t].area * placed_[t].normal;
   const double size = sum.norm();
-  // Triangles that are folded onto each other may have no normal in common.
+  // Triangles that are folded onto each other may have normals that cancel.
   if (size <= 1e-12 * triangles_[around[0]].area) return placed_[around[0]].normal;
   return sum / size;
 }

@@ -1,8 +1,9 @@
 // Strain, tension, curvature and moment of a body's surface, by particle. Private to sim/.
 //
 // Each triangle has one tensor, in its plane. A particle's tensor is the mean over the triangles
-// around it, weighted by their rest areas, after each has been turned into the particle's tangent
-// plane about the line where the two planes meet. docs/theory.md, section 13, has the equations.
+// around it, weighted by rest area. Before averaging, each tensor is rotated into the particle's
+// tangent plane, about the line where the two planes meet. docs/theory.md, section 13, has the
+// equations.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +16,7 @@
 
 namespace weft::sim {
 
-// A symmetric tensor in a plane with two orthonormal axes.
+// A symmetric tensor in a plane, in two orthonormal axes.
 struct PlaneTensor {
   double xx = 0, xy = 0, yy = 0;
 
@@ -26,48 +27,50 @@ struct PlaneTensor {
   }
 };
 
-// Principal values by particle, major >= minor, and the unit vector in space of the major one,
-// three numbers each. The sign of a direction has no meaning: its largest component is positive.
+// Principal values by particle, major >= minor, and the unit vector of the major one in space
+// (three numbers per particle). The sign of a direction has no meaning; its largest component is
+// positive.
 struct PrincipalValues {
   std::vector<double> major, minor, direction;
 };
 
-// The stiffness of a plate in its plane, E h / (1 - nu^2) (N/m), or in bending, D (N m).
+// Elastic moduli of a plate: E h / (1 - nu^2) (N/m) in its plane, or D (N m) in bending.
 struct PlateModuli {
   double stiffness = 0, poisson_ratio = 0;
   // Returns stiffness [(1 - nu) e + nu tr(e) 1].
   PlaneTensor response(const PlaneTensor& strain) const;
 };
 
-// Stiffness-proportional damping of a material, s.
+// Stiffness-proportional damping of a material (s).
 struct DampingTimes {
   double membrane = 0, bending = 0;
 };
 
 class SurfaceTensors {
  public:
-  // The body must outlive the result, and have a material. With `bends`, curvature and moment can
-  // be asked for: that takes three times the memory. `clamped` are the edges that clamps hold; the
-  // triangles of the mesh marked in `held` (or none) do not bend. Cost: O(particles).
+  // The body must have a material and outlive this object. `bends` allows for curvature and moment,
+  // which take three times the memory. `clamped` lists the edges that clamps hold. Triangles marked
+  // in `held` do not bend; empty: none is marked. O(particles).
   SurfaceTensors(const SceneBody& body, bool bends, int threads,
                  std::span<const ClampedEdge> clamped = {}, std::span<const char> held = {});
 
-  // Finds the deformation at the positions (m) and velocities (m/s) of the body's particles,
+  // Computes the deformation from the positions (m) and velocities (m/s) of the body's particles,
   // followed by those of the ghosts of clamped edges. The functions below describe this
-  // deformation; each costs O(particles).
+  // deformation. Each costs O(particles).
   void place(std::span<const Vec3> position, std::span<const Vec3> velocity,
              const DampingTimes& damping);
-  // Green strain, (F^T F - 1) / 2.
+  // Computes the Green strain (F^T F - 1) / 2.
   void find_strain(PrincipalValues& values) const;
-  // Cauchy tension, N/m: force per current length, damping included. Zero for a membrane of
-  // springs.
+  // Computes the Cauchy tension (N/m), a force per current length, with damping. Zero for a
+  // membrane of springs.
   void find_stress(PrincipalValues& values) const;
-  // Change of curvature since rest, 1/m: positive where the surface has become hollow on the side
-  // of its normals.
+  // Computes the change of curvature since rest (1/m). It is positive if the surface has become
+  // hollow on the side of its normals. Precondition: `bends`.
   void find_curvature(PrincipalValues& values) const;
-  // Bending moment per rest length, N m/m, damping included; of the sign of the curvature.
+  // Computes the bending moment per rest length (N m/m), with damping. It has the sign of the
+  // curvature. Precondition: `bends`.
   void find_moment(PrincipalValues& values) const;
-  // Elastic energy of the triangles, J: of a membrane of triangles and of bending.
+  // Returns the elastic energy (J) of the triangles: of a membrane of triangles and of bending.
   double elastic_energy() const;
 
  private:
@@ -76,16 +79,16 @@ class SurfaceTensors {
     Eigen::Matrix2d inverse_edges;  // of the rest edges 0->1, 0->2 in the rest plane, 1/m
     double area = 0;                // at rest, m^2
   };
-  // The edges of a triangle that bend. A border edge has no angle of its own. It gets the one of
-  // least energy, which depends on the others and enters their `curvature`.
+  // The edges of a triangle that bend. A border edge has no angle of its own. It takes the angle of
+  // least energy, which depends on the other angles. `curvature` of the other edges includes this.
   struct Hinges {
-    std::array<int, 3> across{-1, -1, -1};   // node beyond the edge opposite each node
+    std::array<int, 3> across{-1, -1, -1};   // node across the edge opposite each node
     std::array<double, 3> rest_angle{};      // rad
-    std::array<PlaneTensor, 3> curvature{};  // per angle, in the rest plane, 1/m
+    std::array<PlaneTensor, 3> curvature{};  // in the rest plane, 1/m per rad
   };
   struct Placed {
-    Vec3 along, across, normal;  // axes of the plane now
-    Eigen::Matrix2d gradient;    // F: from the rest plane to these axes
+    Vec3 along, across, normal;  // current axes of the triangle's plane
+    Eigen::Matrix2d gradient;    // F, from the rest plane to these axes
     Eigen::Matrix2d rate;        // of F, 1/s
   };
 
@@ -106,13 +109,13 @@ class SurfaceTensors {
   const SceneBody& body_;
   int threads_;
   std::vector<Triangle> triangles_;
-  std::vector<Hinges> hinges_;     // by triangle, if they are wanted
-  std::vector<int> first_around_;  // by particle, one more at the end
-  std::vector<int> around_;        // triangles
+  std::vector<Hinges> hinges_;     // by triangle; empty unless bending
+  std::vector<int> first_around_;  // by particle: index of its first triangle in around_
+  std::vector<int> around_;        // triangles around each particle
   std::vector<Placed> placed_;     // by triangle
   std::vector<Vec3> position_, velocity_;
   DampingTimes damping_;
-  mutable std::vector<PlaneTensor> tensors_;  // by triangle, of the last average()
+  mutable std::vector<PlaneTensor> tensors_;  // by triangle; of the last average()
 };
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// `weft bench`: the experiments on speed, which are a separate program.
+// `weft bench`: experiments on speed, run by a separate program.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace weft::sim {
 
-// Replaces this process by `weft-bench` with these arguments. The program lies beside this one, as
-// installed, or in the folder bench/ of the build folder. Returns only if it cannot be run: reports
-// the reason and returns the exit code.
+// Replaces this process by `weft-bench` with these arguments. The program is looked for beside this
+// one, as installed, and in the folder bench/ of the build folder. If it cannot be run, prints the
+// reason and returns the exit code.
 int run_bench(const std::vector<std::string>& arguments);
 
 }  // namespace weft::sim

@@ -27,15 +27,14 @@ void add_cost(Json& json, const std::string& part, const Cost& cost) {
   json[part + "cpu_s"] = cost.cpu;
 }
 
-// Adds all parts except the error estimate, which has an object of its own.
+// Adds all parts of the bill except the error estimate, which has its own object.
 void add_bill(Json& json, const Bill& bill) {
   for (const BillPart& part : bill_parts) {
     if (part.cost != &Bill::error_estimate) add_cost(json, part.prefix, bill.*part.cost);
   }
 }
 
-// The first members of every object. A mistake in the case or the arguments has the status
-// "refused".
+// Returns the first members of every object.
 Json ending_json(int code, const std::string& status, const std::string& reason) {
   Json json{{"weft_version", WEFT_VERSION}, {"status", status}, {"exit_code", code}};
   json["reason"] = reason.empty() ? Json() : Json(reason);

@@ -1,4 +1,4 @@
-// The objects that `--json` prints: exactly one, also if the command fails.
+// The JSON object that a command prints with `--json`, whether it succeeds or fails.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,15 @@
 
 namespace weft::sim {
 
-// The report of a run that ended with `code`. Numbers that are also series have the series' names.
+// Returns the report of a run that ended with exit code `code`. Members that are also series of the
+// trajectory have the names of those series.
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code);
-// The object of a `weft run` without a report. It has the title if the case was read.
+// Returns the object for a `weft run` without a report. It has a title if the case was read. A
+// mistake in the case or the arguments gives the status "refused", any other fault "failed".
 std::string refusal_json(const RunCommand& command, const std::optional<std::string>& title,
                          int code, const std::string& reason);
-// The object of any other command without a result.
+// Returns the object for any other command without a result.
 std::string refusal_json(int code, const std::string& reason);
 
 }  // namespace weft::sim

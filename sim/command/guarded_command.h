@@ -1,4 +1,4 @@
-// Shared by the commands: delivery of results, and commands that read untrusted files.
+// Delivery of results, and commands that read untrusted files in a process of their own.
 #pragma once
 
 #include <functional>
@@ -6,18 +6,18 @@
 
 namespace weft::sim {
 
-// Flushes standard output and returns `code`. If results cannot be delivered, it prints a message
-// and returns exit_code::input_output.
+// Flushes standard output and returns `code`. If results cannot be written, prints a message and
+// returns exit_code::input_output.
 int deliver(int code);
 
-// Runs a command that reads `path` in a separate process (reading_process.h) and returns its exit
-// code. If the process crashes, it prints a message that names the file and returns
-// exit_code::input_output.
+// A command that reads `path`. run_guarded() runs it in a separate process (reading_process.h) and
+// returns its exit code. If the process crashes, run_guarded() prints a message that names the file
+// and returns exit_code::input_output.
 struct GuardedCommand {
   std::string path;
-  bool draws = false;    // the command draws; a crash is then not blamed on the file alone
-  bool json = false;     // the message also goes to standard output, as an object
-  bool is_long = false;  // the command computes: the CPU limit for reading does not apply
+  bool draws = false;    // the command draws; a crash may then have another cause than the file
+  bool json = false;     // also prints the message to standard output, as a JSON object
+  bool is_long = false;  // the command computes; the CPU limit for reading does not apply
   std::function<int()> run;
 };
 int run_guarded(const GuardedCommand& command);

@@ -49,7 +49,8 @@ int refuse_file(const std::string& path, const std::exception& error, bool json)
   return exit_code::input_output;
 }
 
-// Prints facts as JSON, which escapes control characters by itself, or as printable text.
+// Prints facts as JSON or as text. JSON escapes control characters by itself; in text, printable()
+// escapes them.
 void show_facts(const auto& facts, bool json) {
   std::cout << (json ? to_json(facts) : printable(to_text(facts), true));
 }
@@ -67,8 +68,8 @@ int show_info(const std::string& path, bool crossings, bool json) {
   }
 }
 
-// Prints the range of numbers that the colours of pictures show, and the bodies that keep their own
-// colours.
+// Prints the field's range of values, the range of the colours, and the bodies without the field,
+// which keep their own colours.
 void show_colours(const RenderOptions& options, const RenderReport& report) {
   std::cout << "coloured by " << printable(*options.colour_field) << ": "
             << rounded_text(report.least) << " to " << rounded_text(report.most)
@@ -117,7 +118,7 @@ struct Arguments {
   std::string pictures = "pictures";
   RenderOptions drawing;
   bool markdown = false;
-  int code = exit_code::done;  // of the command that ran
+  int code = exit_code::done;  // exit code of the command that ran
 };
 
 void add_case_arguments(CLI::App& sub, Arguments& arguments) {
@@ -148,15 +149,16 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   check->callback([&] { arguments.code = check_case(arguments.command); });
 }
 
-// Returns the fault of a number of pixels; empty if there is none. Unlike CLI::Range it refuses
-// NaN.
+// Returns an error message unless the text is a number of pixels from 0.001 to 1000; empty if it
+// is. Unlike CLI::Range this refuses NaN.
 std::string in_pixels(const std::string& text) {
   double pixels = 0;
   if (CLI::detail::lexical_cast(text, pixels) && pixels >= 1e-3 && pixels <= 1e3) return "";
   return in_quotes(text) + " is not a number of pixels from 0.001 to 1000";
 }
 
-// Reads "MIN,MAX" and throws CLI::ValidationError unless both are numbers and the first is smaller.
+// Reads "MIN,MAX". Throws CLI::ValidationError unless both are finite numbers and the first is
+// smaller.
 std::array<double, 2> range_of(const std::string& text) {
   const std::size_t comma = text.find(',');
   std::array<double, 2> range{};
@@ -261,7 +263,7 @@ void add_bench(CLI::App& app, Arguments& arguments) {
 }
 
 // Returns a hint such as `did you mean "--force"?` for the first argument that no command or option
-// takes.
+// accepts; empty if there is none.
 std::string hint_for_unknown(const CLI::App& app) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return "";

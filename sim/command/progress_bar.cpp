@@ -26,7 +26,7 @@ std::string four_digits(double value) {
   return text;
 }
 
-// Returns the number of characters that fit on a line of the terminal, whose width may change.
+// Returns the number of characters that fit on a line of the terminal, measured anew for each line.
 std::size_t columns() {
   winsize size{};
   const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;

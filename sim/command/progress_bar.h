@@ -7,12 +7,12 @@
 namespace weft::sim {
 
 // A progress bar. On a terminal it is one line, cut to the terminal's width, drawn at once and then
-// ten times a second. Elsewhere it prints whole lines: one after a second, and one at every tenth
-// of the way.
+// up to ten times per second. Elsewhere it prints whole lines: one after a second, and one at every
+// tenth of the range.
 class ProgressBar {
  public:
-  // Name and unit of the number that goes from 0 to `end` (> 0): "t = 0.2 of 2 s", "picture 3 of
-  // 40".
+  // Name and unit of the number that rises from 0 to `end` (> 0), as in "t = 0.2 of 2 s" or
+  // "picture 3 of 40".
   struct Quantity {
     std::string name = "t =", unit = " s";
   };

@@ -30,8 +30,7 @@ std::atomic<int> caught_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
 
 // Installs the handler of SIGINT and SIGTERM. The first signal requests a stop after the current
-// step, and is the one that is reported. A second one, whichever of the two it is, ends the process
-// as usual.
+// step and becomes the reported reason. A second one, equal or not, ends the process at once.
 void catch_stop_signals() {
   for (const int signal : {SIGINT, SIGTERM}) {
     std::signal(signal, [](int caught) {
@@ -43,7 +42,8 @@ void catch_stop_signals() {
   }
 }
 
-// Prints the bodies with the largest errors; the trajectory has them all.
+// Prints the largest error of all bodies, over the run and at its end. The trajectory holds the
+// errors of every body.
 void print_errors(const ErrorEstimate& estimate) {
   const BodyError& worst = *std::ranges::max_element(estimate.bodies, {}, &BodyError::largest);
   const BodyError& last = *std::ranges::max_element(estimate.bodies, {}, &BodyError::last);
@@ -53,7 +53,7 @@ void print_errors(const ErrorEstimate& estimate) {
       last.body.c_str());
 }
 
-// Warns on standard error, also with --json.
+// Warns on standard error, even with --json.
 void warn_of_errors(const ErrorEstimate& estimate) {
   if (!estimate.failure.empty()) {
     complain("weft: the run that measures the error ended early: " + estimate.failure);
@@ -91,10 +91,10 @@ void print_summary(const RunReport& report) {
     std::printf("  trajectory %s\n", printable(report.trajectory).c_str());
 }
 
-// Loads the case, prepares it, builds its scene and uses it. Returns the exit code of `use`, or
-// that of the fault.
+// Loads the case, prepares it, builds its scene and passes it to `use`. Returns the exit code of
+// `use`, or the exit code of the fault.
 int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
-  std::optional<std::string> title;  // once the case is read
+  std::optional<std::string> title;  // set when the case is read
   const auto refuse = [&](int code, const std::string& reason) {
     complain(reason);
     if (command.json) std::cout << refusal_json(command, title, code, reason) << '\n';
@@ -115,7 +115,8 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
   }
 }
 
-// Refuses --estimate-error for equilibria, which do not depend on the steps that led to them.
+// Refuses --estimate-error for equilibria. An equilibrium does not depend on the steps that lead to
+// it.
 void refuse_static(const Case& source) {
   if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
@@ -148,7 +149,7 @@ int finish(const RunCommand& command, const Case& source, const RunReport& repor
 
 void print_notice(const std::string& text) { complain("weft: " + text); }
 
-// Runs the pilot; announces each stage and shows a bar for it.
+// Runs the pilot, announces each of its stages and shows a progress bar per stage.
 PilotReport run_pilot(Case& source, bool quiet) {
   PilotOptions options;
   options.stop_signal = &caught_signal;
@@ -164,7 +165,7 @@ PilotReport run_pilot(Case& source, bool quiet) {
   return report;
 }
 
-// Everything before the run except the pilot counts as set-up.
+// Returns the bill so far. Everything before the run except the pilot counts as set-up.
 Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
   Bill bill;
   bill.total = command.started.elapsed();
@@ -181,7 +182,7 @@ int run_case(const RunCommand& command) {
   PilotReport pilot;
   const auto prepare = [&](Case& source) {
     if (command.estimate_error) refuse_static(source);
-    // An existing file is refused before the pilot runs, not after them.
+    // An existing file is refused before the pilot runs, not after.
     TrajectoryWriter::refuse_existing(trajectory, command.force);
     catch_stop_signals();
     pilot = run_pilot(source, command.quiet);

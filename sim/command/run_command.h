@@ -28,11 +28,11 @@ inline constexpr int bad_case = 2;
 inline constexpr int input_output = 4;
 }  // namespace exit_code
 
-// Runs a case. The trajectory is DIRECTORY/NAME.h5, with the name of the case file. Results go to
-// standard output, progress and errors to standard error. Returns the exit code: 130 after SIGINT,
-// 143 after SIGTERM.
+// Runs a case. Writes the trajectory to DIRECTORY/NAME.h5, named after the case file. Prints
+// results on standard output, progress and errors on standard error. Returns the exit code: one of
+// exit_code or, after an interrupt, 130 (SIGINT) or 143 (SIGTERM).
 int run_case(const RunCommand& command);
-// Prints what the scene needs, and which parts of the computation it skips.
+// Prints what the scene needs, and which parts of the computation it skips. Returns the exit code.
 int check_case(const RunCommand& command);
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// The pairs of bodies that may meet, found by a tree of boxes, one per body.
+// A tree of boxes, one per body, that finds the pairs of bodies that may meet.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,18 +7,19 @@
 
 namespace weft::sim {
 
-// A binary tree of boxes, halved at the median of the longest axis. A body that leaves its box gets
-// a new one, and the boxes above it grow. Once the number of moves reaches the number of bodies,
-// the tree is rebuilt. Finding the neighbours of n bodies that lie apart costs n log n.
+// A binary tree of boxes. A node is halved at the median of its box's longest axis. When a body
+// moves, its box is replaced, and the boxes above grow to contain it. The tree is rebuilt once the
+// number of moves reaches the number of bodies. Finding the neighbours of n bodies that lie apart
+// costs n log n.
 class BodyTree {
  public:
   using Box = Eigen::AlignedBox3d;
 
-  // Builds the tree. Body i has the box boxes[i], m. A body with an empty box has no neighbours.
+  // Builds the tree. boxes[i] is the box of body i, m. A body with an empty box has no neighbours.
   void build(std::vector<Box> boxes);
   bool is_built() const { return !boxes_.empty(); }
   const Box& box(int body) const { return boxes_[body]; }
-  // Replaces the boxes of these bodies: boxes[i] is that of bodies[i].
+  // Replaces the boxes of some bodies: boxes[i] is the new box of bodies[i], m.
   void move(std::span<const int> bodies, std::span<const Box> boxes);
   // Calls visit(other) for every other body whose box meets that of `body`. Returns the number of
   // boxes compared.
@@ -30,13 +31,13 @@ class BodyTree {
     Box box;
     int parent = -1;
     int left = -1, right = -1;  // nodes; -1 in a leaf
-    int body = -1;              // of a leaf
+    int body = -1;              // in a leaf
   };
   int add_node(std::span<int> bodies, int parent);
 
   std::vector<Box> boxes_;  // by body
   std::vector<Node> nodes_;
-  std::vector<int> leaf_of_;  // by body: its node
+  std::vector<int> leaf_of_;  // by body: index of its node
   std::size_t moved_ = 0;     // moves since the tree was built
 };
 

@@ -14,7 +14,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the median time (s) of a search as the contact search makes it: all moving bodies are
+// Returns the median time (s) of five searches. As in the contact search, all moving bodies are
 // rebuilt, and all pairs of neighbouring bodies are queried.
 double measure(PairSearch& search, const Scene& scene) {
   std::vector<Vec3> room;
@@ -35,7 +35,7 @@ double measure(PairSearch& search, const Scene& scene) {
   }
   std::vector<std::vector<bsi::LeafPair>> found;
   bsi::TraversalCounters counters;
-  // The first search compiles shaders and allocates memory: it is not measured.
+  // The first search is not measured, because it compiles shaders and allocates memory.
   search.rebuild(every);
   search.find(queries, found, counters);
   std::array<double, 5> seconds{};

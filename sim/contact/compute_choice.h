@@ -1,4 +1,4 @@
-// The choice of the processor that runs the contact search of a scene, and its reason.
+// Chooses the processor that runs the contact search of a scene, and states the reason.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace weft::sim {
 
 struct ComputeChoice {
   ComputeBackend backend = ComputeBackend::cpu;  // never `automatic`
-  std::string device;                            // OpenGL's name of it; empty on the CPU
+  std::string device;                            // name of the device in OpenGL; empty on the CPU
   std::string reason;
 
   // Returns, for example, "CPU: there is no graphics processor", for `weft check`, logs and
@@ -23,9 +23,9 @@ struct ChosenSearch {
   ComputeChoice choice;
 };
 
-// Chooses by compute.backend of the case. `auto` takes a graphics processor if there is one and it
-// is faster on the bodies of this scene, which is measured (a fraction of a second). Otherwise it
-// takes the CPU. Throws CaseError if the case names a device that is missing.
+// Chooses the processor by compute.backend of the case. With `auto`, a graphics processor runs the
+// search if there is one and it is faster than the CPU. To find out, both search this scene's
+// bodies (a fraction of a second). Throws CaseError if the case names a device that is missing.
 ChosenSearch choose_search(const Scene& scene);
 
 }  // namespace weft::sim

@@ -9,7 +9,7 @@ namespace weft::sim {
 
 namespace {
 
-// Has the functions of a SurfaceMap for points that are particles.
+// Stands in for a SurfaceMap if points are particles.
 struct OwnParticles {
   static const Vec3& apply(int point, std::span<const Vec3> particles) { return particles[point]; }
   static void add_transpose(int point, double factor, const Vec3& value,
@@ -23,8 +23,8 @@ struct OwnParticles {
 Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search)
     : scene_(scene), surface_(scene, statistics, std::move(search)) {}
 
-// Calls use(map) with the scene's map or, if points are particles, with OwnParticles, which costs
-// nothing.
+// Calls use(map) with the scene's map or, if points are particles, with OwnParticles, which has no
+// cost.
 template <class Use>
 void Contact::with_map(const Use& use) const {
   if (scene_.surface_map.is_identity()) {
@@ -34,7 +34,8 @@ void Contact::with_map(const Use& use) const {
   }
 }
 
-// Points of obstacles with poses are computed later, one by one.
+// Maps particles to surface points. Points of obstacles with poses are left out; they are placed
+// one by one when they are needed.
 PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) const {
   const bool has_poses = !now.poses.empty();
   if (scene_.surface_map.is_identity())
@@ -44,8 +45,8 @@ PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) con
   return {points.position, points.velocity, now.poses};
 }
 
-// Finds the points of dynamic bodies and, if asked for, of moving obstacles. The first call also
-// finds the points of obstacles at rest, which stay valid.
+// Maps the points of dynamic bodies and, with `obstacles_too`, of moving obstacles. The first call
+// also maps the points of obstacles at rest, which stay valid.
 void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
                          std::vector<Vec3>& to) const {
   const SurfaceMap& map = scene_.surface_map;
@@ -62,7 +63,8 @@ void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
   }
 }
 
-// A point strays by at most the sum of its particles' strays, each times the size of its weight.
+// Maps stray from particles to points. A point strays by at most the sum of its particles' strays,
+// each times the magnitude of its weight.
 PointStray Contact::on_surface(const PathStray& stray) {
   if (scene_.surface_map.is_identity() || stray.body.empty()) return {stray.body, stray.particle};
   body_stray_.assign(scene_.bodies.size(), 0.0);
@@ -81,7 +83,7 @@ PointStray Contact::on_surface(const PathStray& stray) {
   return {body_stray_, point_stray_};
 }
 
-// Replaces a point that is not finite or too far away by the particle that causes it.
+// In a fault of kind not_finite, replaces the surface point by the particle that causes it.
 std::optional<ContactFault> Contact::on_particles(std::optional<ContactFault> fault,
                                                   std::span<const Vec3> position) const {
   if (!fault || fault->kind != ContactFault::Kind::not_finite || scene_.surface_map.is_identity())
@@ -110,7 +112,7 @@ void Contact::add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const
   add_forces_to(normal, friction);
 }
 
-// The two lists may be one.
+// `normal` and `friction` may be the same list.
 void Contact::add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) const {
   const bool all = static_cast<int>(normal.size()) > scene_.dynamic_particles;
   const int count = all ? scene_.point_count : scene_.dynamic_points;
@@ -137,8 +139,8 @@ void Contact::add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) co
   });
 }
 
-// Friction extends an obstacle to the points that rub on it. Its moment is therefore taken where it
-// acts, on the dynamic points.
+// Friction acts on an obstacle's rigid extension to the dynamic points (Sliding). Forces and
+// moments are therefore taken at these points.
 void Contact::add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const {
   const auto wrench_of = [&](const std::array<int, 4>& nodes) -> Wrench* {
     const int highest = std::max(nodes[0], nodes[3]);
@@ -192,7 +194,7 @@ double Contact::energy() const {
   return sum;
 }
 
-// Adds to out_i, for each pair, weight_i n block(pair) (n . sum_j weight_j in_j) with its normal n.
+// Adds to out_i, for each pair with normal n, weight_i block(pair) n (n . sum_j weight_j in_j).
 template <class Block>
 void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
                                 std::span<Vec3> out) const {
@@ -247,7 +249,7 @@ Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) co
   return {pair.nodes, pair.weight, surface_.sliding(pair.sliding).lever};
 }
 
-// Sums the shares of a pair's four points by particle.
+// Adds up the shares of a pair's four points by particle.
 Contact::Stencil Contact::joined_stencil(const ContactPair& pair, StencilRoom& room) const {
   const Sliding* const sliding = pair.sliding < 0 ? nullptr : &surface_.sliding(pair.sliding);
   room = {};

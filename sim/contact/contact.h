@@ -1,4 +1,4 @@
-// Contact forces on particles, made from those on surface points, and their matrices.
+// Contact forces on particles, computed from those on surface points, and their matrices.
 #pragma once
 
 #include <optional>
@@ -10,11 +10,12 @@
 
 namespace weft::sim {
 
-// Positions of all particles at one time, m. With `poses`, one for each of RigidObstacles::all(),
-// the positions of these obstacles need not be given. They may then be overwritten, and so may the
-// obstacles' velocities, if there are any.
+// Positions of all particles at one time, m. If `poses` is given, with one pose per obstacle of
+// RigidObstacles::all(), the positions of these obstacles may be missing. Contact then overwrites
+// them in `room` where it needs them, and the obstacles' velocities (m/s) in `velocity` unless that
+// is empty.
 struct PlacedParticles {
-  // Everything is given.
+  // All positions are given, and no poses.
   PlacedParticles(std::span<const Vec3> given) : position(given) {}  // NOLINT: implicit
   PlacedParticles(std::span<Vec3> given, std::span<Vec3> rates, std::span<const RigidPose> places)
       : position(given), room(given), velocity(rates), poses(places) {}
@@ -24,13 +25,14 @@ struct PlacedParticles {
   std::span<const RigidPose> poses;
 };
 
-// Upper bounds (m) of the distances of particles from their straight paths: by body, of all its
-// particles, and by dynamic particle. Both are empty if all paths are straight.
+// Upper bounds (m) of the distances of particles from their straight paths. `body` has one bound
+// for all particles of each body, `particle` one per dynamic particle. Both are empty if all paths
+// are straight.
 struct PathStray {
   std::span<const double> body, particle;
 };
 
-// A force (N) and the moment (N m) about the origin of all of its parts.
+// A force (N) and its moment about the origin (N m), summed over parts.
 struct Wrench {
   Vec3 force{0, 0, 0}, moment{0, 0, 0};
   void add(const Vec3& place, const Vec3& part) {
@@ -39,12 +41,14 @@ struct Wrench {
   }
 };
 
-// Turns particles into surface points, x = S x and v = S v (sim/scene/surface_map.h), finds the
-// contact of these (SurfaceContact), and returns its forces by the transpose: f = S^T f. If all
-// points are particles, nothing is copied.
+// Contact of surfaces as forces on particles. Positions x and velocities v of particles give those
+// of surface points, S x and S v (sim/scene/surface_map.h). SurfaceContact finds the contact forces
+// g on these points, and the transpose maps them to forces on particles, f = S^T g. If all points
+// are particles, nothing is copied.
 //
-// The Newton matrix S^T A S has, per pair, the slopes of push and friction at the closest points.
-// It leaves out how the mollifier, the normal and the limit of friction change with x.
+// K = -df/dx and D = -df/dv are the stiffness and damping matrices. They contain, for each pair,
+// the slopes of push and friction at the closest points. The slopes of the mollifier, of the normal
+// and of the friction limit are neglected.
 class Contact {
  public:
   Contact(const Scene& scene, Statistics& statistics, ChosenSearch search);
@@ -52,42 +56,45 @@ class Contact {
   Contact(const Scene& scene, Statistics& statistics)
       : Contact(scene, statistics, {make_cpu_search(scene), {}}) {}
 
-  // Finds the pairs in reach and their forces. `velocity` is of all particles (m/s).
+  // Finds the pairs in reach and their forces. `velocity` is that of all particles (m/s). Returns a
+  // fault if a position is not finite or a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedParticles& now,
                                                      std::span<const Vec3> velocity, int threads);
   [[nodiscard]] std::optional<ContactFault> evaluate(std::span<const Vec3> position,
                                                      std::span<const Vec3> velocity, int threads) {
     return evaluate(PlacedParticles(position), velocity, threads);
   }
-  // Results below are those of the last evaluate(), except for touched(). Arrays have one entry per
-  // dynamic particle. `force` may have one per particle: obstacles then get their forces, too.
+  // Adds the contact forces (N) to `force`. This function and those below, except touched(), use
+  // the results of the last evaluate(). Arrays have one entry per dynamic particle. If `force` has
+  // one entry per particle, obstacles get their forces, too.
   void add_forces(std::span<Vec3> force) const;
-  // Adds these forces in two parts: along normals, contact damping included, and friction. Both
+  // Adds the same forces in two parts: along normals, including contact damping, and friction. Both
   // lists have one entry per dynamic particle, or one per particle.
   void add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const;
-  // Adds the wrench of each non-dynamic body on dynamic particles at `position` (m) to its entry of
-  // `by_body`.
+  // Adds to by_body[b] the wrench that body b, which is not dynamic, exerts on the dynamic
+  // particles. `position` is that of the particles, m.
   void add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const;
-  // Replaces `particles` by the particles of obstacles on which add_forces() would act, in order.
+  // Replaces `particles` by the particles of obstacles on which add_forces() would act, in
+  // ascending order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
   double energy() const;
   // Adds (gamma^2 K + gamma D) * in to `out`.
   void add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const;
   // Subtracts factor * K * in from `out`.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
-  // Adds the diagonal blocks of gamma^2 K + gamma D.
+  // Adds the diagonal blocks of gamma^2 K + gamma D to `diagonal`.
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
   // Calls visit(row, column, block) for every block of gamma^2 K + gamma D, pair by pair.
   template <class Visit>
   void visit_blocks(double gamma, const Visit& visit) const;
-  // Sets the Coulomb coefficient from now on.
+  // Sets the Coulomb coefficient of later evaluations.
   void set_friction(double friction) { surface_.set_friction(friction); }
-  // From now on, sets negative stiffness and damping of pairs, and the friction slope of subtracted
-  // terms, to zero: for long fixed steps.
+  // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
+  // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }
-  // The part of the matrix that one pair in reach adds: weight_i weight_j block between its
-  // particles i and j, if both are dynamic. The block is made positive semi-definite, for
-  // preconditioners. Friction enters by the weights, as if its levers equalled them.
+  // The part of gamma^2 K + gamma D that one pair in reach adds, for preconditioners. Between two
+  // dynamic particles i and j it is weight_i weight_j `block`. The block is made positive
+  // semi-definite. Friction uses the weights in place of its levers.
   struct Coupling {
     std::span<const int> particles;  // each once
     std::span<const double> weights;
@@ -97,20 +104,20 @@ class Contact {
   template <class Visit>
   void visit_definite_couplings(double gamma, const Visit& visit) const;
   const RigidObstacles& obstacles() const { return surface_.obstacles(); }
-  // The device that the search runs on.
+  // The device on which the search runs.
   const ComputeChoice& compute() const { return surface_.compute(); }
   std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
-  // The pairs in reach; their nodes are surface points.
+  // The pairs in reach. Their nodes are surface points.
   std::span<const ContactPair> pairs() const { return surface_.pairs(); }
   // Returns the marks of SurfaceContact::touched(), by body.
   std::span<const char> touched() const { return surface_.touched(); }
   void forget_touched() { surface_.forget_touched(); }
-  // Smallest gap (m) of the pairs in reach; nothing if there are none.
+  // Returns the smallest gap (m) of the pairs in reach, or nothing if there are none.
   std::optional<double> smallest_gap() const;
 
-  // Returns a fault unless every pair of features is certain to keep apart and to end with a
-  // positive gap: on the straight paths start -> end, and on all paths no farther from these than
-  // `stray`.
+  // Returns a fault unless every pair of features provably stays apart and ends with a positive
+  // gap. The proof covers the straight paths start -> end and all paths that deviate from them by
+  // at most `stray`.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedParticles& start,
                                                        const PlacedParticles& end,
                                                        const PathStray& stray = {});
@@ -119,24 +126,26 @@ class Contact {
                                                        const PathStray& stray = {}) {
     return check_path(PlacedParticles(start), PlacedParticles(end), stray);
   }
-  // Checks part of the straight path of a step that has been found free: up to a point on it. No
-  // gap is required there or on the way; surfaces need only not meet.
+  // Checks the first part, start -> end, of the straight path of a step. Returns a fault if
+  // surfaces may meet on it. No gap is required, because check_path() has already passed for the
+  // whole step.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedParticles& start,
                                                            const PlacedParticles& end);
-  // Finds the smallest gap (m) within the range at `position`; infinite if there is none. Returns a
-  // fault if a gap is not positive.
+  // Sets *smallest_gap to the smallest gap (m) within the range at `position`, or to infinity if
+  // there is none. Returns a fault if a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
   // Returns a pair of features of one body closer than thickness + range at `position`, if any.
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  // All surface points at one time, if they are not the particles.
+  // All surface points at one time, if these are not the particles.
   struct Points {
     std::vector<Vec3> position, velocity;
   };
-  // A pair by particles: those of its four points, each once, with their weights in the separation
-  // of the closest points and, if there is friction, their levers (Sliding).
+  // A pair in terms of the particles of its four points, each particle once. `weights` are those of
+  // the particles in the separation of the closest points. If there is friction, `levers` are those
+  // of the particles (Sliding).
   struct Stencil {
     std::span<const int> particles;
     std::span<const double> weights;
@@ -172,7 +181,7 @@ class Contact {
 
   const Scene& scene_;
   SurfaceContact surface_;
-  Points now_, start_, end_;                      // the latter two of a path
+  Points now_, start_, end_;                      // for evaluations; for both ends of a path
   std::vector<double> body_stray_, point_stray_;  // m
 };
 

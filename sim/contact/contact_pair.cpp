@@ -9,7 +9,7 @@ namespace weft::sim {
 
 namespace {
 
-// Below this squared sine two directions on a surface are too nearly parallel to determine its
+// Below this squared sine, two directions on a surface are too nearly parallel to determine its
 // rotation.
 constexpr double parallel_squared_sine = 1e-12;
 
@@ -19,10 +19,12 @@ Mat3 cross_matrix(const Vec3& v) {
   return matrix;
 }
 
-// The angular velocity of the surface along e1 and e2 follows from their rates:
+// Returns turn_1 and turn_2 of a surface spanned by e1 and e2. They give its angular velocity from
+// the rates of e1 and e2:
 //   omega = turn_1 e1' + turn_2 e2',
-// the rotation of the normal m plus half the vorticity of the motion in the plane. It is exact if
-// the motion is rigid. With the dual vectors g_k of e_k in the plane and q_k = m x g_k:
+// the rotation of the normal m plus half the vorticity of the motion in the plane. This is exact if
+// the motion is rigid. There is no result if e1 and e2 are nearly parallel. With the dual vectors
+// g_k of e_k in the plane and q_k = m x g_k:
 //   m' = -sum_k g_k (m . e_k'),  omega = m x m' + 1/2 m sum_k (q_k . e_k').
 std::optional<std::array<Mat3, 2>> turning(const Vec3& e1, const Vec3& e2) {
   const Vec3 across = e1.cross(e2);
@@ -35,8 +37,8 @@ std::optional<std::array<Mat3, 2>> turning(const Vec3& e1, const Vec3& e2) {
                              Mat3(0.5 * m * q2.transpose() - q2 * m.transpose())};
 }
 
-// The levers of Sliding of two dynamic sides. A triangle turns as its edges from the first corner
-// do, two edges as the plane along both does.
+// Returns the levers of Sliding for two dynamic features. A triangle rotates with its two edges
+// from the first corner. Two edges rotate with the plane that both span.
 std::optional<std::array<Mat3, 4>> sliding_levers(bsi::FeatureKind kind,
                                                   const bsi::Closest& closest,
                                                   const bsi::FourPoints& x, const Vec3& normal) {

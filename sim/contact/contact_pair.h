@@ -1,5 +1,5 @@
-// One contact: two features, or a vertex and a term of a surface, with their forces and the
-// derivatives of these.
+// One contact: two features, or a vertex and a term of a surface, with its forces and their
+// derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace weft::sim {
 
-// The contact law (materials/contact.h) of one pair.
+// Parameters of the contact law (materials/contact.h) for one pair.
 struct ContactLaw {
   double range = 0;           // m
   double stiffness = 0;       // N/m, of the barrier, for the pair's share of the area
@@ -22,17 +22,17 @@ struct ContactLaw {
   double friction_speed = 0;  // m/s
 };
 
-// Friction acts on the tangential sliding velocity u. Its forces are lever_i^T f, where lever_i =
-// du / dv_i. u is the velocity of the first feature's closest point less that of the second's, both
-// taken at one place: one feature is extended to the other as a rigid body. Against an obstacle,
-// the obstacle is extended, because it is rigid. Of two dynamic features the second is extended,
-// with the rotation of its edges. u is zero in every rigid motion of all four points. Friction
-// therefore takes no power from such a motion, and has neither a resultant nor a torque.
+// Friction of a pair. It acts on the tangential sliding velocity u with the forces lever_i^T f,
+// where lever_i = du / dv_i. u is the velocity of the first feature's closest point less that of
+// the second's. Both are taken at one place, to which one feature is extended as a rigid body.
+// Against an obstacle, the obstacle is extended, because it is rigid. Of two dynamic features, the
+// second is extended, with the rotation of its edges. u is zero in every rigid motion of all four
+// points. Friction therefore takes no power from such a motion, and its forces have neither a
+// resultant nor a torque.
 struct Sliding {
   std::array<Mat3, 4> lever;
   Vec3 force{0, 0, 0};        // N, on the first feature
-  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m: semi-definite across the normal, with the
-                              // coefficient's sign
+  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m, semi-definite; sign of the coefficient
 };
 
 struct ContactPair {
@@ -43,23 +43,24 @@ struct ContactPair {
   double gap = 0;                  // m
   double energy = 0;               // J
   double push = 0;                 // N along the normal, barrier and damping
-  double stiffness = 0, damping = 0;  // of the push: -d/dgap, -d/drate
-  int sliding = -1;                   // index of its friction in the list of Sliding; -1: none
+  double stiffness = 0, damping = 0;  // slopes of the push: -d/dgap (N/m), -d/drate (N s/m)
+  int sliding = -1;                   // index in the list of Sliding; -1: no friction
 };
 
-// Fills weights, normal, gap, energy, push and its derivatives from a closest pair of points whose
-// gap is positive. The barrier is multiplied by `mollifier`. `velocity` (m/s) is that of all
-// surface points. Returns the push of the barrier alone, N.
+// Sets the weights, normal, gap, energy, push and derivatives of the push in `pair` from its
+// closest points. Precondition: the gap is positive. The barrier is multiplied by `mollifier`.
+// `velocity` (m/s) is that of all surface points. Returns the push of the barrier alone, N.
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair);
 
-// Returns the angular velocity (rad/s) of a triangle that moves as a rigid body; zero without area.
+// Returns the angular velocity (rad/s) of a triangle that moves as a rigid body, or zero if it has
+// no area.
 Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity);
 
-// Returns the friction of a pair whose push is known, or nothing if there is none or the four
-// points do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of the feature that
-// belongs to an obstacle, if any. `barrier_push` is the result of apply_push(), without damping:
-// the damping jumps at an impact, and Newton's iteration would fail far more often.
+// Returns the friction of a pair whose push is known. Returns nothing if there is none, or if the
+// four points do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of the feature
+// that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(), which excludes
+// damping. Damping jumps at an impact, and Newton's iteration would fail far more often.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,

@@ -15,12 +15,12 @@ namespace {
 
 constexpr double lost_distance = 1e15;  // m
 
-// Room by which a body's box is widened on every side, as a fraction of its diagonal. More room
-// means more neighbours; less room means that bodies leave their boxes more often.
+// Distance by which a body's box is widened on every side, as a fraction of its diagonal. With more
+// room, boxes have more neighbours. With less, bodies leave their boxes more often.
 constexpr double room = 0.125;
 
-// A quarter of the mean edge: lists are then a few times longer than necessary, and rebuilt every
-// few tens of steps.
+// Returns a quarter of the mean edge, m. Lists are then a few times longer than necessary, and
+// rebuilt every few tens of steps.
 double default_slack(const Scene& scene) {
   double sum = 0;
   std::size_t count = 0;
@@ -33,7 +33,8 @@ double default_slack(const Scene& scene) {
   return 0.25 * sum / static_cast<double>(count);
 }
 
-// Any sphere around the points will do: it only bounds the distance of two bodies.
+// Returns a sphere around the points. It need not be the smallest, because it only bounds the
+// distance of two bodies.
 bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> second) {
   Vec3 low = first[0], high = first[0];
   for (const auto& points : {first, second}) {
@@ -47,7 +48,7 @@ bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> sec
   return {centre[0], centre[1], centre[2], std::nextafter(static_cast<float>(radius), INFINITY)};
 }
 
-// Extends the box by the points. Returns their sum, which keeps a NaN that a minimum would swallow.
+// Extends the box by the points. Returns their sum, which propagates NaN; a minimum would drop it.
 Vec3 extend(BodyTree::Box& box, std::span<const Vec3> points) {
   Vec3 low = box.min(), high = box.max(), sum = Vec3::Zero();
   for (const Vec3& p : points) {
@@ -64,7 +65,8 @@ BodyTree::Box widened(const BodyTree::Box& box, double by) {
   return {box.min() - more, box.max() + more};
 }
 
-// Bodies whose boxes, widened by this, do not meet are beyond contact's reach.
+// Returns the distance (m) by which boxes of bodies are widened. Bodies whose widened boxes do not
+// meet are out of contact.
 double half_reach(const Scene& scene, const SceneBody& body) {
   return 0.5 * (body.thickness + scene.source.contact.range);
 }
@@ -81,7 +83,7 @@ CandidateList empty_list(const Scene& scene, const BodyPair& pair) {
   return list;
 }
 
-// The searched pairs that have one of these bodies and whose boxes meet, in order.
+// Returns the searched pairs that have one of these bodies and whose boxes meet, in order.
 std::vector<BodyPair> searched_neighbours(const Scene& scene, const BodyTree& tree,
                                           std::span<const int> bodies, int& compared) {
   std::vector<BodyPair> pairs;
@@ -168,7 +170,8 @@ ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> sn
   return moved;
 }
 
-// A point that has flown this far is lost, and float32 spheres could not hold it.
+// Returns a point of the body that is not finite or farther than lost_distance from the origin, if
+// any. A sphere in float32 could not contain such a point.
 std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int body) const {
   const auto points = of_body(position, body);
   const auto lost = std::find_if(points.begin(), points.end(), [](const Vec3& p) {
@@ -178,9 +181,9 @@ std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int 
   return scene_.bodies[body].first_point + static_cast<int>(lost - points.begin());
 }
 
-// A point p of the obstacle has moved by d + (R1 - R0) (p - middle), where d is the way of its
-// middle. The norm of R1 - R0 is its Frobenius norm over the square root of two: both singular
-// values that are not zero are the same.
+// A point p of the obstacle has moved by d + (R1 - R0) (p - middle), where d is the displacement of
+// its middle. The spectral norm of R1 - R0 is its Frobenius norm over the square root of two,
+// because its two singular values other than zero are equal.
 ContactSearch::Displacement ContactSearch::displacement(const RigidObstacle& obstacle,
                                                         const RigidPose& snapshot,
                                                         const RigidPose& now) {
@@ -211,7 +214,8 @@ std::optional<int> ContactSearch::track(const PlacedPoints& now, bool from_start
   return std::nullopt;
 }
 
-// Returns true if all positions are finite, as track_points() does.
+// Tracks an obstacle by its pose or, if its snapshot consists of points, by its points. Returns
+// true if all positions are finite.
 bool ContactSearch::track_pose(const RigidObstacle& obstacle, const PlacedPoints& now,
                                bool from_start) {
   Tracked& tracked = tracked_[obstacle.body];
@@ -239,7 +243,8 @@ bool ContactSearch::track_points(int body, std::span<const Vec3> now, bool from_
   return sum.allFinite();
 }
 
-// Replaces the pose at which lists were built by positions: from now on positions are given.
+// Replaces the poses of an obstacle's snapshot by positions, because the obstacle is now given by
+// positions.
 void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   Tracked& tracked = tracked_[obstacle.body];
   for (const Vec3& start : obstacle.start()) {
@@ -251,8 +256,8 @@ void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   tracked.path_start_pose.reset();
 }
 
-// Returns a bound (m) on how much distances of points of both bodies may differ from those on the
-// straight paths.
+// Returns a bound (m) on how much the distance of a point of one body from a point of the other may
+// differ from their distance on the straight paths.
 double ContactSearch::stray(const CandidateList& list) const {
   return tracked_[list.body_a].stray + tracked_[list.body_b].stray;
 }
@@ -263,8 +268,9 @@ double ContactSearch::drift(const CandidateList& list, const Displacement& a,
   return a.residual + b.residual + (a.mean - b.mean).norm();
 }
 
-// At equal times on two straight paths, displacements are convex combinations of those at the ends,
-// with the same weights for both bodies: distances have changed by no more than at one of the ends.
+// Returns an upper bound (m) of the change of any distance since the list was built. At equal times
+// on two straight paths, displacements are convex combinations of those at the ends, with the same
+// weights for both bodies. The change is therefore no larger than at one of the ends.
 double ContactSearch::drift(const CandidateList& list) const {
   const Tracked& a = tracked_[list.body_a];
   const Tracked& b = tracked_[list.body_b];
@@ -289,8 +295,9 @@ bool ContactSearch::are_valid() const {
   return true;
 }
 
-// The bodies of the lists that ran out and, since a new snapshot voids every list built from the
-// old one, all moving bodies tied to them by further lists.
+// Marks bodies that need a new snapshot: the bodies of lists that are no longer valid, and all
+// moving bodies connected to them by further lists. A new snapshot invalidates every list built
+// from the old one.
 std::vector<char> ContactSearch::bodies_to_refresh() const {
   std::vector<char> marked(tracked_.size(), 0);
   const auto mark = [&](int body) {
@@ -334,8 +341,8 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
     tracked_[b].box.setEmpty();
   }
   // From one straight path to another, distances change by no more than between their starts or
-  // between their ends. Hence the lists of one path also serve those beside it, such as the paths
-  // of Newton's iterations: all of these start at one place and end near each other, far from that
+  // between their ends. The lists of one path therefore also serve paths beside it, such as those
+  // of Newton's iterations. Such paths start at one place and end near each other, far from that
   // place.
   if (const auto bad = track(start, true)) return bad;
   for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
@@ -345,8 +352,8 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
   return std::nullopt;
 }
 
-// Returns what the body's box must contain, so that pairs with all bodies but its neighbours are
-// certain to be out of reach.
+// Returns the box that the body's box in the tree must contain. Bodies whose boxes in the tree do
+// not meet are then certain to be out of reach.
 ContactSearch::Box ContactSearch::needed_box(int body) const {
   const Tracked& tracked = tracked_[body];
   return widened(tracked.box, tracked.stray + half_reach(scene_, scene_.bodies[body]));
@@ -383,7 +390,7 @@ void ContactSearch::place_all(std::span<const Vec3> position) {
   replace_lists(all);
 }
 
-// Gives the bodies with new boxes lists for their new neighbours alone.
+// Replaces the lists of bodies with new boxes by lists for their new neighbours.
 void ContactSearch::replace_lists(std::span<const int> placed) {
   int compared = 0;
   const std::vector<BodyPair> pairs = searched_neighbours(scene_, tree_, placed, compared);
@@ -398,7 +405,7 @@ void ContactSearch::replace_lists(std::span<const int> placed) {
   for (const int b : placed) placed_[b] = 0;
 }
 
-// Keeps the lists of these pairs and of bodies without a new box, and adds those that are missing.
+// Keeps lists of these pairs, and lists of bodies without new boxes. Adds the missing lists.
 void ContactSearch::merge_lists(std::span<const BodyPair> pairs) {
   std::vector<CandidateList> lists;
   std::vector<ListState> states;
@@ -421,7 +428,8 @@ void ContactSearch::merge_lists(std::span<const BodyPair> pairs) {
   states_.swap(states);
 }
 
-// A new pair of bodies whose snapshots are known may be ruled out at once.
+// Returns the state of the list of a new pair. If both bodies have bounding spheres, these may
+// exclude the pair at once.
 ContactSearch::ListState ContactSearch::first_state(const CandidateList& list) {
   const Tracked& a = tracked_[list.body_a];
   const Tracked& b = tracked_[list.body_b];
@@ -480,8 +488,8 @@ void ContactSearch::refresh_body(int body, const PlacedPoints& start, const Plac
   tracked.bounds = sphere_around(from, position);
 }
 
-// Empties a list that is to be built anew; true if the bounding spheres keep its bodies apart, so
-// that it stays empty.
+// Clears a list that must be rebuilt. Returns true if the bounding spheres keep its bodies apart,
+// so that the list stays empty.
 bool ContactSearch::rule_out(std::size_t l) {
   CandidateList& list = lists_[l];
   ListState& state = states_[l];
@@ -498,7 +506,8 @@ bool ContactSearch::rule_out(std::size_t l) {
   const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
   state.near = clearance <= slack_ + state.stray;
   if (state.near) return false;
-  // The spheres bound the bodies at their snapshots: the way since then already counts.
+  // The spheres bound the bodies at their snapshots, so that displacements since the snapshots
+  // count against the clearance.
   state.clearance = clearance;
   state.path_length = a.path_length + b.path_length;
   return true;
@@ -521,7 +530,7 @@ BodyPath ContactSearch::path_of(int body, const PlacedPoints& start,
   return path;
 }
 
-// Rebuilds the pyramids of bodies whose lists are being built, where they have moved.
+// Rebuilds the pyramids of bodies whose lists are being built, unless they are up to date.
 void ContactSearch::rebuild_pyramids(const PlacedPoints& start, const PlacedPoints& end) {
   PhaseTimer timer(statistics_.phases.rebuild);
   std::vector<BodyPath> paths;
@@ -543,7 +552,7 @@ void ContactSearch::find_quad_pairs(const PlacedPoints& start, const PlacedPoint
   statistics_.counters.bound_tests += tests.bound_tests;
 }
 
-// Computes the corners, of obstacles with poses, of the quads that were found.
+// Places the corners of all quads found that belong to obstacles with poses.
 void ContactSearch::place_found(const PlacedPoints& start, const PlacedPoints& end) {
   marks_.begin(scene_.point_count);
   for (std::size_t i = 0; i < building_.size(); ++i) {

@@ -38,7 +38,8 @@ class OpenGlSearch : public PairSearch {
   std::string device() const { return context_->device(); }
   bool takes_frames() const override { return true; }
 
-  // Each body is counted once, even if it has a pyramid on both sides.
+  // Rebuilds pyramids on the device and, for pairs with rigid obstacles, on the CPU. A body is
+  // counted once, even if it has a pyramid on both.
   int rebuild(std::span<const BodyPath> paths) override {
     std::vector<gpu::BodyImage> images;
     std::vector<BodyPath> rigid, others;
@@ -55,12 +56,12 @@ class OpenGlSearch : public PairSearch {
     return built + beside_rigid_->rebuild(rigid);
   }
 
-  // Boxes are not counted on the device.
+  // Finds quad pairs. Boxes that the device compares are not counted.
   void find(std::span<const PairQuery> queries, std::vector<std::vector<bsi::LeafPair>>& found,
             bsi::TraversalCounters& counters) override {
     std::vector<gpu::PairQuery> asked;
     std::vector<PairQuery> rigid;
-    std::vector<std::size_t> asked_place, rigid_place;  // in `queries`
+    std::vector<std::size_t> asked_place, rigid_place;  // indices in `queries`
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const PairQuery& query = queries[i];
       if (is_rigid_[query.body_b] != 0) {
@@ -96,9 +97,10 @@ class OpenGlSearch : public PairSearch {
   std::unique_ptr<gpu::GlContext> context_;
   gpu::ComputePyramid pyramids_;
   gpu::ComputeTraversal traversal_;
-  std::vector<char> is_rigid_;  // by body: at its last rebuild it was a rigid obstacle
-  // Searches beside rigid obstacles that move, on the CPU: their pyramids stay in their own frames,
-  // while the device would need all of their vertices anew. Null if none moves.
+  std::vector<char> is_rigid_;  // by body: it was a rigid obstacle at its last rebuild
+  // Searches on the CPU the pairs with a moving rigid obstacle; null if none moves. On the CPU, the
+  // pyramid of such an obstacle stays in its own frame. The device would need all of its vertices
+  // anew.
   std::unique_ptr<PairSearch> beside_rigid_;
   std::vector<std::vector<bsi::LeafPair>> found_beside_rigid_;
 };

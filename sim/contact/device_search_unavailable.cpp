@@ -1,4 +1,4 @@
-// Takes the place of device_search.cpp where Weft is built without gpu/.
+// Replaces device_search.cpp in builds without gpu/.
 #include <stdexcept>
 
 #include "sim/contact/device_search.h"

@@ -16,7 +16,7 @@ using bsi::FourParticles;
 
 constexpr int quad_pairs_per_chunk = 256;
 
-// Pairs of features, before their distances are known.
+// Pairs of features whose distances are not yet known.
 struct Batch {
   std::vector<FourParticles> points;
   std::vector<FeaturePair> features;
@@ -27,12 +27,12 @@ struct Batch {
   }
 };
 
-// The three lists of CandidateList, in its order.
+// The three lists of CandidateList, in the same order.
 using Batches = std::array<Batch, 3>;
 using Lists = std::array<std::vector<FeaturePair>, 3>;
 enum ListIndex { vertex_triangle, triangle_vertex, edge_edge };
 
-// How far each point of the bodies goes, m; empty where no path is given.
+// Returns the path length (m) of each point of `bodies`, or nothing if start and end are the same.
 std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Vec3> end,
                                  std::initializer_list<const SceneBody*> bodies) {
   std::vector<double> lengths;
@@ -45,7 +45,7 @@ std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Ve
   return lengths;
 }
 
-// Turns pairs of quads into pairs of their features. One for every thread.
+// Converts pairs of quads to pairs of their features. Each thread has its own.
 class Gatherer {
  public:
   Gatherer(const Scene& scene, const CandidateList& list)
@@ -107,7 +107,7 @@ class Gatherer {
   Batches batches_;
 };
 
-// Features that one chunk of quad pairs gave.
+// The pairs of features found in one chunk of quad pairs.
 struct Found {
   Lists lists;
   std::int64_t looked_at = 0;
@@ -126,8 +126,8 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> p
   }
 }
 
-// Joins list `which` of all chunks, sorted by (a, b). Pairs are sorted by counting for a (0 ..
-// count_a - 1); the few with the same a are then sorted by b.
+// Joins list `which` of all chunks, sorted by (a, b). A counting sort orders the pairs by a (0 ..
+// count_a - 1). The few pairs with the same a are then sorted by b.
 void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a,
                  std::vector<FeaturePair>& out) {
   std::vector<int> start(count_a + 1, 0);

@@ -51,7 +51,7 @@ class CpuSearch : public PairSearch {
   struct Searched {
     std::optional<bsi::Pyramid> pyramid;
     std::optional<bsi::RigidPyramid> rigid;
-    std::vector<bsi::RigidFrame> frames;  // of `rigid`, at the ends of its path
+    std::vector<bsi::RigidFrame> frames;  // of `rigid`, at the end of its path or at both ends
   };
 
   void rebuild(const BodyPath& path) {
@@ -69,7 +69,7 @@ class CpuSearch : public PairSearch {
     static_cast<void>(bad);
   }
 
-  // Returns 1 if the obstacle had no pyramid yet, else 0.
+  // Places an obstacle. Returns 1 if its pyramid had to be built, else 0.
   int place(const BodyPath& path) {
     Searched& searched = bodies_[path.body];
     const std::size_t ends = path.is_swept() ? 2 : 1;

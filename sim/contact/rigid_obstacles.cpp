@@ -8,7 +8,7 @@ namespace weft::sim {
 
 namespace {
 
-// Part of a size that rounding in float64 cannot take.
+// Relative allowance that exceeds the rounding in float64.
 constexpr double beyond_rounding = 1e-12;
 
 }  // namespace

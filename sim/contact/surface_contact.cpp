@@ -14,7 +14,7 @@ namespace weft::sim {
 
 namespace {
 
-// Part of the range over which pairs without a sample have their barrier.
+// Fraction of the range over which pairs without a sample have their barrier.
 constexpr double short_range = 0.25;
 
 bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
@@ -22,7 +22,7 @@ bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<c
                : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
 }
 
-// Returns the first index from `i` on at which a chunk of pairs may begin: pairs of one sample stay
+// Returns the first index from `i` on at which a chunk of pairs may begin. Pairs of one sample stay
 // together.
 std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
   while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
@@ -43,8 +43,8 @@ bsi::FourParticles points_of(bool edges, const SurfaceFeatures& first,
 
 }  // namespace
 
-// A point of a feature is a convex combination of its corners. It strays no more than the corner
-// that strays most.
+// Returns the largest stray of both features together, m. A point of a feature is a convex
+// combination of its corners, so it strays no more than the corner that strays most.
 double SurfaceContact::stray_of(const Pair& pair, const PointStray& stray) const {
   double side[2] = {0, 0};
   const int split = pair.edges ? 2 : 1;
@@ -101,8 +101,8 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
   }
 }
 
-// Returns the mean area around the vertices of the dynamic side, or of both sides if both are
-// dynamic. The resolution of obstacles thus does not change how stiff the contact is.
+// Returns the mean area (m^2) around the vertices of the dynamic side, or of both sides if both are
+// dynamic. The resolution of obstacles therefore does not change the stiffness of contact.
 double SurfaceContact::pair_area(const std::array<int, 4>& nodes, int split) const {
   double sum[2] = {0, 0};
   for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
@@ -117,8 +117,8 @@ double SurfaceContact::range_of(const PairGroup& group) const {
   return group.samples ? range_ : short_range * range_;
 }
 
-// Returns the candidates that may be closer than thickness + reach: `sample_reach` for samples and
-// for all pairs with a sleeping body, `reach` for other pairs.
+// Returns the candidates that may be closer than thickness + reach. The reach is `sample_reach` for
+// samples and for all pairs with a sleeping body, and `reach` for other pairs.
 std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double sample_reach,
                                                                      double reach) const {
   std::vector<PairGroup> groups;
@@ -162,8 +162,8 @@ void SurfaceContact::begin_placing() {
   if (obstacles > 0) marks_.begin(scene_.point_count + static_cast<int>(obstacles));
 }
 
-// Computes the positions of a group's obstacle nodes, each once after begin_placing(). Of obstacles
-// with few vertices it computes all, which costs less than to check every node.
+// Places a group's obstacle nodes, each once after begin_placing(). If an obstacle has few
+// vertices, all of them are placed, which costs less than to check every node.
 void SurfaceContact::place_nodes(const PairGroup& group, const PlacedPoints& start,
                                  const PlacedPoints& end) {
   const int number = search_.obstacles().of_body(group.body_b);
@@ -199,7 +199,7 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
     // Each chunk collects its own results. They are joined in order, so that sums do not depend on
-    // the threads.
+    // the number of threads.
     std::vector<Found> found((count + chunk_size - 1) / chunk_size);
     parallel_chunks(count, threads, [&](int first, int last) {
       measure_part(group, group_start(group.nodes, group.samples, first),
@@ -218,7 +218,8 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
   return std::nullopt;
 }
 
-// Only the second body of a group can sleep: sleeping bodies have higher numbers than dynamic ones.
+// Marks the sleeping body of a group if it is touched. Only the second body can sleep, because
+// sleeping bodies have higher numbers than dynamic ones.
 void SurfaceContact::note_touch(const PairGroup& group, std::span<const Vec3> position) {
   if (!scene_.bodies[group.body_b].sleeps || touched_[group.body_b] != 0) return;
   const double reach = group.thickness + range_;
@@ -228,7 +229,7 @@ void SurfaceContact::note_touch(const PairGroup& group, std::span<const Vec3> po
   if (touches) touched_[group.body_b] = 1;
 }
 
-// Obstacles are rigid: any of their triangles tells how they turn.
+// Finds the angular velocities of moving obstacles. They are rigid, so that one triangle suffices.
 void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> velocity) {
   for (const int b : moving_obstacles_) {
     const SceneBody& body = scene_.bodies[b];
@@ -244,7 +245,7 @@ void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> v
   }
 }
 
-// Spin (rad/s) of the side that is not dynamic, if any.
+// Returns the angular velocity (rad/s) of the side that is not dynamic, if any.
 std::optional<Vec3> SurfaceContact::obstacle_spin(const std::array<int, 4>& nodes) const {
   for (const int node : {nodes[0], nodes[3]}) {
     if (!is_dynamic(node)) return spins_[scene_.body_index_of_point(node)];
@@ -291,7 +292,7 @@ void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std
   }
 }
 
-// One sample and the triangles of a surface in its range.
+// Measures one sample against the triangles of a surface in its range.
 void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
                                     std::span<const bsi::PairInReach> in_reach,
                                     std::span<const Vec3> position, std::span<const Vec3> velocity,
@@ -321,7 +322,7 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
   }
 }
 
-// Two edges, or an obstacle's vertex and a triangle.
+// Measures two edges, or an obstacle's vertex and a triangle.
 void SurfaceContact::measure_pair(const Pair& pair, std::span<const Vec3> position,
                                   std::span<const Vec3> velocity, Found& found) const {
   const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
@@ -369,7 +370,7 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
   found.pairs.push_back(pair);
 }
 
-// Returns the mollifier's value. Adds the forces of its slope, which turn the edges towards
+// Returns the mollifier's value. Records the forces of its slope, which turn the edges towards
 // parallel, where the barrier fades.
 double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
                                std::span<const Vec3> position, const ContactLaw& law,
@@ -426,17 +427,18 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
   return std::nullopt;
 }
 
-// Returns the first fault of a part of the pairs. One cheap test proves most of them free.
+// Returns the first fault of a part of the pairs. A cheap test proves most of them free.
 std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, std::size_t first,
                                                        std::size_t last,
                                                        std::span<const Vec3> start,
                                                        std::span<const Vec3> end,
                                                        const PathDemand& demand) const {
-  // On the way only half the thickness is required. Both ends keep all of it, so a refused path
-  // truly cuts through something.
+  // On the way only half the thickness is required. Both ends keep all of it, so that a path is
+  // refused only if it comes clearly closer than its ends.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
   const PointStray& stray = demand.stray;
-  // The cheap test uses the largest stray of the whole group; that of a single pair may be less.
+  // The cheap test uses the largest stray of the whole group. The stray of a single pair may be
+  // smaller.
   double largest = half;
   if (!stray.body.empty())
     largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];

@@ -1,5 +1,5 @@
 // Contact between surface points: the pairs in reach, with barriers, damping and friction per area
-// that are smooth functions of the state, and the check of paths.
+// that are smooth functions of the state, and checks of paths.
 #pragma once
 
 #include <array>
@@ -18,81 +18,86 @@
 
 namespace weft::sim {
 
-// Why a state or a step cannot be taken.
+// The reason why a state or a step is rejected.
 struct ContactFault {
   enum class Kind { not_finite, touching, crossing, in_reach };
   Kind kind = Kind::touching;
-  // The surface points of the pair. A fault of kind not_finite has only one entry: a point if the
-  // fault comes from SurfaceContact, a particle if it comes from Contact or its callers.
+  // The surface points of the pair. A fault of kind not_finite has one entry only: a point if it
+  // comes from SurfaceContact, a particle if it comes from Contact or its callers.
   std::array<int, 4> nodes{-1, -1, -1, -1};
   double gap = 0;  // m
   std::string describe(const Scene& scene) const;
-  // The particle where it happened: the one with the largest weight in the first point.
+  // Returns the particle at which the fault occurred: the one with the largest weight in the first
+  // point.
   int particle(const Scene& scene) const;
 };
 
-// Upper bounds (m) of the distances of surface points from their straight paths: by body, of all
-// its points, and by dynamic point. Both are empty if all paths are straight.
+// Upper bounds (m) of the distances of surface points from their straight paths. `body` has one
+// bound for all points of each body, `point` one per dynamic point. Both are empty if all paths are
+// straight.
 struct PointStray {
   std::span<const double> body, point;
 };
 
-// Forces that the mollifier of near-parallel edges adds to the forces on the four points.
+// Forces (N) from the slope of the mollifier on the four points of two nearly parallel edges.
 struct MollifierForce {
   std::array<int, 4> nodes{};
   std::array<Vec3, 4> force;
 };
 
-// Each vertex of a dynamic surface is a sample of the area around it. It meets another surface, or
-// its own beyond the triangles around it, by the signed sum over that surface's features in range
-// (bsi/detail/surface_terms.h). The sum counts the surface once, so the force per area does not
-// depend on the meshes. If both surfaces are dynamic, the samples of each count half.
+// Contact of samples with surfaces. Each vertex of a dynamic surface is a sample of the area around
+// it. Its force comes from the signed sum over the features of another surface in range, or of its
+// own surface beyond the triangles around it (bsi/detail/surface_terms.h). The sum counts a surface
+// once, so the force per area does not depend on the meshes. If both surfaces are dynamic, the
+// samples of each count half.
 //
-// Samples do not detect two edges that cross, nor an obstacle's vertex that points into a triangle.
+// Samples detect neither two edges that cross nor an obstacle's vertex that points into a triangle.
 // Pairs of these two kinds have a barrier of their own over the last quarter of the range, with as
-// much energy over this shorter way.
+// much energy as one over the whole range.
 //
-// A pair (or term) at distance d, with gap g = d - thickness below its range, pushes along its
-// normal with barrier and damping together (materials/contact.h) and rubs across it (Sliding,
-// contact_pair.h).
+// A pair (or term) at distance d has the gap g = d - thickness. If g is below the range, barrier
+// and damping push along the normal (materials/contact.h), and friction acts across the normal
+// (Sliding, contact_pair.h).
 class SurfaceContact {
  public:
   SurfaceContact(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
-  // Finds the pairs in reach and their forces. `velocity` is of all surface points (m/s).
+  // Finds the pairs in reach and their forces. `velocity` is that of all surface points (m/s).
+  // Returns a fault if a position is not finite or a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedPoints& now,
                                                      std::span<const Vec3> velocity, int threads);
-  // Results of the last evaluate(); empty after a fault. ContactPair::sliding is the argument of
-  // sliding().
+  // Results of the last evaluate(); empty after a fault. The argument of sliding() is
+  // ContactPair::sliding.
   std::span<const ContactPair> pairs() const { return pairs_; }
   const Sliding& sliding(int number) const { return sliding_[number]; }
   bool has_sliding() const { return !sliding_.empty(); }
   std::span<const MollifierForce> mollified() const { return mollified_; }
-  // Marks, by body, the sleeping bodies that came within range of a dynamic body in any evaluation
-  // since the last forget_touched().
+  // Marks by body: nonzero for sleeping bodies that came within range of a dynamic body in any
+  // evaluation since the last forget_touched().
   std::span<const char> touched() const { return touched_; }
   void forget_touched() { touched_.assign(touched_.size(), 0); }
-  // Sets the Coulomb coefficient from now on.
+  // Sets the Coulomb coefficient of later evaluations.
   void set_friction(double friction) { friction_ = friction; }
-  // From now on, sets negative stiffness and damping of pairs, and the friction slope of subtracted
-  // terms, to zero: for long fixed steps.
+  // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
+  // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { definite_ = true; }
   const RigidObstacles& obstacles() const { return search_.obstacles(); }
-  // The device that the search runs on.
+  // The device on which the search runs.
   const ComputeChoice& compute() const { return search_.compute(); }
 
-  // Returns a fault unless every pair of features is certain to keep apart and to end with a
-  // positive gap: on the straight paths start -> end, and on all paths no farther from these than
-  // `stray`.
+  // Returns a fault unless every pair of features provably stays apart and ends with a positive
+  // gap. The proof covers the straight paths start -> end and all paths that deviate from them by
+  // at most `stray`.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedPoints& start,
                                                        const PlacedPoints& end,
                                                        const PointStray& stray);
-  // Checks part of the straight path of a step that has been found free: up to a point on it. No
-  // gap is required there or on the way; surfaces need only not meet.
+  // Checks the first part, start -> end, of the straight path of a step. Returns a fault if
+  // surfaces may meet on it. No gap is required, because check_path() has already passed for the
+  // whole step.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedPoints& start,
                                                            const PlacedPoints& end);
-  // Finds the smallest gap (m) within the range at `position`; infinite if there is none. Returns a
-  // fault if a gap is not positive.
+  // Sets *smallest_gap to the smallest gap (m) within the range at `position`, or to infinity if
+  // there is none. Returns a fault if a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
   // Returns a pair of features of one body closer than thickness + range at `position`, if any.
@@ -104,16 +109,16 @@ class SurfaceContact {
     bool edges = false;
     double thickness = 0;
   };
-  // Candidates of one list and kind.
+  // Candidates of one list and one kind.
   struct PairGroup {
     bool edges = false;
-    bool samples = false;  // vertices that meet a surface; the others have the short barrier
+    bool samples = false;  // vertices of a dynamic body; other pairs have the short barrier
     double thickness = 0;
     int body_a = 0, body_b = 0;
-    int surface = 0;  // of samples: the body of the triangles
+    int surface = 0;  // for samples: the body of the triangles
     bool is_self() const { return body_a == body_b; }
     std::vector<bsi::FourParticles> nodes;
-    std::vector<int> triangles;  // of samples: local to that body
+    std::vector<int> triangles;  // for samples: indices in the mesh of that body
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     }
@@ -141,7 +146,7 @@ class SurfaceContact {
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
-  // Lists of the sample in hand. The next sample reuses their memory.
+  // Lists of the sample in progress. The next sample reuses their memory.
   struct SampleScratch {
     std::vector<int> triangles;
     std::vector<bsi::SurfaceTerm> terms;
@@ -175,7 +180,7 @@ class SurfaceContact {
   ContactSearch search_;
   double range_, stiffness_, damping_time_, friction_, friction_speed_;
   bool definite_ = false;
-  std::vector<Vec3> rest_;                   // of all points: edge lengths scale the mollifier
+  std::vector<Vec3> rest_;                   // m, of all points at rest; scale the mollifier
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
   std::vector<int> moving_obstacles_;        // bodies
   PlacedMarks marks_;

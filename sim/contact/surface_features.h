@@ -7,7 +7,7 @@
 
 namespace weft::sim {
 
-// Turns the numbers of features in a body's mesh into global point indices.
+// Converts the numbers of features in a body's mesh to indices of surface points of the scene.
 class SurfaceFeatures {
  public:
   explicit SurfaceFeatures(const SceneBody& body)

@@ -61,6 +61,9 @@ class Force {
   virtual bool is_load() const { return false; }
   // Multiplies an applied load by this factor from now on; 1 before the first call.
   virtual void set_load_factor(double /*factor*/) {}
+  // True if its energy is that of stiff springs which stand for a constraint. Errors within the
+  // tolerances of positions give them much energy, which never becomes motion.
+  virtual bool is_constraint() const { return false; }
   // True if its coefficients vary in time.
   virtual bool varies() const { return false; }
   // Gives its coefficients their values at a time, for all evaluations until the next call. Called

@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "materials/shell.h"
+#include "sim/forces/element_points.h"
 #include "sim/forces/force.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/forces/varying_numbers.h"
@@ -17,9 +16,11 @@
 
 namespace weft::sim {
 
-// The elements of all shells of one degree. Stretching is integrated at about one point per element
-// (SplineAxis::strain_points), bending at two Gauss points per element and axis. More points for
-// stretching would lock thin shells (docs/theory.md).
+// The elements of all shells of one degree. Bending is integrated at two Gauss points per element
+// and axis. Stretching along a parameter line takes the strain points of the line's axis
+// (SplineAxis::strain_points) and the value points of the other axis, all other stretching the
+// strain points of both. With more points thin shells would lock, with fewer some waves would have
+// no stiffness (docs/theory.md).
 template <int degree>
 class ShellElements {
  public:
@@ -42,6 +43,7 @@ class ShellElements {
   // Must be called once, after the last body.
   void finish(int particle_count) {
     elements_ = StencilArray<nodes>(stencils_, particle_count);
+    fibres_.finish(elements_.count());
     stretch_.finish(elements_.count());
     bend_.finish(elements_.count());
     stretch_time_.assign(elements_.count(), 0);
@@ -66,11 +68,15 @@ class ShellElements {
     double sum = 0;
     for (int e = first; e < last; ++e) {
       const Nodes x = gather(e, position);
-      stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+      for (const FibrePoint& point : fibres_.of(e)) {
+        const double strain = Fibre(x * point.slope.matrix()).strain(point.law);
+        sum += 0.5 * point.law.modulus * strain * strain;
+      }
+      visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
         const Vec3 strain = Stretch(materials::derivatives(basis, x)).strain(law);
         sum += 0.5 * strain.dot(law.modulus * strain);
       });
-      bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+      visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
         const Vec3 bending = Bend(materials::derivatives(basis, x)).bending(law);
         sum += 0.5 * bending.dot(law.modulus * bending);
       });
@@ -83,11 +89,15 @@ class ShellElements {
     elements_.for_each(threads, [&](int e) {
       const Nodes x = gather(e, state.position), v = gather(e, state.velocity);
       Nodes gradient = Nodes::Zero();
-      stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+      for (const FibrePoint& point : fibres_.of(e)) {
+        const Fibre fibre(x * point.slope.matrix());
+        fibre.template add_gradient<nodes>(stress(fibre, point, v, e), point.slope, gradient);
+      }
+      visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
         const Stretch stretch(materials::derivatives(basis, x));
         stretch.add_gradient(stress(stretch, law, basis, v, e), basis, gradient);
       });
-      bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+      visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
         const Bend bend(materials::derivatives(basis, x));
         bend.add_gradient(moment(bend, law, basis, v, e), basis, gradient);
       });
@@ -113,40 +123,25 @@ class ShellElements {
 
  private:
   using ShellLaw = materials::ShellLaw;
+  using Fibre = materials::ShellFibre;
   using Stretch = materials::ShellStretch;
   using Bend = materials::ShellBend;
 
-  // The points of one quadrature rule, element by element.
-  class Points {
-   public:
-    void add(int element, const SplineBasis& u, const SplineBasis& v, const ShellLaw& law) {
-      unsorted_.push_back({element, {u, v, law}});
-    }
-    void finish(int elements) {
-      first_.assign(elements + 1, 0);
-      for (const auto& [element, point] : unsorted_) ++first_[element + 1];
-      std::partial_sum(first_.begin(), first_.end(), first_.begin());
-      std::vector<int> place(first_);
-      points_.resize(unsorted_.size());
-      for (const auto& [element, point] : unsorted_) points_[place[element]++] = point;
-      unsorted_ = {};
-    }
-    // Calls body(basis, law) for the points of an element.
-    template <class Body>
-    void visit(int element, const Body& body) const {
-      for (int i = first_[element]; i < first_[element + 1]; ++i)
-        body(basis_of(points_[i].u, points_[i].v), points_[i].law);
-    }
-
-   private:
-    struct Point {
-      SplineBasis u, v;
-      ShellLaw law;
-    };
-    std::vector<std::pair<int, Point>> unsorted_;
-    std::vector<Point> points_;
-    std::vector<int> first_;  // by element
+  struct Point {
+    SplineBasis u, v;
+    ShellLaw law;
   };
+  struct FibrePoint {
+    typename Basis::Numbers slope;  // of the basis functions along the line
+    materials::FibreLaw law;
+  };
+  using Points = ElementPoints<Point>;
+
+  // Calls body(basis, law) for the points of an element.
+  template <class Body>
+  static void visit(const Points& points, int element, const Body& body) {
+    for (const Point& point : points.of(element)) body(basis_of(point.u, point.v), point.law);
+  }
 
   // The basis of a tensor product: node (degree + 1) j + i has function i along u and j along v.
   static Basis basis_of(const SplineBasis& u, const SplineBasis& v) {
@@ -173,6 +168,8 @@ class ShellElements {
         for (int i = 0; i < nodes; ++i) stencil[i] = body.first_particle + control[i];
       }
     }
+    add_fibres(materials::FibreAxis::u, body, first, u, v);
+    add_fibres(materials::FibreAxis::v, body, first, u, v);
     add_points(body, first, u, v, u.strain_points(), v.strain_points(), materials::membrane_law,
                stretch_);
     add_points(body, first, u, v, u.gauss_points(2), v.gauss_points(2), materials::bending_law,
@@ -184,19 +181,46 @@ class ShellElements {
                   const std::vector<QuadraturePoint>& along_v, const MakeLaw& make_law,
                   Points& points) {
     const MaterialCase& material = *body.material;
+    visit_grid(u, v, along_u, along_v, [&](const SplineBasis& bu, const SplineBasis& bv, double w) {
+      const int element = first + bv.element * u.elements() + bu.element;
+      points.add(element,
+                 {bu, bv,
+                  make_law(rest_derivatives(body, element, bu, bv), material.youngs_modulus,
+                           material.poisson_ratio, material.shell_thickness, w)});
+    });
+  }
+  void add_fibres(materials::FibreAxis axis, const SceneBody& body, int first, const SplineAxis& u,
+                  const SplineAxis& v) {
+    const MaterialCase& material = *body.material;
+    const bool is_u = axis == materials::FibreAxis::u;
+    visit_grid(u, v, is_u ? u.strain_points() : u.value_points(),
+               is_u ? v.value_points() : v.strain_points(),
+               [&](const SplineBasis& bu, const SplineBasis& bv, double w) {
+                 const int element = first + bv.element * u.elements() + bu.element;
+                 const Basis basis = basis_of(bu, bv);
+                 fibres_.add(element,
+                             {is_u ? basis.u : basis.v,
+                              materials::fibre_law(axis, rest_derivatives(body, element, bu, bv),
+                                                   material.youngs_modulus, material.poisson_ratio,
+                                                   material.shell_thickness, w)});
+               });
+  }
+  // Calls body(basis along u, basis along v, weight) for the points of a product of rules.
+  template <class Body>
+  static void visit_grid(const SplineAxis& u, const SplineAxis& v,
+                         const std::vector<QuadraturePoint>& along_u,
+                         const std::vector<QuadraturePoint>& along_v, const Body& body) {
     for (const QuadraturePoint& at_v : along_v) {
-      for (const QuadraturePoint& at_u : along_u) {
-        const SplineBasis bu = u.at(at_u.parameter), bv = v.at(at_v.parameter);
-        const int element = first + bv.element * u.elements() + bu.element;
-        Nodes rest;
-        for (int i = 0; i < nodes; ++i)
-          rest.col(i) = body.rest[stencils_[element][i] - body.first_particle];
-        points.add(
-            element, bu, bv,
-            make_law(materials::derivatives(basis_of(bu, bv), rest), material.youngs_modulus,
-                     material.poisson_ratio, material.shell_thickness, at_u.weight * at_v.weight));
-      }
+      for (const QuadraturePoint& at_u : along_u)
+        body(u.at(at_u.parameter), v.at(at_v.parameter), at_u.weight * at_v.weight);
     }
+  }
+  materials::SurfaceDerivatives rest_derivatives(const SceneBody& body, int element,
+                                                 const SplineBasis& u, const SplineBasis& v) const {
+    Nodes rest;
+    for (int i = 0; i < nodes; ++i)
+      rest.col(i) = body.rest[stencils_[element][i] - body.first_particle];
+    return materials::derivatives(basis_of(u, v), rest);
   }
 
   Nodes gather(int element, std::span<const Vec3> values) const {
@@ -214,6 +238,11 @@ class ShellElements {
   }
 
   // The stress, damping included.
+  double stress(const Fibre& fibre, const FibrePoint& point, const Nodes& v, int element) const {
+    double strain = fibre.strain(point.law);
+    if (is_damped_) strain += stretch_time_[element] * fibre.strain_rate(v * point.slope.matrix());
+    return point.law.modulus * strain;
+  }
   Vec3 stress(const Stretch& stretch, const ShellLaw& law, const Basis& basis, const Nodes& v,
               int element) const {
     Vec3 strain = stretch.strain(law);
@@ -233,13 +262,19 @@ class ShellElements {
   void add_stiffness(int e, const Nodes& x, const Nodes& v, const Derivatives& into, bool exact,
                      Blocks& sum) const {
     const double joined = into.is_joined() ? into.inverse_gamma : 0;
-    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+    for (const FibrePoint& point : fibres_.of(e)) {
+      const Fibre fibre(x * point.slope.matrix());
+      const double now = stress(fibre, point, v, e);
+      fibre.template add_stiffness<nodes>((1 + joined * stretch_time_[e]) * point.law.modulus,
+                                          exact ? now : std::max(now, 0.0), point.slope, sum);
+    }
+    visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
       const Stretch stretch(materials::derivatives(basis, x));
       const Vec3 now = stress(stretch, law, basis, v, e);
       stretch.add_stiffness((1 + joined * stretch_time_[e]) * law.modulus,
                             exact ? now : materials::pulling_part(now), basis, sum);
     });
-    bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+    visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
       const Bend bend(materials::derivatives(basis, x));
       bend.add_stiffness((1 + joined * bend_time_[e]) * law.modulus, moment(bend, law, basis, v, e),
                          exact, basis, sum);
@@ -251,14 +286,24 @@ class ShellElements {
     Nodes product = Nodes::Zero();
     const bool joined = into.is_joined();
     const Nodes along = joined ? gather(e, into.along) : product;
-    stretch_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+    for (const FibrePoint& point : fibres_.of(e)) {
+      const Fibre fibre(x * point.slope.matrix());
+      const double modulus = stretch_time_[e] * point.law.modulus;
+      if (joined) {
+        const double rate = fibre.strain_rate(along * point.slope.matrix());
+        fibre.template add_gradient<nodes>(modulus * rate, point.slope, product);
+      } else {
+        fibre.template add_stiffness<nodes>(modulus, 0, point.slope, damping);
+      }
+    }
+    visit(stretch_, e, [&](const Basis& basis, const ShellLaw& law) {
       const Stretch stretch(materials::derivatives(basis, x));
       const Mat3 modulus = stretch_time_[e] * law.modulus;
       if (!joined) return stretch.add_stiffness(modulus, Vec3::Zero(), basis, damping);
       stretch.add_gradient(modulus * stretch.strain_rate(materials::derivatives(basis, along)),
                            basis, product);
     });
-    bend_.visit(e, [&](const Basis& basis, const ShellLaw& law) {
+    visit(bend_, e, [&](const Basis& basis, const ShellLaw& law) {
       const Bend bend(materials::derivatives(basis, x));
       const Mat3 modulus = bend_time_[e] * law.modulus;
       if (!joined) return bend.add_stiffness(modulus, Vec3::Zero(), false, basis, damping);
@@ -271,6 +316,7 @@ class ShellElements {
 
   std::vector<Stencil> stencils_;
   StencilArray<nodes> elements_;
+  ElementPoints<FibrePoint> fibres_;
   Points stretch_, bend_;
   VaryingNumbers stretch_damping_, bend_damping_;
   std::vector<double> stretch_time_, bend_time_;  // s, by element, at the time set

@@ -1,6 +1,7 @@
 // Stiff springs that hold particles in some directions (sim/scene/sliding_supports.h).
 #include <algorithm>
 
+#include "sim/case/time_methods.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/scene/scene.h"
@@ -10,9 +11,22 @@ namespace weft::sim {
 
 namespace {
 
+// Stiffness of a spring, as a multiple of the body's own in its plane (N/m). A held component gives
+// way by about the inverse of this, as a fraction of what the body stretches there. In equilibria,
+// rounded positions limit the multiple; in motion, their tolerances do.
+constexpr double static_hardness = 1e5, hardness = 1e3;
+// Damping of a spring in motion, as a time times its stiffness, s.
+constexpr double damping_time_in_motion = 1e-4;
+
+double own_stiffness(const MaterialCase& material) {
+  if (material.is_shell()) return material.youngs_modulus * material.shell_thickness;
+  return std::max(material.membrane_stiffness, material.structural_stiffness.value_or(0));
+}
+
 class SupportForce final : public Force {
  public:
-  explicit SupportForce(const Scene& scene) {
+  explicit SupportForce(const Scene& scene)
+      : is_static_(traits_of(scene.source.time.method).finds_equilibria()) {
     for (int b = 0; b < scene.dynamic_bodies; ++b) {
       const SceneBody& body = scene.bodies[b];
       if (body.supports) add(b, body);
@@ -22,7 +36,8 @@ class SupportForce final : public Force {
 
   bool is_empty() const { return springs_.empty(); }
   std::string_view name() const override { return "support"; }
-  bool has_damping() const override { return false; }
+  bool has_damping() const override { return damping_time() > 0; }
+  bool is_constraint() const override { return true; }
   bool varies() const override { return has_moving_points(); }
   bool has_moving_points() const override {
     return std::ranges::any_of(springs_, [](const Spring& each) { return each.motion != nullptr; });
@@ -47,19 +62,18 @@ class SupportForce final : public Force {
     double sum = 0;
     for (const Spring& each : springs_) {
       const double gap = gap_of(each, state.position);
-      sum += 0.5 * each.source->stiffness * gap * gap;
+      sum += 0.5 * each.stiffness * gap * gap;
     }
     return sum;
   }
   double power_of_moving_points(const Kinematics& state) override {
     double power = 0;
-    for (const Spring& each : springs_)
-      power -= each.source->stiffness * gap_of(each, state.position) * each.target_rate;
+    for (const Spring& each : springs_) power += force_of(each, state) * each.target_rate;
     return power;
   }
   void list_outer_forces(const Kinematics& state, std::vector<OuterForce>& all) override {
     for (const Spring& each : springs_) {
-      const Vec3 force = force_of(each, state.position);
+      const Vec3 force = force_of(each, state) * each.source->direction;
       const auto list = [&](int particle, const Vec3& part) {
         OuterForce& outer = all.emplace_back();
         outer.body = each.body;
@@ -74,7 +88,7 @@ class SupportForce final : public Force {
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int /*threads*/) override {
     for (const Spring& each : springs_) {
-      const Vec3 pull = force_of(each, state.position);
+      const Vec3 pull = force_of(each, state) * each.source->direction;
       force[each.particle] += pull;
       if (each.base >= 0) force[each.base] -= pull;
     }
@@ -98,11 +112,18 @@ class SupportForce final : public Force {
                        Definiteness /*definiteness*/, int /*threads*/) override {
     for (const Spring& each : springs_) {
       const Vec3& direction = each.source->direction;
-      const Mat3 block = each.source->stiffness * direction * direction.transpose();
-      add_diagonal(each.particle, block, into.stiffness);
-      if (each.base < 0) continue;
-      add_diagonal(each.base, block, into.stiffness);
-      into.stiffness.upper_block(each.between) -= block;
+      const Mat3 stiffness = each.stiffness * direction * direction.transpose();
+      const Mat3 damping = damping_time() * stiffness;
+      if (into.is_joined()) {
+        add_blocks(each, stiffness + into.inverse_gamma * damping, into.stiffness);
+        Vec3 along = into.along[each.particle];
+        if (each.base >= 0) along -= into.along[each.base];
+        into.product[each.particle] += damping * along;
+        if (each.base >= 0) into.product[each.base] -= damping * along;
+      } else {
+        add_blocks(each, stiffness, into.stiffness);
+        add_blocks(each, damping, *into.damping);
+      }
     }
   }
 
@@ -111,6 +132,7 @@ class SupportForce final : public Force {
     const SlidingSupport* source = nullptr;
     const RigidMotion* motion = nullptr;  // null: at rest
     int particle = 0, base = -1;          // dynamic particles
+    double stiffness = 0;                 // N/m
     int body = 0;
     int between = -1;                    // upper block of the particle and its base
     double target = 0, target_rate = 0;  // m and m/s, at the time set
@@ -118,9 +140,13 @@ class SupportForce final : public Force {
   };
 
   void add(int number, const SceneBody& body) {
-    for (const SlidingSupport& source : body.supports->springs) {
-      Spring spring{
-          .source = &source, .particle = body.first_particle + source.particle, .body = number};
+    const double stiffness =
+        (is_static_ ? static_hardness : hardness) * own_stiffness(*body.material);
+    for (const SlidingSupport& source : body.supports->all) {
+      Spring spring{.source = &source,
+                    .particle = body.first_particle + source.particle,
+                    .stiffness = stiffness,
+                    .body = number};
       if (source.base >= 0) spring.base = body.first_particle + source.base;
       if (body.supports->moves[source.pin] != 0)
         spring.motion = &body.supports->motions[source.pin];
@@ -132,13 +158,28 @@ class SupportForce final : public Force {
     if (spring.base >= 0) place -= position[spring.base];
     return spring.source->direction.dot(place) - spring.target;
   }
-  static Vec3 force_of(const Spring& spring, std::span<const Vec3> position) {
-    return -spring.source->stiffness * gap_of(spring, position) * spring.source->direction;
+  static double rate_of(const Spring& spring, std::span<const Vec3> velocity) {
+    Vec3 rate = velocity[spring.particle];
+    if (spring.base >= 0) rate -= velocity[spring.base];
+    return spring.source->direction.dot(rate) - spring.target_rate;
+  }
+  double damping_time() const { return is_static_ ? 0 : damping_time_in_motion; }
+  // The force (N) on the particle along the spring's direction.
+  double force_of(const Spring& spring, const Kinematics& state) const {
+    const double damped = is_static_ ? 0 : damping_time() * rate_of(spring, state.velocity);
+    return -spring.stiffness * (gap_of(spring, state.position) + damped);
+  }
+  static void add_blocks(const Spring& spring, const Mat3& block, BlockMatrix& matrix) {
+    add_diagonal(spring.particle, block, matrix);
+    if (spring.base < 0) return;
+    add_diagonal(spring.base, block, matrix);
+    matrix.upper_block(spring.between) -= block;
   }
   static void add_diagonal(int particle, const Mat3& block, BlockMatrix& matrix) {
     matrix.upper_block(matrix.pattern().upper_diagonal(particle)) += block;
   }
 
+  bool is_static_;
   std::vector<Spring> springs_;
 };
 

@@ -25,9 +25,11 @@ BlockPattern::BlockPattern(const std::vector<std::vector<int>>& neighbours) {
   find_mirrors();
 }
 
-// Rows in ascending order meet the blocks above the diagonal of any other row in ascending order.
+// Numbers the mirror images of the blocks below the diagonal, row by row. Visiting rows in
+// ascending order meets the upper blocks of each row in ascending order, so one counter per row is
+// enough.
 void BlockPattern::find_mirrors() {
-  std::vector<int> next;  // by row: its next upper block to be mirrored
+  std::vector<int> next;  // next upper block to be mirrored, by row
   for (int row = 0; row < rows(); ++row) {
     for (int slot = row_start_[row]; slot < diagonal_slot_[row]; ++slot) {
       assert(next[column_[slot]] <

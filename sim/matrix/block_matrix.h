@@ -12,13 +12,13 @@
 
 namespace weft::sim {
 
-// The pairs of particles that interact. Rows are sorted; the diagonal is always present. Slots
-// number the blocks row by row. The upper blocks, on and above the diagonal, also have a numbering
-// of their own.
+// The sparsity pattern: the pairs of coupled particles. Columns of a row are sorted; the diagonal
+// is always present. A block's slot is its index when blocks are counted row by row. Blocks on and
+// above the diagonal are called upper blocks and also have a numbering of their own.
 class BlockPattern {
  public:
-  // `neighbours[i]` lists the particles coupled to i, in any order, repetitions allowed. The lists
-  // must be symmetric: if j is in the list of i, i is in the list of j.
+  // `neighbours[i]` lists the particles coupled to i, in any order; repetitions are allowed. The
+  // lists must be symmetric: if j is in the list of i, i is in the list of j.
   explicit BlockPattern(const std::vector<std::vector<int>>& neighbours);
 
   int rows() const { return static_cast<int>(row_start_.size()) - 1; }
@@ -27,9 +27,9 @@ class BlockPattern {
   int row_end(int row) const { return row_start_[row + 1]; }
   int column(int slot) const { return column_[slot]; }
   int diagonal_slot(int row) const { return diagonal_slot_[row]; }
-  // Returns the slot of block (row, column). Precondition: it is in the pattern.
+  // Returns the slot of block (row, column). Precondition: the pattern contains the block.
   int slot(int row, int column) const;
-  // Returns the slot of block (row, column), or -1 if it is not in the pattern.
+  // Returns the slot of block (row, column), or -1 if the pattern does not contain the block.
   int find_slot(int row, int column) const;
 
   int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
@@ -38,7 +38,8 @@ class BlockPattern {
   int upper_end(int row) const {
     return upper_start_[row] + (row_start_[row + 1] - diagonal_slot_[row]);
   }
-  // Returns the upper block that `slot` of `row` holds or, below the diagonal, mirrors.
+  // Returns the upper block that gives the value at a slot of `row`: the block itself or, below the
+  // diagonal, its mirror image.
   int upper(int row, int slot) const {
     return slot >= diagonal_slot_[row] ? upper_start_[row] + (slot - diagonal_slot_[row])
                                        : mirror(row, slot);
@@ -50,12 +51,12 @@ class BlockPattern {
   void find_mirrors();
 
   std::vector<int> row_start_, column_, diagonal_slot_;
-  std::vector<int> upper_start_;  // by row: its diagonal block among the upper blocks
-  std::vector<int> mirror_;       // by block below the diagonal: its mirror image
+  std::vector<int> upper_start_;  // by row: its diagonal block, as an upper block
+  std::vector<int> mirror_;       // by block below the diagonal: its mirror image, an upper block
 };
 
-// A symmetric matrix on a shared pattern. It stores the upper blocks in double or float; products
-// are summed in double.
+// A symmetric matrix on a shared pattern. It stores only the upper blocks, in double or float.
+// Products are summed in double.
 template <class Number>
 class SymmetricBlockMatrix {
  public:
@@ -86,19 +87,20 @@ class SymmetricBlockMatrix {
     return slot < pattern_->diagonal_slot(row) ? Block(stored.transpose()) : Block(stored);
   }
 
-  // lower_product() and upper_product() sum the blocks at slots [first, last) of a row times the
-  // entries of `in` for their columns. The slots are all below the diagonal, or all on it and
-  // above. With `backward`, upper_product() goes from the last slot to the first.
+  // lower_product() and upper_product() multiply the blocks at slots [first, last) of a row by the
+  // entries of `in` for their columns, and return the sum. The slots are all below the diagonal, or
+  // all on it and above. With `backward`, upper_product() adds from the last slot to the first.
   //
-  // A block below the diagonal is read from its mirror image, whose columns are its rows: products
-  // come first, and one sum over the three at the end. Each of the three sums starts from a zero of
-  // its own. If they shared one, g++ 12 would copy it through memory in halves, and every row would
-  // wait for this: a quarter of a product's time.
+  // A block below the diagonal is the transpose of its mirror image. lower_product() therefore
+  // multiplies the stored columns by x elementwise and adds the three components of each sum at the
+  // end. Each of the three sums starts from a zero of its own: if they shared one, g++ 12 would
+  // copy it through memory in halves. Every row would wait for that copy, a quarter of a product's
+  // time.
   Vec3 lower_product(int row, int first, int last, const Vec3* in) const {
     Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
     for (int slot = first; slot < last; ++slot) {
       const int upper = pattern_->mirror(row, slot);
-      // Below the diagonal the column is never the last particle: four numbers can be read here.
+      // Below the diagonal the column is never the last particle, so four numbers can be read here.
       const Four x = Eigen::Map<const Four>(in[pattern_->column(slot)].data());
       sum0 += four(upper, 0) * x;
       sum1 += four(upper, 1) * x;
@@ -125,7 +127,8 @@ class SymmetricBlockMatrix {
     return lower_product(row, pattern_->row_begin(row), diagonal, in) +
            upper_product(row, diagonal, pattern_->row_end(row), in);
   }
-  // Sets rows [first, last), at least one, to a * one + b * other. Both have the pattern of this.
+  // Sets rows [first, last) to a * one + b * other. The range must not be empty. Both matrices must
+  // have the pattern of this one. O(blocks of the rows).
   void set_rows(int first, int last, Number a, const SymmetricBlockMatrix& one, Number b,
                 const SymmetricBlockMatrix& other) {
     const int begin = pattern_->upper_diagonal(first), end = pattern_->upper_end(last - 1);
@@ -135,11 +138,11 @@ class SymmetricBlockMatrix {
     for (std::ptrdiff_t i = 0; i < count; ++i) to[i] = a * from_one[i] + b * from_other[i];
   }
 
-  // out = this * in. Both have rows() entries. O(blocks).
+  // Computes out = this * in. Both have rows() entries. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
-  // Prefetches the upper blocks of rows [first, last). Serves orders of rows other than ascending,
-  // which the processor does not predict. Rows beyond the ends are allowed.
+  // Prefetches the upper blocks of rows [first, last). Useful if rows are not visited in ascending
+  // order, which the processor does not predict. Rows beyond the ends are ignored.
   void prefetch_rows(int first, int last) const {
     first = std::max(first, 0);
     last = std::min(last, pattern_->rows());
@@ -152,7 +155,7 @@ class SymmetricBlockMatrix {
   }
 
  private:
-  // Columns of blocks are read as four numbers, of which the last is ignored.
+  // A column of a block is read as four numbers, and the last one is ignored.
   using Four = Eigen::Array4d;
   static constexpr std::size_t padding = 1;  // lets the last column be read as four numbers
 

@@ -8,7 +8,7 @@
 
 namespace weft::sim {
 
-// Numbers that are mostly equal from stencil to stencil, stored once per run of equal ones.
+// One number per stencil. Equal numbers of consecutive stencils are stored once, as a run.
 class StencilNumbers {
  public:
   // Appends the number of the next stencil.
@@ -18,7 +18,7 @@ class StencilNumbers {
     runs_.back().end = count_;
   }
 
-  // Appends the number of the next `count` stencils.
+  // Appends `value` for each of the next `count` stencils.
   void append(int count, double value) {
     if (count == 0) return;
     push_back(value);
@@ -26,8 +26,8 @@ class StencilNumbers {
     runs_.back().end = count_;
   }
 
-  // Returns the numbers of the batch of stencils from `first` on; zero beyond the last stencil.
-  // O(log runs).
+  // Returns the numbers of the batch of stencils that begins at `first`. Lanes beyond the last
+  // stencil are zero. O(log runs).
   materials::Lanes batch(int first) const {
     auto run = std::upper_bound(runs_.begin(), runs_.end(), first,
                                 [](int stencil, const Run& r) { return stencil < r.end; });

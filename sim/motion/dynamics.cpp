@@ -483,6 +483,7 @@ Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y)
   energies.gravitational = -gravity_.dot(mass_moment(scene_.mass, state.position));
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
+    if (force->is_constraint()) energies.constraints += energies.elastic.back().second;
   }
   if (contact_) energies.contact = contact_->energy();
   return energies;

@@ -35,6 +35,7 @@ struct Energies {
   double kinetic = 0;                                   // J
   double gravitational = 0;                             // J, zero at the origin
   double contact = 0;                                   // J
+  double constraints = 0;                               // J, part of `elastic`
   std::vector<std::pair<std::string, double>> elastic;  // by force, J
   double total() const;
 };

@@ -72,8 +72,8 @@ std::optional<Failure> EnergyWatch::check(double time, std::span<const double> y
                                           const Energies& now) {
   if (!applies_) return std::nullopt;
   external_.add_step(time, y);
-  const double within =
-      now.total() - now.gravitational - now.contact - external_.held_kinetic_energy();
+  const double within = now.total() - now.gravitational - now.contact - now.constraints -
+                        external_.held_kinetic_energy();
   const double gravitational = now.gravitational - external_.held_gravitational_energy();
   const double put_in = start_ - gravitational + external_.work();
   most_ = std::max({most_, put_in, start_kinetic_ + fall_energy(time)});

@@ -6,8 +6,20 @@
 #include "sim/case/time_methods.h"
 #include "sim/motion/particle_masses.h"
 #include "sim/scene/scene_curves.h"
+#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
+
+namespace {
+
+bool has_moving_supports(const Scene& scene) {
+  return std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
+    return body.supports &&
+           std::ranges::any_of(body.supports->moves, [](char moves) { return moves != 0; });
+  });
+}
+
+}  // namespace
 
 ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double time)
     : dynamics_(dynamics), time_(time) {
@@ -20,8 +32,8 @@ ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double
     if (is_pin) moved_.insert(moved_.end(), held.particles.begin(), held.particles.end());
     obstacles_move_ |= !is_pin;
   }
-  counts_external_ =
-      dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.is_zero());
+  counts_external_ = dynamics.has_loads() || (dynamics.has_external_forces() &&
+                                              (is_moved() || !scene.source.world.wind.is_zero()));
   gravity_varies_ = scene.source.world.gravity.varies();
   for (const MotionEvent& event : SceneCurves(scene.source).events()) {
     if (event.jumps) jumps_.push_back(event.time);

@@ -1,4 +1,4 @@
-// External work on a scene: by wind, by moving pins and obstacles, and by gravity that varies.
+// External work on a scene: by wind, loads, moving pins and obstacles, and gravity that varies.
 #pragma once
 
 #include <span>
@@ -11,7 +11,8 @@ namespace weft::sim {
 
 // Sums the work on the free particles, without that of constant gravity. F are the forces (without
 // gravity, mass damping and drag) on particles with prescribed motion, x their positions, and P the
-// power of external forces (drag) on the free particles. For a step of length h from 0 to 1,
+// power of external forces (drag and loads) on the free particles. For a step of length h from 0 to
+// 1,
 //   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
 //   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
 // If forces and power are monotonic in each step, the error of the work is at most the doubt.
@@ -32,8 +33,8 @@ class ExternalWork {
   ExternalWork(Dynamics& dynamics, std::span<const double> y, double time = 0);
   void transfer(StateArchive& archive);
 
-  // True if wind, prescribed motion or varying gravity can do work at all. Otherwise the functions
-  // below cost nothing.
+  // True if wind, loads, prescribed motion or varying gravity can do work at all. Otherwise the
+  // functions below cost nothing.
   bool is_possible() const { return is_moved() || counts_external_ || gravity_varies_; }
   // Takes the step that ends at (time, y). With prescribed motion it costs an evaluation of the
   // forces, with wind one of drag. Contact is then that of y.

@@ -35,7 +35,7 @@ void refuse_crossings(const Scene& scene) {
     return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
   });
   if (crossings.empty()) return;
-  // A pair of quads of which several triangles cross is listed once.
+  // Lists a pair of quads once, even if several of its triangles cross.
   std::vector<std::string> places;
   for (const Crossing& c : crossings) {
     std::string place = describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +
@@ -57,7 +57,7 @@ void refuse_crossings(const Scene& scene) {
                                   : "move the bodies apart");
 }
 
-// True if no other body is part of the fault.
+// True if both features of the fault belong to one body.
 bool is_of_one_body(const ContactFault& fault, const Scene& scene) {
   return fault.kind != ContactFault::Kind::not_finite &&
          scene.body_index_of_point(fault.nodes[0]) == scene.body_index_of_point(fault.nodes[3]);

@@ -5,8 +5,9 @@
 
 namespace weft::sim {
 
-// Throws CaseError, with a list of the pairs, for an initial state whose surfaces intersect or
-// leave no gap, and for a rest shape whose own features lie within contact range of each other.
+// Throws CaseError for an initial state in which surfaces intersect or have no gap, and lists the
+// places. Also throws it if features of one body that share no vertex lie within contact range.
+// Does nothing without contact.
 void check_initial_state(const Scene& scene);
 
 }  // namespace weft::sim

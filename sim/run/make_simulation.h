@@ -6,9 +6,10 @@
 
 namespace weft::sim {
 
-// Settles time.accuracy as `weft run` does, by pilot runs if it is given (accuracy_pilot.h). Then
-// builds the scene and checks its initial state. Throws CaseError for a case that cannot be
-// simulated, and std::runtime_error if the pilot was stopped or reached compute.cpu_limit.
+// Makes a simulation of the case. First it settles time.accuracy as `weft run` does, if the case
+// gives that key (accuracy_pilot.h). Then it builds the scene and checks the initial state. Throws
+// CaseError for a case that cannot be simulated. Throws std::runtime_error if the pilot was stopped
+// or reached compute.cpu_limit.
 Simulation make_simulation(Case source, const PilotOptions& options = {});
 
 }  // namespace weft::sim

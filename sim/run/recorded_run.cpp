@@ -25,8 +25,8 @@ namespace {
 
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
-// Returns the path after creating its folder if it is missing. It is called once all else is ready,
-// since a faulty case must leave nothing behind.
+// Returns the path after creating its folder if it is missing. Call it when everything else is
+// ready: a faulty case must leave nothing behind.
 std::string in_folder(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   std::error_code error;
@@ -55,7 +55,7 @@ class Run final : private StepObserver {
     monitor_.emplace(scene, options.stop_signal);
   }
 
-  // Runs the case; `started` measures from before the set-up.
+  // Runs the case. `started` is a stopwatch from before the set-up.
   RunReport execute(const Stopwatch& started) {
     setup_ = started.elapsed() - report_.bill.error_estimate;
     say_start();
@@ -64,8 +64,8 @@ class Run final : private StepObserver {
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
     cpu_limit_->exclude(-options_.earlier.pilot.cpu);
     simulation_.set_reason_to_stop([this] { return reason_to_stop(); });
-    // Commits first if frames would wait too long, since the first step may take as long as the
-    // set-up.
+    // The first step may take as long as the set-up. Frames that would wait too long are committed
+    // first.
     recorder_->commit_before_pause(started.elapsed().wall);
     integrate();
     recorder_->commit();
@@ -116,7 +116,7 @@ class Run final : private StepObserver {
     recorder_.reset();
   }
 
-  // Completes the bill: the run is the remainder after all other parts.
+  // Completes the bill. The run's cost is the remainder after all other parts.
   void settle(const Stopwatch& started) {
     Bill& bill = report_.bill;
     const Cost here = started.elapsed();
@@ -149,7 +149,7 @@ class Run final : private StepObserver {
     ++next_frame_;
   }
 
-  // Records the frames until the end of the last step.
+  // Records the frames up to the end of the last step. `memory` receives the interpolated states.
   std::optional<Failure> record_frames(std::vector<double>& memory) {
     for (auto time = frame_times_.at(next_frame_); time && *time <= simulation_.time();
          time = frame_times_.at(next_frame_)) {
@@ -159,7 +159,8 @@ class Run final : private StepObserver {
     return std::nullopt;
   }
 
-  // Compares with the second run, whose cost is counted separately.
+  // Compares the state with the second run. The bill counts the cost of that run separately, and
+  // compute.cpu_limit excludes it.
   std::span<const double> compare(double time, std::span<const double> y) {
     const Stopwatch stopwatch;
     const auto errors = monitor_->compare(time, y);
@@ -177,8 +178,8 @@ class Run final : private StepObserver {
       if (is_interrupted()) return interrupt();
       if (const auto failure = simulation_.step()) return end_with(*failure);
       if (const auto failure = record_frames(interpolated)) return fail(*failure);
-      // Commits first if frames would wait too long, since the next step may take as long as this
-      // one.
+      // The next step may take as long as this one. Frames that would wait too long are committed
+      // first.
       recorder_->commit_before_pause(seconds_since(last_look));
       last_look = std::chrono::steady_clock::now();
       if (options_.progress) options_.progress(std::min(simulation_.time(), duration));
@@ -197,10 +198,10 @@ class Run final : private StepObserver {
     return std::nullopt;
   }
 
-  // Ends the run after a step that failed, or was found wrong afterwards.
+  // Ends the run after a step that failed, or whose energy was found wrong.
   void end_with(const Failure& failure) {
     if (failure.kind == Failure::Kind::interrupted) return interrupt();
-    // After a failure of energy, the last good state is the last frame.
+    // After a failure of energy, the last frame holds the last good state.
     if (failure.kind == Failure::Kind::energy) return fail(failure);
     fail_with_last_state(failure);
   }
@@ -213,7 +214,7 @@ class Run final : private StepObserver {
     report_.reason = failure.text;
     report_.failure = failure;
   }
-  // Fails, and records the last good state as a frame of its own.
+  // Fails, and records the last good state as an additional frame.
   void fail_with_last_state(const Failure& failure) {
     fail(failure);
     if (simulation_.time() > last_recorded_) record(simulation_.time(), simulation_.state());
@@ -226,7 +227,7 @@ class Run final : private StepObserver {
   std::optional<FrameRecorder> recorder_;
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
-  Cost setup_;  // without RunOptions::earlier
+  Cost setup_;  // less RunOptions::earlier
   FrameTimes frame_times_;
   long next_frame_ = 0;
   double last_recorded_ = 0;
@@ -287,7 +288,7 @@ RunReport run_simulation(Case source, const RunOptions& options) {
 
 RunReport run_simulation(const Scene& scene, const RunOptions& options) {
   const Stopwatch started;
-  // Faults of the case are reported before anything is written.
+  // Faults of the case are reported before any file is written.
   check_initial_state(scene);
   return Run(scene, options).execute(started);
 }

@@ -183,7 +183,7 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
     if (!body.spline) require_clamped_edges(pin, held.clamped);
     pins.push_back(std::move(held));
   }
-  if (!sliding->springs.empty()) body.supports = sliding;
+  if (!sliding->all.empty()) body.supports = sliding;
 }
 
 void add_loads(Scene& scene) {

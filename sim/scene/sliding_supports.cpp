@@ -12,17 +12,8 @@ namespace weft::sim {
 
 namespace {
 
-// Stiffness of a spring, as a multiple of the body's own in its plane (N/m). A held component gives
-// way by about the inverse fraction of what the body stretches there; rounded positions limit it.
-constexpr double hardness = 1e5;
 // Distance of particles from their plane of symmetry that counts as rounding, by the body's size.
 constexpr double largest_stray = 1e-6;
-
-double support_stiffness(const MaterialCase& material) {
-  if (material.is_shell()) return hardness * material.youngs_modulus * material.shell_thickness;
-  return hardness *
-         std::max(material.membrane_stiffness, material.structural_stiffness.value_or(0));
-}
 
 void require_plane(const SceneBody& body, const PinCase& pin, std::span<const int> held,
                    std::span<const Vec3> position) {
@@ -42,30 +33,28 @@ void require_plane(const SceneBody& body, const PinCase& pin, std::span<const in
 
 class Adder {
  public:
-  Adder(const SceneBody& body, int pin, std::span<const Vec3> position, SlidingSupports& all)
-      : stiffness_(support_stiffness(*body.material)), pin_(pin), position_(position), all_(all) {}
+  Adder(int pin, std::span<const Vec3> position, SlidingSupports& supports)
+      : pin_(pin), position_(position), supports_(supports) {}
 
   void add(int particle, int base, const Vec3& direction) {
     const Vec3 start_base = base < 0 ? Vec3(Vec3::Zero()) : position_[base];
-    all_.springs.push_back(
-        {particle, base, direction, stiffness_, position_[particle], start_base, pin_});
+    supports_.all.push_back({particle, base, direction, position_[particle], start_base, pin_});
   }
 
  private:
-  double stiffness_;
   int pin_;
   std::span<const Vec3> position_;
-  SlidingSupports& all_;
+  SlidingSupports& supports_;
 };
 
 }  // namespace
 
 void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
                           std::span<const int> held, std::span<const Vec3> position,
-                          SlidingSupports& all) {
-  all.motions.resize(number + 1);
-  all.moves.resize(number + 1, 0);
-  Adder adder(body, number, position, all);
+                          SlidingSupports& supports) {
+  supports.motions.resize(number + 1);
+  supports.moves.resize(number + 1, 0);
+  Adder adder(number, position, supports);
   for (const std::string& axis : pin.axes) {
     const Vec3 direction = Vec3::Unit(axis[0] - 'x');
     for (const int i : held) adder.add(i, -1, direction);
@@ -75,8 +64,8 @@ void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
     for (const int i : held) start.push_back(position[i]);
     Vec3 mean = Vec3::Zero();
     for (const Vec3& each : start) mean += each / static_cast<double>(start.size());
-    all.motions[number] = RigidMotion(*pin.motion, mean);
-    all.moves[number] = 1;
+    supports.motions[number] = RigidMotion(*pin.motion, mean);
+    supports.moves[number] = 1;
   }
   if (!pin.symmetry) return;
   require_plane(body, pin, held, position);

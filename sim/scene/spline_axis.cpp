@@ -14,7 +14,7 @@ struct GaussRule {
   std::vector<double> abscissae, weights;
 };
 GaussRule gauss_rule(int points) {
-  assert(points == 2 || points == 4);
+  assert(points >= 2 && points <= 4);
   const auto both_sides = [](std::vector<std::pair<double, double>> positive) {
     GaussRule rule;
     for (const auto& [x, w] : positive) {
@@ -26,6 +26,12 @@ GaussRule gauss_rule(int points) {
     return rule;
   };
   if (points == 2) return both_sides({{std::sqrt(1.0 / 3), 1}});
+  if (points == 3) {
+    GaussRule rule = both_sides({{std::sqrt(3.0 / 5), 5.0 / 9}});
+    rule.abscissae.push_back(0.5);
+    rule.weights.push_back(4.0 / 9);
+    return rule;
+  }
   const double part = 2.0 / 7 * std::sqrt(6.0 / 5), root = std::sqrt(30.0);
   return both_sides({{std::sqrt(3.0 / 7 - part), (18 + root) / 36},
                      {std::sqrt(3.0 / 7 + part), (18 - root) / 36}});
@@ -42,9 +48,9 @@ Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& par
   return values;
 }
 
-// The points of the strain rule in the first two elements of an open axis. They are those of a
-// hybrid Gauss-trapezoidal rule (Alpert 1999, SIAM J. Sci. Comput. 20): with points of weight 1
-// from there on, at 2.5, 3.5 .. (degree 3) or at 2, 3 .. (degree 2), the rule is of order 6 or 4.
+// The strain points in the first two elements of an open axis. They are those of a hybrid
+// Gauss-trapezoidal rule (Alpert 1999, SIAM J. Sci. Comput. 20). With points of weight 1 from there
+// on, at 2.5, 3.5 .. (degree 3) or at 2, 3 .. (degree 2), the rule is of order 6 or 4.
 constexpr int end_length = 2, least_elements_of_end_points = 2 * end_length;
 const std::vector<QuadraturePoint>& end_points(int degree) {
   static const std::vector<QuadraturePoint> quadratic{{0.224578497981261393, 0.554078164360637193},
@@ -152,24 +158,28 @@ std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
   return points;
 }
 
-// Away from open ends, points in the middle of the elements (degree 3) or at the knots (degree 2)
-// integrate smooth functions to any order. There the slope of the shortest wave of the spline is
-// largest: no wave goes unseen.
+// Away from open ends, the strain points integrate smooth functions to any order.
 std::vector<QuadraturePoint> SplineAxis::strain_points() const {
   const double offset = degree_ == 3 ? 0.5 : 0;
-  std::vector<QuadraturePoint> points;
-  if (is_closed_) {
-    for (int e = 0; e < elements(); ++e) points.push_back({e + offset, 1});
-    return points;
-  }
-  const std::vector<QuadraturePoint>& end = end_points(degree_);
+  if (is_closed_) return points_of_elements(offset);
   if (elements() < least_elements_of_end_points) return greville_points_below();
+  const std::vector<QuadraturePoint>& end = end_points(degree_);
   const auto length = static_cast<double>(elements());
-  points = end;
+  std::vector<QuadraturePoint> points = end;
   for (double x = end_length + offset; x < length - end_length + 0.25; ++x)
     points.push_back({x, 1});
   for (std::size_t i = end.size(); i-- > 0;)
     points.push_back({length - end[i].parameter, end[i].weight});
+  return points;
+}
+
+std::vector<QuadraturePoint> SplineAxis::value_points() const {
+  return is_closed_ ? points_of_elements(degree_ == 3 ? 0 : 0.5) : gauss_points(degree_);
+}
+
+std::vector<QuadraturePoint> SplineAxis::points_of_elements(double offset) const {
+  std::vector<QuadraturePoint> points;
+  for (int e = 0; e < elements(); ++e) points.push_back({e + offset, 1});
   return points;
 }
 

@@ -60,14 +60,20 @@ class SplineAxis {
   // has the weights of the points in control point i. O(points^3), once for each length.
   std::vector<double> interpolation() const;
 
-  // Gauss-Legendre points, so many per element: 2 or 4.
+  // Gauss-Legendre points, 2 to 4 per element.
   std::vector<QuadraturePoint> gauss_points(int per_element) const;
-  // The points at which strains are integrated: about one per element, so that thin shells are free
-  // to bend without stretching. Order 6 for degree 3, order 4 for degree 2; 3 or 2 on open axes of
-  // fewer than four elements.
+  // Points at which strains along the axis are integrated: about one per element, so that thin
+  // shells are free to bend without stretching. There the slope of the spline's shortest wave is
+  // largest. Order 6 for degree 3, order 4 for degree 2; 3 or 2 on open axes of fewer than four
+  // elements.
   std::vector<QuadraturePoint> strain_points() const;
+  // Points at which strains across the axis are integrated, enough for all values of the spline:
+  // `degree` Gauss points per element of an open axis. A closed axis has one per element, where the
+  // value of the spline's shortest wave is largest.
+  std::vector<QuadraturePoint> value_points() const;
 
  private:
+  std::vector<QuadraturePoint> points_of_elements(double offset) const;
   double knot(int i) const;
   std::vector<QuadraturePoint> greville_points_below() const;
   // Values of the degree + 1 functions of a lower degree on an element.

@@ -49,7 +49,7 @@ ChangingSceneIntegrator::ChangingSceneIntegrator(const Scene& scene, Dynamics& w
   copy_state();
 }
 
-// A change within the shortest step counts as reached, as for MotionLimits.
+// A change that is at most the shortest step away counts as reached, as in MotionLimits.
 bool ChangingSceneIntegrator::is_change_due() const {
   return time() + scene_.source.time.minimum_step >= stage_->scene.pins_change_at;
 }
@@ -75,8 +75,7 @@ void ChangingSceneIntegrator::change_pins() {
   after_change_(described(before, stage_->scene.pinned, now));
 }
 
-// Returns how far the ties that may break exceed their forces: the most of load / break_force - 1,
-// or -1 without such ties.
+// Returns the largest load / break_force - 1 of the ties that may break, or -1 without such ties.
 double ChangingSceneIntegrator::overload(double time, std::span<const double> y) const {
   double most = -1;
   auto springs = stage_->breakable.begin();
@@ -89,25 +88,25 @@ double ChangingSceneIntegrator::overload(double time, std::span<const double> y)
   return most;
 }
 
-// Returns the first time of the last step, as far as bisection finds it, at which a tie carries
-// its break_force.
+// Returns the first time of the last step, found by bisection, at which a tie carries its
+// break_force.
 double ChangingSceneIntegrator::breaking_time() const {
   double holds = before_, breaks = time();
   std::vector<double> y(whole_.state_size());
   while (breaks - holds > scene_.source.time.minimum_step) {
     const double middle = 0.5 * (holds + breaks);
-    // The tie breaks at the end of the step if no interpolated state keeps surfaces apart.
+    // If no interpolated state keeps surfaces apart, the tie breaks at the end of the step.
     if (state_at(middle, y)) return time();
     (overload(middle, y) > 0 ? breaks : holds) = middle;
   }
   return breaks;
 }
 
-// Ends the last step where a tie breaks, and goes on without it.
+// Ends the last step at the time when a tie breaks, and continues without that tie.
 void ChangingSceneIntegrator::break_ties() {
   const double now = breaking_time();
   std::vector<double> y(state().begin(), state().end());
-  // This cannot fail: breaking_time() has tried the same state.
+  // Cannot fail: breaking_time() has tried this state.
   if (now < time() && state_at(now, y)) return;
   std::string names;
   auto springs = stage_->breakable.begin();
@@ -125,7 +124,7 @@ void ChangingSceneIntegrator::break_ties() {
   after_change_("tie breaks at t = " + rounded_text(now) + " s: " + names);
 }
 
-// Simulates the scene as it is from `now` on, from the state `y`.
+// Starts a new stage at `now` (s), with the present pins and ties and the state `y`.
 void ChangingSceneIntegrator::begin_stage(double now, std::span<const double> y) {
   const std::span<const Vec3> position = StateView::of(y).position;
   built_at_.assign(position.begin(), position.end());
@@ -134,7 +133,7 @@ void ChangingSceneIntegrator::begin_stage(double now, std::span<const double> y)
   restart(now, y);
 }
 
-// Makes the scene, the dynamics and the integrator from event_ on.
+// Builds the scene, the dynamics and the integrator of a stage from the holds since event_.
 void ChangingSceneIntegrator::build() {
   stage_.reset();
   stage_ = std::make_unique<Stage>(
@@ -151,7 +150,7 @@ void ChangingSceneIntegrator::build() {
   stage_->integrator->set_reason_to_stop([this] { return reason_to_stop(); });
 }
 
-// Methods hold pins that move to their tolerances only.
+// Copies the state and places moving pins exactly. The methods hold them only within tolerances.
 void ChangingSceneIntegrator::copy_state() {
   state_.clear();
   if (!stage_->dynamics.pins_move()) return;
@@ -161,7 +160,7 @@ void ChangingSceneIntegrator::copy_state() {
 
 std::optional<Failure> ChangingSceneIntegrator::state_at(double time, std::span<double> y) const {
   if (auto failure = stage_->integrator->state_at(time, y)) return failure;
-  // Interpolation rounds the places of pins at rest, too.
+  // Interpolation rounds the positions of pins at rest, too.
   place_pinned(stage_->scene, time, false, y);
   return std::nullopt;
 }

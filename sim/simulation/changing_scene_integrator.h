@@ -1,4 +1,4 @@
-// Lets pins take hold and let go at their times, and lets ties break.
+// Simulates scenes whose pins take hold and let go at given times, and whose ties break.
 #pragma once
 
 #include <functional>
@@ -13,24 +13,26 @@
 
 namespace weft::sim {
 
-// True if the scene changes in the course of a run: it has timed pins, or a tie may break.
+// True if the scene changes during a run: it has timed pins, or a tie may break.
 bool changes_in_time(const Scene& scene);
 
-// Integrates a scene that changes. For the time between two changes it makes a dynamics and an
-// integrator, for the vertices that pins hold then and the ties that are intact. Steps end at the
-// changes of pins, up to time.minimum_step. If a tie carries more than its break_force at the end
-// of a step, the step is shortened to the time when it reached that force, by interpolation. The
-// method begins anew at every change. States are those of the whole scene, with held vertices in
-// their place.
+// Integrates a scene that changes. Each time between two changes is a stage. A stage has a dynamics
+// and an integrator of its own, for the vertices that pins then hold and the ties that are intact.
+// The method begins anew at every change. States are those of the whole scene, with held vertices
+// in their places.
 //
-// A vertex that is let go keeps the velocity of its pin; if that jumps at this time, the velocity
-// before the jump. A vertex that is taken hold of gets the velocity of its pin at once.
+// Steps end at the changes of pins, up to time.minimum_step. If a tie carries more than its
+// break_force at the end of a step, interpolation shortens the step to the time when the tie
+// reached this force.
+//
+// A released vertex keeps the velocity that its pin had before the release. A vertex that a pin
+// takes hold of gets the velocity of the pin at once.
 class ChangingSceneIntegrator final : public Integrator {
  public:
-  // `whole` is the dynamics of `scene`; both must outlive the integrator.
+  // `whole` is the dynamics of `scene`. Both must outlive the integrator.
   ChangingSceneIntegrator(const Scene& scene, Dynamics& whole);
-  // Sets a function that is called after pins or ties have changed and, as by SleepingIntegrator,
-  // after bodies have fallen asleep or woken. Must be set before the first step.
+  // Sets a function that is called with a description after pins or ties have changed and, as in
+  // SleepingIntegrator, after bodies have fallen asleep or woken. To be set before the first step.
   void set_after_change(std::function<void(const std::string&)> after_change) {
     after_change_ = std::move(after_change);
   }
@@ -51,9 +53,9 @@ class ChangingSceneIntegrator final : public Integrator {
   [[nodiscard]] bool transfer(StateArchive& archive) override;
   std::string decision() const override { return stage_->integrator->decision(); }
 
-  // The dynamics of all bodies, with the vertices held and the ties intact at time().
+  // Returns the dynamics of all bodies, with the vertices held and the ties intact at time().
   Dynamics& dynamics() const { return stage_->dynamics; }
-  // The integrator inside if bodies may sleep, else null. Changes with the scene.
+  // Returns the integrator inside if bodies may sleep, else null. It changes with the stage.
   SleepingIntegrator* sleeping() const { return stage_->sleeping; }
 
  private:
@@ -61,7 +63,7 @@ class ChangingSceneIntegrator final : public Integrator {
     Stage(Scene now, Statistics& statistics);
     Scene scene;
     Dynamics dynamics;
-    mutable std::vector<TieSprings> breakable;  // of the scene's ties with a break_force, in order
+    mutable std::vector<TieSprings> breakable;  // ties with a break_force, in the scene's order
     std::unique_ptr<Integrator> integrator;
     SleepingIntegrator* sleeping = nullptr;
   };
@@ -78,14 +80,14 @@ class ChangingSceneIntegrator final : public Integrator {
   const Scene& scene_;
   Dynamics& whole_;
   std::function<void(const std::string&)> after_change_;
-  double event_ = 0;              // s, of the last change of pins
-  std::vector<TimedHold> holds_;  // since then
+  double event_ = 0;              // s, last change of pins
+  std::vector<TimedHold> holds_;  // present since event_
   std::vector<int> broken_;       // numbers of ties
   double before_ = 0;             // s, start of the last step
-  std::vector<Vec3> built_at_;    // m, of dynamic particles when stage_ was made
+  std::vector<Vec3> built_at_;    // m, positions of dynamic particles when stage_ was built
   std::unique_ptr<Stage> stage_;
-  std::vector<double> state_;  // with held vertices in their place; kept only while pins move
-  IntegratorCounts earlier_;   // of earlier integrators
+  std::vector<double> state_;  // with held vertices in their places; empty unless pins move
+  IntegratorCounts earlier_;   // of earlier stages
 };
 
 }  // namespace weft::sim

@@ -11,7 +11,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the fastest particle; -1 if all are at rest.
+// Returns the fastest particle, or -1 if all are at rest.
 int fastest_particle(const Simulation& simulation) {
   const std::span<const Vec3> velocity = StateView::of(simulation.state()).velocity;
   const auto fastest = std::max_element(
@@ -32,7 +32,8 @@ std::string short_text(double number) {
 CpuLimit::CpuLimit(double limit)
     : limit_(limit), start_(process_cpu_time()), last_look_(std::chrono::steady_clock::now()) {}
 
-// Steps may take microseconds, and reading the clock of CPU time a third of one.
+// Reads the clock of CPU time rarely: that takes a third of a microsecond, and a step may take only
+// microseconds.
 bool CpuLimit::is_passed() {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_look_ < std::chrono::milliseconds(1)) return false;

@@ -1,4 +1,4 @@
-// Boxes around moving obstacles, which tell when one comes near a sleeping body.
+// Boxes around moving obstacles. They tell when an obstacle comes near a sleeping body.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,17 +8,17 @@
 
 namespace weft::sim {
 
-// Contact does not search between obstacles, and a sleeping body is one of them. These boxes tell
-// when a moving obstacle comes near it. Bodies that are held as a whole and move count as
-// obstacles.
+// Detects moving obstacles near a sleeping body. Contact cannot: it treats a sleeping body as an
+// obstacle, and does not search between obstacles. Bodies that are held as a whole and move count
+// as obstacles.
 class MovingBoxes {
  public:
   // The scene must outlive the boxes.
   explicit MovingBoxes(const Scene& scene);
 
-  // True if an obstacle that moves between the times `from` and `to` (s) may come within contact's
-  // range of a body in `box` (m) with this thickness (m). Only boxes are compared: the obstacle may
-  // still be farther away. O(obstacles that move).
+  // True if an obstacle that moves between the times `from` and `to` (s) may come within contact
+  // range of a body in `box` (m) with this thickness (m). Conservative: only boxes are compared.
+  // O(obstacles that move).
   bool may_reach(const Eigen::AlignedBox3d& box, double thickness, double from, double to) const;
 
  private:

@@ -9,31 +9,32 @@
 
 namespace weft::sim {
 
-// A body is at rest if, throughout a window of at least half a second, all its vertices have been
-// slower than the velocity tolerance, and none has been farther from its place at the window's
-// start than
+// Watches each body over a window of at least half a second. The body is at rest if, since the
+// window's start, all its vertices have been slower than the velocity tolerance. In addition, none
+// may have been farther from its place at that start than
 //
 //   position_tolerance * window / (time left until time.duration, at least the window).
 //
-// A body that went on at that pace until the end would move by less than position_tolerance.
+// A body that continued at that pace until the end would move by less than position_tolerance.
 //
-// States are looked at sixteen times per window at most. Cost of a look: O(vertices of the bodies
-// looked at).
+// States are checked at most sixteen times per window. A check costs O(vertices of the bodies that
+// are checked).
 class RestWatch {
  public:
   static constexpr double window = 0.5;  // s
 
-  // The window of each body begins at `time`, in the state `y` (StateView, sim/motion/dynamics.h).
+  // Begins the window of each body at `time` (s) in the state `y` (StateView,
+  // sim/motion/dynamics.h). The scene must outlive this object.
   RestWatch(const Scene& scene, double time, std::span<const double> y);
 
   bool is_due(double time) const { return time >= last_look_ + window / 16; }
-  // Looks at the state of the bodies that are not `asleep` (a mark per dynamic body).
+  // Checks the state of all bodies that are not `asleep` (one mark per dynamic body).
   void look(double time, std::span<const double> y, std::span<const char> asleep);
-  // True if the body was at rest at the last look.
+  // True if the body was at rest at the last check.
   bool is_at_rest(int body) const { return last_look_ - since_[body] >= window; }
-  // Begins the windows of all bodies at `time`, in the state `y`.
+  // Begins the windows of all bodies at `time` (s) in the state `y`.
   void begin(double time, std::span<const double> y);
-  // Begins the body's window anew at `time`, in the state `y`.
+  // Begins the body's window anew at `time` (s) in the state `y`.
   void begin_window(int body, double time, std::span<const double> y);
   void transfer(StateArchive& archive) { archive(place_, since_, last_look_); }
 
@@ -41,9 +42,9 @@ class RestWatch {
   bool stays(const SceneBody& body, std::span<const double> y, double distance) const;
 
   const Scene& scene_;
-  std::vector<Vec3> place_;    // m, by dynamic particle: at the start of its body's window
+  std::vector<Vec3> place_;    // m, by dynamic particle: at the start of the window
   std::vector<double> since_;  // s, by dynamic body: start of its window
-  double last_look_ = 0;       // s
+  double last_look_ = 0;       // s, time of the last check
 };
 
 }  // namespace weft::sim

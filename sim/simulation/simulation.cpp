@@ -17,11 +17,12 @@ namespace weft::sim {
 
 namespace {
 
-// Number of explicit steps between two checks of their energies, which also take place before every
-// frame. Explicit steps are cheap, and the energy that too long a step adds remains visible.
+// Number of explicit steps between two checks of their energies. Explicit steps are cheap, and
+// energy that a step adds by being too long remains visible. Steps before a frame are checked as
+// well.
 constexpr int explicit_steps_between_looks = 8;
 
-// First bytes of a saved state; the last digit is the version of its layout.
+// First bytes of a saved state. The last digit is the version of its layout.
 constexpr std::string_view save_mark = "weft state 1";
 
 }  // namespace
@@ -38,8 +39,8 @@ struct Simulation::Implementation {
   }
 
   void make_own_integrator();
-  // The dynamics that simulates at present, and its state: without sleeping bodies, with the
-  // present pins and ties.
+  // Returns the dynamics that is being integrated: without sleeping bodies, with the present pins
+  // and ties. awake_state() is its state.
   Dynamics& awake() {
     if (sleeping != nullptr) return sleeping->dynamics();
     return changing != nullptr ? changing->dynamics() : dynamics;
@@ -63,23 +64,23 @@ struct Simulation::Implementation {
   std::vector<Vec3> of_body(std::string_view body, const std::vector<Vec3>& all) const;
   void transfer(StateArchive& archive);
 
-  std::unique_ptr<const Scene> owned;  // null if the caller owns it
+  std::unique_ptr<const Scene> owned;  // null if the caller owns the scene
   const Scene& scene;
   FrameTimes frame_times;
   Statistics statistics;
   Dynamics dynamics;
   std::unique_ptr<Integrator> integrator;
-  SleepingIntegrator* sleeping = nullptr;       // the integrator, or that inside changing
-  ChangingSceneIntegrator* changing = nullptr;  // the integrator, if the scene changes
+  SleepingIntegrator* sleeping = nullptr;       // `integrator`, or the one inside `changing`
+  ChangingSceneIntegrator* changing = nullptr;  // `integrator`, if the scene changes
   std::optional<EnergyWatch> watch;
   int steps_since_look = 0;
   double last_look = 0;  // s
   std::string decision;
   std::string compute;
   std::size_t contact_pairs = 0;       // in the last force evaluation of the last step
-  std::optional<double> smallest_gap;  // m, in the same evaluation
+  std::optional<double> smallest_gap;  // m, in that evaluation
   std::vector<StepObserver*> observers;
-  // The interpolated state within the last step that advance() has reached; empty: the step's end.
+  // The interpolated state that advance() has reached within the last step. Empty: the step's end.
   std::vector<double> inner_state;
   double inner_time = 0;
   mutable std::optional<Energies> energies;  // after the last step
@@ -117,7 +118,7 @@ bool Simulation::Implementation::is_look_due() const {
          frame_times.are_between(last_look, integrator->time());
 }
 
-// Judges the energies of the steps since the last check.
+// Judges the energy at the end of the last step, if a check is due.
 std::optional<Failure> Simulation::Implementation::judge_step() {
   ++steps_since_look;
   if (!is_look_due()) return std::nullopt;
@@ -194,7 +195,7 @@ void Simulation::Implementation::transfer(StateArchive& archive) {
         "\"euler\", \"implicit_midpoint\", \"verlet\", \"static\"");
   }
   watch->transfer(archive);
-  // The statistics are restored last, so the cost of restoring does not count.
+  // Statistics are restored last, so that the cost of restoring does not count.
   archive(statistics, steps_since_look, last_look, inner_state, inner_time);
   if (archive.reads() && !archive.is_at_end())
     throw std::invalid_argument("a saved state with too many bytes");

@@ -1,5 +1,5 @@
-// A simulation of a case. The command, pilots, benchmarks and C++ programs all drive this class, so
-// all of them compute the same bits.
+// Simulates a case. The command, pilots, benchmarks and C++ programs all drive this class, so all
+// of them compute the same bits.
 #pragma once
 
 #include <functional>
@@ -23,62 +23,62 @@ class Dynamics;
 class Integrator;
 class Simulation;
 
-// An observer of every state, such as a recorder or a live view. Observers are called in the order
-// in which they were added, and change nothing.
+// An observer of every step, such as a recorder or a live view. Observers are called in the order
+// in which they were added. They must not change the simulation.
 class StepObserver {
  public:
   virtual ~StepObserver() = default;
-  // Called after every step that is accepted and judged good.
+  // Called after every step that is accepted and whose energy is not found wrong.
   virtual void after_step(const Simulation& simulation) = 0;
-  // Called, with a description, when the simulation makes a choice by itself.
+  // Called with a description when the simulation makes a choice by itself.
   virtual void after_decision(const std::string& /*text*/) {}
 };
 
-// A simulation of a scene from t = 0. Methods choose their own steps. step() goes to the end of the
-// next step, advance() to a time within the last one, where the state is interpolated. Neither
-// changes what the other computes: the same case gives the same bits however it is driven.
+// A simulation of a scene from t = 0. The method chooses its steps. step() computes the next step.
+// advance() ends at a given time and interpolates the state there. Neither changes the steps, so a
+// case gives the same bits however it is driven.
 //
-// Steps are checked for energy that nothing put in (sim/motion/energy_watch.h). Explicit steps
-// without wind and prescribed motion are checked only at every eighth step, before every frame and
-// from time.duration on.
+// Steps are checked for energy that nothing has put in (sim/motion/energy_watch.h). Explicit
+// methods are checked at every eighth step and before every frame. If wind, prescribed motion or
+// varying gravity can do work, every step is checked.
 //
-// Throws CaseError if the scene cannot be simulated. One thread at a time; any number of
-// simulations side by side.
+// The constructors throw CaseError if the scene cannot be simulated. One thread may use a
+// simulation at a time. Different simulations may run side by side.
 class Simulation {
  public:
-  // The scene must outlive it.
+  // The scene must outlive the simulation.
   explicit Simulation(const Scene& scene);
-  // Owns the scene.
+  // Takes ownership of the scene.
   explicit Simulation(std::unique_ptr<const Scene> scene);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
-  // The time (s) of position(), velocity() and state().
+  // Returns the time (s) of position(), velocity() and state().
   double time() const;
-  // Takes one step of the method. After a failure of Kind::energy, the state is that of the step
-  // found wrong; after any other failure, that of the last good step. No step can follow a failure.
+  // Takes one step of the method. A failure of Kind::energy leaves the state of the step found
+  // wrong. Any other failure leaves the state of the last good step. No step can follow a failure.
   [[nodiscard]] std::optional<Failure> step();
-  // Advances by `seconds`. Throws std::invalid_argument unless these are positive and finite. Fails
-  // as step() does, and if no interpolated state keeps surfaces apart; time() is then that of the
-  // last good step. `static` ends at time.duration, or at has_ended(), and cannot advance beyond
-  // it.
+  // Advances by `seconds`. Throws std::invalid_argument unless `seconds` is positive and finite.
+  // Fails like step(), and also if no interpolated state keeps surfaces apart; time() is then the
+  // end of the last good step. `static` stops at time.duration or at has_ended(), and cannot
+  // advance beyond.
   [[nodiscard]] std::optional<Failure> advance(double seconds);
 
-  // Positions (m) and velocities (m/s) of the vertices of a body or obstacle, by particle: one per
-  // texel in the order of bsi::Atlas, where texels joined at a seam are one. Throw
+  // Return the positions (m) and velocities (m/s) of a body or obstacle, by particle. There is one
+  // particle per texel in the order of bsi::Atlas; texels joined at a seam are one particle. Throw
   // std::invalid_argument, with the nearest name, for a name that is not in the case.
   std::vector<Vec3> position(std::string_view body) const;
   std::vector<Vec3> velocity(std::string_view body) const;
-  // Gives the free vertices of a body new velocities at time(); pinned vertices keep theirs. The
-  // method restarts here without its history of earlier steps, and observers are told so. Throws
+  // Sets the velocities (m/s) of the free vertices of a body at time(). Pinned vertices keep
+  // theirs. The method restarts without its history, and observers are told. Throws
   // std::invalid_argument for a wrong name or count, for a body whose motion is wholly prescribed,
   // and for numbers that are not finite.
   void set_velocity(std::string_view body, std::span<const Vec3> velocity);
 
   // Save and restore the simulation as bytes. Another simulation of the same case, in the same
-  // build on the same machine, continues from them with the same bits. Throw std::invalid_argument
-  // for methods whose history SUNDIALS keeps (cvode, arkode), and for bytes of another case or
-  // build. After restore() throws, the simulation's state is undefined.
+  // build on the same machine, continues from these with the same bits. Throw std::invalid_argument
+  // for methods whose history SUNDIALS keeps (cvode, arkode). restore() also throws it for bytes of
+  // another case or build; the simulation's state is then undefined.
   std::string save() const;
   void restore(std::string_view bytes);
 
@@ -87,33 +87,35 @@ class Simulation {
 
   IntegratorCounts counts() const;
   const Statistics& statistics() const;
-  // Energies after the last step, J.
+  // Returns the energies (J) after the last step.
   const Energies& energies() const;
-  // Pairs of features in reach, and their smallest gap (m), in the last force evaluation of the
-  // last step. Pairs without an awake body do not count.
+  // Return the number of feature pairs in reach, and their smallest gap (m), in the last force
+  // evaluation of the last step. Pairs without an awake body do not count.
   std::size_t contact_pairs() const;
   std::optional<double> smallest_gap() const;
-  // Describes the choices that the method has made by itself so far; empty if it makes none.
+  // Returns the choices that the method has made by itself so far; empty if it makes none.
   std::string decision() const;
-  // Describes the device of the contact search and the reason for it; empty without contact.
+  // Returns the device of the contact search and the reason for it; empty without contact.
   std::string compute() const;
-  // The observer must outlive the simulation.
+  // Adds an observer, which must outlive the simulation.
   void add_observer(StepObserver& observer);
-  // Sets a function that is called during long steps; a failure that it returns ends the step.
+  // Sets a function that is called during long steps. If it returns a failure, the step ends with
+  // it.
   void set_reason_to_stop(std::function<std::optional<Failure>()> reason);
 
-  // The functions below are for callers that know the method; states are arrays as of StateView
-  // (sim/motion/dynamics.h).
+  // The functions below are for callers that know the method. States are arrays as described at
+  // StateView (sim/motion/dynamics.h).
   const Scene& scene() const;
   Dynamics& dynamics() const;
-  // The dynamics of all bodies, also of those that sleep, with the vertices that pins hold at the
-  // end of the last step. Particles are numbered as in the scene.
+  // Returns the dynamics of all bodies, even of sleeping ones, with the vertices that pins hold at
+  // the end of the last step. Particles are numbered as in the scene.
   Dynamics& dynamics_with_pins() const;
   const Integrator& integrator() const;
   std::span<const double> state() const;
-  // Writes the state at a time within the last step into `y`.
+  // Writes the state at `time` (s), within the last step, to `y`. Fails if that state does not keep
+  // surfaces apart.
   [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const;
-  // Summarises a state at a time within the last step. Evaluates contact.
+  // Summarises the state `y` at `time` (s), within the last step. Evaluates contact.
   StateSummary summary_of(double time, std::span<const double> y) const;
 
  private:

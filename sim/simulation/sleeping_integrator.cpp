@@ -11,8 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// Smallest share of the awake vertices that fall asleep. For fewer, the restart of the method,
-// which costs some short steps, is not worth it.
+// Least share of the awake vertices that must fall asleep together. For fewer, the restart of the
+// method, which costs some short steps, would not pay.
 constexpr double least_share = 0.1;
 
 std::vector<char> find_moving_pins(const Scene& scene) {
@@ -36,8 +36,8 @@ std::vector<char> find_moving_pins(const Scene& scene) {
   return has_moving_pin;
 }
 
-// Returns the lowest body in the set of a body (union-find). set[i] is a body of i's set with a
-// number that is not higher; the lowest one has its own.
+// Returns the lowest body in the set of a body (union-find). set[i] is a body in the set of i, not
+// higher than i. The lowest body of a set refers to itself.
 int root_of(std::vector<int>& set, int body) {
   while (set[body] != body) body = set[body] = set[set[body]];
   return body;
@@ -49,7 +49,7 @@ Energies no_energies(const Dynamics& dynamics) {
   return none;
 }
 
-// Returns a + factor * b; `b` may lack forces that `a` has.
+// Returns a + factor * b. `b` may lack forces that `a` has.
 Energies sum_of(Energies a, double factor, const Energies& b) {
   a.kinetic += factor * b.kinetic;
   a.gravitational += factor * b.gravitational;
@@ -87,7 +87,8 @@ std::optional<Failure> SleepingIntegrator::step() {
   const double start = time();
   whole_.begin_step(start);
   for (;;) {
-    // Frames evaluate contact, too. Their marks are dropped: frames must not change the steps.
+    // Recording a frame evaluates contact, which marks touched bodies. These marks are dropped,
+    // because frames must not change the steps.
     if (Contact* contact = dynamics().contact()) contact->forget_touched();
     auto failure = integrator_->step();
     const bool is_stopped = failure && (failure->kind == Failure::Kind::interrupted ||
@@ -95,7 +96,7 @@ std::optional<Failure> SleepingIntegrator::step() {
     const std::vector<int> touched = is_stopped ? std::vector<int>{} : touched_islands(start);
     if (!touched.empty()) {
       wake(start, touched);
-      if (!failure) --earlier_.steps;  // taken back
+      if (!failure) --earlier_.steps;  // the step is taken back
       continue;
     }
     if (failure) return in_whole(std::move(*failure));
@@ -155,8 +156,8 @@ int SleepingIntegrator::sleeping_bodies() const {
   return static_cast<int>(std::ranges::count(asleep_, 1));
 }
 
-// Returns the island of each dynamic body, named by its lowest body. Bodies are in one island if
-// ties, or contacts of the last force evaluation, connect them directly or through others.
+// Returns the island of each dynamic body, named by its lowest body. Ties and contacts of the last
+// force evaluation connect the bodies of an island, directly or through other bodies.
 std::vector<int> SleepingIntegrator::find_islands() const {
   std::vector<int> set(scene_.dynamic_bodies);
   std::iota(set.begin(), set.end(), 0);
@@ -183,7 +184,7 @@ std::vector<int> SleepingIntegrator::find_islands() const {
   return set;
 }
 
-// Marks the bodies that sleep, and those that may fall asleep because their whole island may.
+// Marks the bodies that already sleep, and the bodies of islands that may fall asleep as a whole.
 std::vector<char> SleepingIntegrator::bodies_that_may_sleep(const std::vector<int>& islands) const {
   std::vector<char> may_sleep(scene_.dynamic_bodies, 1);
   for (int body = 0; body < scene_.dynamic_bodies; ++body) {
@@ -230,17 +231,17 @@ void SleepingIntegrator::fall_asleep() {
   change(time(), falling, "sleep");
 }
 
-// True if a curve that can move the body at rest changes in a step, or in several, between these
-// times. A jump at the start counts, also within the shortest step after it; one at the end does
-// not.
+// True if a curve that can set the body in motion changes between these times (s). A jump up to the
+// shortest step before `from` counts as well. A jump at `to` does not count.
 bool SleepingIntegrator::is_driven(int body, double from, double to) const {
   const MaterialCase* material = scene_.bodies[body].material;
   const double nearby = scene_.source.time.minimum_step;
   return curves_.may_move(material->name, from - nearby, to - 0.5 * nearby);
 }
 
-// Returns the islands that must wake, since the step from `from` to time(), or a try at it, touched
-// them, an obstacle moved near them or a curve that acts on them changed.
+// Returns the islands that must wake because of the step from `from` to time(), accepted or only
+// tried. An awake body touched them, an obstacle moved near them, or a curve that acts on them
+// changed.
 std::vector<int> SleepingIntegrator::touched_islands(double from) const {
   std::vector<int> touched;
   if (!awake_) return touched;
@@ -265,8 +266,8 @@ void SleepingIntegrator::wake(double now, const std::vector<int>& islands) {
   change(now, waking, "wake");
 }
 
-// Restarts at `now`, the time of the last accepted state, after these bodies have fallen asleep or
-// woken.
+// Restarts the method at `now` (s), the time of the last accepted state. `bodies` have just fallen
+// asleep or woken, as `event` says.
 void SleepingIntegrator::change(double now, const std::vector<int>& bodies, const char* event) {
   if (!awake_) state_.assign(integrator_->state().begin(), integrator_->state().end());
   auto* const velocity = reinterpret_cast<Vec3*>(state_.data()) + scene_.dynamic_particles;
@@ -287,7 +288,7 @@ void SleepingIntegrator::change(double now, const std::vector<int>& bodies, cons
   after_change_(described(bodies, event) + " at t = " + rounded_text(now) + " s");
 }
 
-// Makes the dynamics and the integrator of the awake bodies.
+// Builds the dynamics and the integrator of the awake bodies.
 void SleepingIntegrator::build() {
   integrator_.reset();
   awake_.reset();
@@ -297,14 +298,14 @@ void SleepingIntegrator::build() {
   integrator_->set_reason_to_stop([this] { return reason_to_stop(); });
 }
 
-// Finds the energies of sleeping bodies and their smallest gap.
+// Computes the energies of sleeping bodies and the smallest gap at them.
 void SleepingIntegrator::find_frozen(double now) {
   frozen_gap_.reset();
   if (!awake_) return;
   frozen_ = whole_.energies(now, state_);
   if (const Contact* contact = whole_.contact()) {
     for (const ContactPair& pair : contact->pairs()) {
-      // At least one side is dynamic, and has the lower number.
+      // At least one of the two bodies is dynamic. Its points have the lower numbers.
       const int body = scene_.body_index_of_point(std::min(pair.nodes[0], pair.nodes[3]));
       if (asleep_[body] != 0) frozen_gap_ = std::min(pair.gap, frozen_gap_.value_or(pair.gap));
     }
@@ -312,7 +313,7 @@ void SleepingIntegrator::find_frozen(double now) {
   frozen_ = sum_of(frozen_, -1, awake_->dynamics.energies(now, integrator_->state()));
 }
 
-// The box (m) around a body where it is now.
+// Returns the present box (m) around a body.
 Eigen::AlignedBox3d SleepingIntegrator::box_of(int body) const {
   Eigen::AlignedBox3d box;
   const SceneBody& of = scene_.bodies[body];

@@ -1,4 +1,4 @@
-// Lets bodies that have come to rest sleep, and wakes them when they are touched.
+// Lets bodies that have come to rest sleep, and wakes them when something touches them.
 #pragma once
 
 #include <functional>
@@ -15,31 +15,34 @@
 
 namespace weft::sim {
 
-// True if bodies of the scene may sleep: time.sleep is on, the method follows motion in time, and
-// there are at least two dynamic bodies.
+// True if bodies of the scene may sleep. This needs time.sleep, a method that follows motion in
+// time, and at least two dynamic bodies.
 bool may_sleep(const Scene& scene);
 
-// Integrates a scene without the bodies that sleep. States are those of the whole scene. While
-// bodies sleep, a dynamics and an integrator of the awake ones alone compute the states.
+// Integrates a scene without its sleeping bodies. States are those of the whole scene. While bodies
+// sleep, a dynamics and an integrator of the awake bodies compute the states.
 //
-// A body may sleep if it is at rest (rest_watch.h), none of its pins moves or is still to take hold
-// or let go, it is not tied to anything whose motion is prescribed, no obstacle moves near it and
-// no curve that acts on it (scene_curves.h) changes within the next half second. Bodies in contact
-// with each other, or tied to each other, fall asleep and wake together. At least one body stays
-// awake. Bodies fall asleep only if they make up at least a tenth of the awake vertices, since the
-// method then begins anew.
+// A body may fall asleep under the following conditions:
+//  - it is at rest (rest_watch.h);
+//  - none of its pins moves, or will take hold or let go later;
+//  - it is not tied to a body or obstacle whose motion is prescribed;
+//  - for the next half second no obstacle moves near it;
+//  - in that time no curve that acts on it changes (scene_curves.h).
+// Bodies that touch or are tied to each other form an island. An island falls asleep and wakes as a
+// whole. At least one body stays awake. Because the method restarts, bodies fall asleep only if
+// they have at least a tenth of the awake vertices.
 //
-// Sleeping bodies are obstacles at rest to all others. A step in which any evaluation of the forces
-// finds one in reach of an awake body, in which an obstacle may have come near it, or in which a
-// curve that acts on it changes, is taken back: the body wakes at the start of the step. So no
-// force on it is lost.
+// To awake bodies, sleeping bodies are obstacles at rest. A step is taken back if, in any
+// evaluation of its forces, a sleeping body is in reach of an awake one. It is also taken back if
+// an obstacle may have come near a sleeping body or a curve that acts on it changes. The sleeping
+// body wakes at the start of that step, so no force on it is lost.
 class SleepingIntegrator final : public Integrator {
  public:
-  // `whole` is the dynamics of `scene`; both must outlive the integrator.
+  // `whole` is the dynamics of `scene`. Both must outlive the integrator.
   SleepingIntegrator(const Scene& scene, Dynamics& whole);
   // Sets a function that is called with a description after bodies have fallen asleep or woken and
-  // the method has restarted. When a saved state is read, it is called with an empty text once it
-  // is known which bodies sleep, before the method reads its own state. Must be set before the
+  // the method has restarted. While a saved state is read, it is called with an empty text: the
+  // sleeping bodies are then known, but the method has not yet read its state. To be set before the
   // first step or transfer().
   void set_after_change(std::function<void(const std::string&)> after_change) {
     after_change_ = std::move(after_change);
@@ -57,23 +60,23 @@ class SleepingIntegrator final : public Integrator {
     IntegratorCounts all = earlier_;
     return all += integrator_->counts();
   }
-  // All bodies wake.
+  // Wakes all bodies.
   void restart(double time, std::span<const double> y) override;
   [[nodiscard]] bool transfer(StateArchive& archive) override;
   std::string decision() const override { return integrator_->decision(); }
 
-  // The dynamics of the awake bodies, and the state that goes with it.
+  // Return the dynamics of the awake bodies, and its state.
   Dynamics& dynamics() const { return awake_ ? awake_->dynamics : whole_; }
   std::span<const double> awake_state() const { return integrator_->state(); }
-  // Takes the part of awake bodies from a state of the whole scene.
+  // Returns the part of a state of the whole scene that belongs to awake bodies.
   std::vector<double> awake_part(std::span<const double> y) const;
-  // Adds the energies of sleeping bodies to those of the awake ones.
+  // Returns the energies of awake and sleeping bodies together.
   Energies with_asleep(const Energies& awake) const;
-  // Returns the smaller of two smallest gaps (m): that of the awake bodies, which is passed, and
-  // that of the sleeping ones; nothing if there is neither.
+  // Returns the smallest gap (m) of awake and sleeping bodies together. `smallest_gap` is that of
+  // the awake bodies. Returns nothing if there is no gap.
   std::optional<double> with_asleep(std::optional<double> smallest_gap) const;
   int sleeping_bodies() const;
-  // Returns a failure of the awake bodies with its particle's number in the whole scene.
+  // Returns a failure of the awake bodies, with its particle numbered as in the whole scene.
   Failure in_whole(Failure failure) const;
 
  private:
@@ -105,13 +108,13 @@ class SleepingIntegrator final : public Integrator {
   std::vector<char> has_moving_pin_;  // by dynamic body
   RestWatch rest_;
   std::vector<char> asleep_;      // by dynamic body
-  std::vector<int> island_;       // by dynamic body: the first body it fell asleep with
-  std::vector<Vec3> built_at_;    // m, of dynamic particles when awake_ was built
+  std::vector<int> island_;       // by dynamic body: island in which it last fell asleep
+  std::vector<Vec3> built_at_;    // m, positions of dynamic particles when awake_ was built
   std::unique_ptr<Awake> awake_;  // null if all bodies are awake
   std::unique_ptr<Integrator> integrator_;
-  std::vector<double> state_;         // of the whole; kept only while bodies sleep
+  std::vector<double> state_;         // of the whole scene; kept only while bodies sleep
   Energies frozen_;                   // of sleeping bodies
-  std::optional<double> frozen_gap_;  // m, the smallest of sleeping bodies
+  std::optional<double> frozen_gap_;  // m, smallest gap at sleeping bodies
   IntegratorCounts earlier_;          // of earlier integrators
 };
 

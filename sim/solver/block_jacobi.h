@@ -9,8 +9,8 @@ namespace weft::sim {
 
 class BlockJacobi : public Preconditioner {
  public:
-  // Always succeeds: under compression a block may not be positive definite, and the mass then
-  // replaces it. O(particles).
+  // Inverts the diagonal blocks and returns true. A block that is not positive definite, as may
+  // happen under compression, is replaced by the particle's mass. O(particles + contact pairs).
   bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
 

@@ -10,7 +10,8 @@ void CoarseMatrixAge::start(int iterations, double residual) {
   start_residual_ = residual;
 }
 
-// Returns the iterations since start() beyond those that the first solve took for as many digits.
+// Returns the number of iterations since start() in excess of the first solve's iterations per
+// digit.
 double CoarseMatrixAge::excess_of(int iterations, double residual) const {
   if (iterations_per_digit_ == 0) return 0;
   const double digits = std::log10(start_residual_ / residual);

@@ -10,19 +10,21 @@ namespace weft::sim {
 
 namespace {
 
-// Iteration limit. Conjugate gradients cannot handle a matrix that takes more; the caller is told
-// and cuts the step.
+// Iteration limit. A system that needs more counts as not converged; the caller then factorises it
+// or cuts the step.
 constexpr int most_iterations = 2000;
 
-// Largest ratio of a particle's residual to the mean. A bound on the mean alone would leave a few
-// particles badly solved, and steps of microseconds would follow (docs/decisions/0005).
+// Largest allowed ratio of one particle's weighted residual to the root mean square of all. A bound
+// on the mean alone would leave a few particles badly solved, and steps of microseconds would
+// follow (docs/decisions/0005).
 constexpr double peak_to_mean = 10;
 
-// Fraction of the initial residual below which rounding prevents further progress.
+// Residuals below this fraction of the initial one are mostly rounding errors: iterations end
+// there.
 constexpr double rounding = 1e-13;
 
-// Largest ratio of the true error to the estimate with block-Jacobi, whose gains are uneven and
-// sometimes stagnate.
+// Assumed ratio of the true error to its estimate with block-Jacobi. The error then falls unevenly
+// and sometimes stagnates, which misleads the estimate.
 constexpr double block_jacobi_doubt = 4;
 
 }  // namespace
@@ -42,7 +44,8 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
   const Solve solve{right_side, weight, goal, dv};
   Outcome outcome;
   std::copy(right_side.begin(), right_side.end(), residual_.begin());
-  // Results of an earlier solve, which may not even be finite, must not enter this one.
+  // Clears all results of an earlier solve. They may not be finite, and advance() reads them even
+  // for alpha = 0.
   for (const std::span<Vec3> start : {dv, std::span(direction_), std::span(product_)})
     std::fill(start.begin(), start.end(), Vec3::Zero());
   outcome.residual = start_residual_ = advance(0, solve);
@@ -91,19 +94,19 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
   }
 }
 
-// Computes z = P r and returns r . z.
+// Computes z = P r, with the preconditioner P, and returns r . z.
 double ConjugateGradients::precondition() {
   preconditioner_.chosen().apply(matrix_, residual_, preconditioned_);
   return dot(residual_, preconditioned_, matrix_.threads());
 }
 
-// Finds the next direction p and A p, in single precision if the preconditioner provides it.
-// Returns false if p . A p is not positive.
+// Finds the next direction p and A p. The product is in single precision if the preconditioner
+// provides it and the solve still accepts it. Returns false if p . A p is not positive.
 bool ConjugateGradients::find_direction(bool begins_anew) {
   const int count = static_cast<int>(residual_.size()), threads = matrix_.threads();
   double next = precondition();
   if (!(next > 0) && preconditioner_.is_multigrid()) {
-    // Rounding causes this in a nearly singular matrix.
+    // r . P r is not positive. Rounding causes this if the matrix is nearly singular.
     preconditioner_.give_up_multigrid();
     begins_anew = true;
     next = precondition();
@@ -130,8 +133,8 @@ bool ConjugateGradients::find_direction(bool begins_anew) {
   return curvature_ > 0;
 }
 
-// Does dv += alpha p and r -= alpha A p. Returns the 2-norm of the weighted residual or, if larger,
-// the 2-norm at which the largest particle's residual would be `peak_to_mean` times the mean.
+// Adds alpha p to dv and subtracts alpha A p from r. Returns the 2-norm of the weighted residual
+// or, if larger, the least 2-norm that permits the largest particle's residual (`peak_to_mean`).
 double ConjugateGradients::advance(double alpha, const Solve& solve) {
   struct Part {
     double sum = 0, largest = 0, dv = 0;
@@ -164,10 +167,11 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
   return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
 }
 
-// Each iteration lowers the squared error in the norm of A by its gain (Hestenes and Stiefel 1952,
-// theorem 6:1). From dv = 0 the gains sum to dv . A dv. The remaining error is extrapolated from
-// two sums of gains, over the last third of the iterations and the third before. Sums are used
-// because single gains fluctuate; the first four iterations are left out.
+// True if the residual and the estimated error meet the goal. Each iteration lowers the squared
+// error in the norm of A by its gain (Hestenes and Stiefel 1952, theorem 6:1). From dv = 0 the
+// gains sum to dv . A dv. The remaining error is extrapolated from two sums of gains: over the last
+// third of the iterations, and over the third before. Single gains fluctuate too much for this. The
+// first four iterations are left out.
 bool ConjugateGradients::is_reached(const Goal& goal, double residual) const {
   if (!(residual <= goal.residual)) return false;
   if (goal.error >= 1 || residual <= rounding * start_residual_) return true;
@@ -183,7 +187,7 @@ bool ConjugateGradients::is_reached(const Goal& goal, double residual) const {
   return last < before && last * last / (before - last) <= error * error * all;
 }
 
-// Forms the residual of A itself, in double.
+// Forms r = right_side - A dv in double.
 void ConjugateGradients::form_residual(const Solve& solve) {
   matrix_.multiply(solve.dv, residual_);
   parallel_chunks(static_cast<int>(residual_.size()), matrix_.threads(), [&](int first, int last) {

@@ -11,29 +11,31 @@
 
 namespace weft::sim {
 
-// Without contact, products with A are single precision at first, if the preconditioner has them.
-// At convergence, or negative curvature (perhaps from rounding), the residual is formed in double.
-// Products in double follow if it exceeds the goal or, with an error goal, twice the earlier
-// residual.
+// Solves A dv = b by preconditioned conjugate gradients.
+//
+// Without contact, the first products with A come from the preconditioner, in single precision, if
+// it provides them. At convergence, or at a negative curvature that rounding may have caused, the
+// residual is formed anew in double. The solve ends if the new residual meets the goal and, with an
+// error goal, is at most twice the recursive one. Otherwise it continues with products in double.
 class ConjugateGradients {
  public:
   struct Outcome {
     bool converged = false;
     bool indefinite = false;  // A has a direction of negative curvature: the step is too large
     int iterations = 0;
-    double residual = 0;     // in the norm of the tolerance
-    bool multigrid = false;  // preconditions the last iteration
+    double residual = 0;     // in the norm of Goal::residual
+    bool multigrid = false;  // multigrid preconditions the last iteration
     int multigrid_set_ups = 0;
   };
-  // The conditions under which a solution is good enough.
+  // The conditions that a solution must meet.
   struct Goal {
     // Upper bound of the weighted residual's 2-norm (velocity rows, divided by mass). No particle
     // may exceed ten times the mean that this bound implies.
     double residual = std::numeric_limits<double>::infinity();
-    // Upper bound of the error e of dv as a fraction of dv: sqrt(e . A e) / sqrt(dv . M dv) or,
-    // with Scale::matrix, sqrt(e . A e) / sqrt(dv . A dv). e is estimated from the iterations; the
-    // true error may be three times as large (tests/sim/multigrid_test.cpp). 1: only the residual
-    // counts.
+    // Upper bound of the relative error of dv; 1: only the residual counts. For the error e it is
+    // sqrt(e . A e) / sqrt(dv . M dv) or, with Scale::matrix, sqrt(e . A e) / sqrt(dv . A dv).
+    // It is estimated from the iterations, and the true value may be three times as large
+    // (tests/sim/multigrid_test.cpp).
     double error = 1;
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
   };
@@ -41,8 +43,8 @@ class ConjugateGradients {
   // Both arguments must outlive the object.
   ConjugateGradients(const VelocityMatrix& matrix, PreconditionerSelection& preconditioner);
 
-  // Solves A dv = `right_side` from dv = 0; both are zero for pinned particles. All spans have one
-  // entry per particle. Precondition: the preconditioner is prepared for this A.
+  // Solves A dv = `right_side`, starting from dv = 0. Both vectors are zero for pinned particles.
+  // All spans have one entry per particle. Precondition: the preconditioner is prepared for this A.
   Outcome solve(std::span<const Vec3> right_side, std::span<const Vec3> weight, const Goal& goal,
                 std::span<Vec3> dv);
 
@@ -66,10 +68,10 @@ class ConjugateGradients {
   std::vector<Vec3> residual_, preconditioned_;
   std::vector<Vec3> direction_, product_;  // p and A p
   double rho_ = 1, curvature_ = 0;         // r . P r and p . A p
-  bool is_exact_ = false;                  // products with A are in double
-  bool has_single_products_ = false;       // since the residual was last formed from A
-  double start_residual_ = 0;  // of the solve, or when coarse matrices were last formed in it
-  std::vector<double> gains_;  // by iteration of this solve
+  bool is_exact_ = false;                  // products with A must be formed in double
+  bool has_single_products_ = false;       // the residual contains single-precision products
+  double start_residual_ = 0;  // at the start of the solve or the last rebuild of coarse matrices
+  std::vector<double> gains_;  // decrease of the squared error, by iteration of this solve
   double dv_square_ = 0;       // dv . M dv
 };
 

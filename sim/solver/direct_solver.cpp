@@ -16,7 +16,7 @@ struct DirectSolver::Implementation {
   Eigen::VectorXd right_side(double gamma, const StateView& b) const;
 
   Dynamics& dynamics;
-  // An entry of the lower half of A. Entries at the same place are summed.
+  // An entry of the lower half of A. Entries with equal row and column are summed.
   struct Entry {
     int column = 0, row = 0;
     double value = 0;
@@ -27,7 +27,8 @@ struct DirectSolver::Implementation {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
 };
 
-// Adds the part of a block that lies in the lower half of A; the factorisation reads no other.
+// Adds the part of a block that lies in the lower half of A. The factorisation reads only that
+// half.
 void DirectSolver::Implementation::add_block(int block_row, int block_column, const Mat3& block) {
   const std::vector<char>& pinned = dynamics.scene().pinned;
   if (pinned[block_row] != 0 || pinned[block_column] != 0) return;
@@ -64,8 +65,8 @@ void DirectSolver::Implementation::assemble(double gamma) {
   compress(3 * pattern.rows());
 }
 
-// Sorts the entries by column and sums those at the same place. The stable sort fixes the order of
-// each sum, and with it the bits.
+// Sorts the entries by column and row, and sums those with equal ones. The stable sort fixes the
+// order of each sum, and so its bits.
 void DirectSolver::Implementation::compress(int size) {
   std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::pair(a.column, a.row) < std::pair(b.column, b.row);
@@ -87,7 +88,7 @@ void DirectSolver::Implementation::compress(int size) {
   std::partial_sum(column_start.begin(), column_start.end(), column_start.begin());
 }
 
-// Returns M b_v - gamma K b_x (VelocitySystem).
+// Returns M b_v - gamma K b_x, contact included (velocity_system.h).
 Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const StateView& b) const {
   const int count = dynamics.particle_count();
   std::vector<Vec3> product(count), position(b.position.begin(), b.position.end());

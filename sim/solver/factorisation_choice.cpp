@@ -7,12 +7,12 @@ namespace weft::sim {
 
 namespace {
 
-// Least and largest number of factorised systems before iterations are tried again.
+// Least and largest number of systems that are factorised before iterations are tried again.
 constexpr int least_patience = 8, most_patience = 4096;
 
-// Returns the number of iterations that take as long as a factorisation. On a surface, the cost of
-// a factorisation grows with the power 1.5 of the number of particles. Above some 150 000
-// particles, the result exceeds the limit of iterations.
+// Returns the number of iterations that cost as much as a factorisation. On a surface, a
+// factorisation costs O(particles^1.5) and an iteration O(particles). Above some 150 000 particles
+// the result exceeds the iteration limit of conjugate gradients.
 double iterations_per_factorisation(int particles) { return 40 + 5 * std::sqrt(particles); }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The choice of the systems that are factorised because conjugate gradients take too long.
+// The choice between conjugate gradients and factorisation for systems that need many iterations.
 #pragma once
 
 #include <limits>
@@ -7,18 +7,20 @@
 
 namespace weft::sim {
 
-// Once a system takes more iterations than a factorisation costs, systems of the same or a longer
-// gamma are factorised. After eight of them iterations are tried again. Each failed trial doubles
-// that number. A few hard systems, for example while surfaces meet, do not make later ones hard
-// (docs/decisions/0016).
+// A system is hard if it takes more iterations than a factorisation costs. After a hard system, the
+// next eight systems of the same or a larger gamma are factorised. Then iterations are tried again,
+// and each failed trial doubles that number. Trials are worthwhile, because a few hard systems, for
+// example while surfaces meet, do not make later ones hard (docs/decisions/0016).
 class FactorisationChoice {
  public:
-  // `is_allowed` is false if the case names a preconditioner, which is then always used.
+  // If `is_allowed` is false, no system is factorised: the case then names a preconditioner.
   FactorisationChoice(int particle_count, bool is_allowed);
 
-  // True if the next system, of this gamma (s), is to be factorised. The caller must then do so.
+  // True if the next system, with this gamma (s), is to be factorised. The caller must then do so,
+  // because the call counts it.
   bool next_is_factorised(double gamma);
-  // Notes the iterations that a system of this gamma took. True if it should have been factorised.
+  // Notes the iterations of a system with this gamma (s). True if the system should have been
+  // factorised.
   bool takes_too_long(double gamma, int iterations);
 
   void transfer(StateArchive& archive) {
@@ -28,10 +30,11 @@ class FactorisationChoice {
  private:
   double worthwhile_iterations_;
   bool is_allowed_;
-  double factorised_from_ = std::numeric_limits<double>::infinity();  // gamma, s
-  int patience_ = 0;       // systems factorised before the next trial of iterations
-  int systems_left_ = 0;   // until the next trial of iterations
-  double hard_gamma_ = 0;  // s, of the last system that took too many iterations
+  // Systems of this gamma (s) or a larger one are factorised.
+  double factorised_from_ = std::numeric_limits<double>::infinity();
+  int patience_ = 0;       // systems to factorise before the next trial of iterations
+  int systems_left_ = 0;   // still to be factorised before that trial
+  double hard_gamma_ = 0;  // gamma of the last hard system, s
 };
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// The highest frequency of the bodies, which decides between preconditioners.
+// The highest eigenfrequency of the bodies. It decides between preconditioners.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,15 @@
 
 namespace weft::sim {
 
-// The largest eigenvalue of K changes little. It is estimated once per hundred assemblies, by ten
-// steps of the power method from a fixed random vector.
+// Estimates the largest eigenvalue of M^-1 K, which changes little during a run. An estimate is
+// kept for a hundred assemblies of K. It takes ten steps of the power method from a fixed random
+// vector.
 class FrequencyEstimate {
  public:
   explicit FrequencyEstimate(Dynamics& dynamics) : dynamics_(dynamics) {}
 
   // Returns the square root of the largest eigenvalue of M^-1 K on the free particles (1/s),
-  // estimated from below.
+  // estimated from below. Costs ten products with K when the estimate is renewed.
   double highest();
 
   void transfer(StateArchive& archive) { archive(frequency_, assembly_); }
@@ -23,7 +24,7 @@ class FrequencyEstimate {
  private:
   Dynamics& dynamics_;
   double frequency_ = -1;      // 1/s; negative before the first estimate
-  std::int64_t assembly_ = 0;  // the assembly of K that it was estimated from
+  std::int64_t assembly_ = 0;  // number of assemblies of K at the last estimate
 };
 
 }  // namespace weft::sim

@@ -64,8 +64,8 @@ void GalerkinProduct::write_recipe(int row, Scratch& scratch, Recipe& recipe) co
   for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {
     const int child = prolongation_.child[c], diagonal = fine_->diagonal_slot(child);
     for (int slot = fine_->row_begin(child); slot < fine_->row_end(child); ++slot, ++block) {
-      // Parents before the row are skipped: the result is symmetric, and their own rows hold these
-      // blocks.
+      // Blocks of the result left of its diagonal (parent < row) are skipped: by symmetry, earlier
+      // rows hold their mirror images.
       const int column = fine_->column(slot);
       for (int k = prolongation_.row_start[column]; k < prolongation_.row_start[column + 1]; ++k) {
         const int parent = prolongation_.column[k];
@@ -83,8 +83,8 @@ void GalerkinProduct::write_recipe(int row, Scratch& scratch, Recipe& recipe) co
   for (const auto& [sum, term] : scratch.terms) recipe.terms[scratch.next[sum]++] = term;
 }
 
-// Reads each column as four numbers and ignores the last. Blocks may be read up to their tenth
-// number, one past their end.
+// Returns sum `i` of the recipe. Reads each column as four numbers and ignores the last. The last
+// column is read one number past the end of its block.
 Mat3 GalerkinProduct::Recipe::sum(int i, const std::vector<int>& blocks,
                                   const SingleBlockMatrix& fine) const {
   using Four = Eigen::Array4d;
@@ -104,7 +104,8 @@ Mat3 GalerkinProduct::Recipe::sum(int i, const std::vector<int>& blocks,
   return sum;
 }
 
-// Lists the upper blocks of the fine matrix that the rows of the children of `row` hold or mirror.
+// Lists the upper blocks of the fine matrix that the rows of the children of `row` hold or mirror,
+// child by child and in the order of their slots.
 void GalerkinProduct::list_blocks(int row, std::vector<int>& blocks) const {
   blocks.clear();
   for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {

@@ -11,33 +11,34 @@
 
 namespace weft::sim {
 
-// Forms the product for every A of one pattern. The terms that make up a row of the result are
-// found once. Rows made alike share one recipe, as most rows of an image do.
+// Forms the product P^T A P for any number of matrices A of one pattern. The terms that make up
+// each row of the result are found once, as a recipe. Rows with equal terms share one recipe, as
+// most rows of an image do.
 class GalerkinProduct {
  public:
   // Finds the pattern of the result and the recipes of its rows. The prolongation must outlive the
   // object. O(blocks), on one thread.
   GalerkinProduct(std::shared_ptr<const BlockPattern> fine, const Prolongation& prolongation);
-  GalerkinProduct(GalerkinProduct&&) = default;  // a copy's rows would point to these recipes
+  GalerkinProduct(GalerkinProduct&&) = default;  // no copies: they would share these recipes
 
   const std::shared_ptr<const BlockPattern>& pattern() const { return coarse_; }
 
-  // coarse = P^T fine P, for matrices of the patterns above. Each row is summed in double by one
-  // thread: the bits do not depend on the number of threads. O(blocks).
+  // Computes coarse = P^T fine P, for matrices of the patterns above. One thread sums each row, in
+  // double, so the bits do not depend on the number of threads. O(blocks).
   void form(const SingleBlockMatrix& fine, SingleBlockMatrix& coarse, int threads) const;
 
  private:
   struct Term {
     int block;     // index into the blocks that list_blocks() lists
-    float weight;  // product of both interpolation weights
+    float weight;  // product of the interpolation weights of the block's row and column
     bool operator==(const Term&) const = default;
   };
-  // The sums that make up a row of the result from its diagonal on, two per block. The first adds
-  // upper blocks of the fine matrix. The second adds the upper blocks whose transposes stand below
-  // the diagonal.
+  // The terms of the upper blocks of one row of the result, as two sums per block. The first sum is
+  // of fine blocks as stored. The second is of stored blocks whose transposes are needed, so the
+  // transposed sum is added.
   struct Recipe {
     std::vector<Term> terms;
-    std::vector<int> starts;  // of each sum, and the end of the last
+    std::vector<int> starts;  // first term of each sum, and one past the last term
     bool operator==(const Recipe&) const = default;
     Mat3 sum(int i, const std::vector<int>& blocks, const SingleBlockMatrix& fine) const;
   };
@@ -45,9 +46,9 @@ class GalerkinProduct {
     std::size_t operator()(const Recipe& recipe) const;
   };
   struct Scratch {
-    std::vector<int> place;                   // the first sum of its block, by column of the row
-    std::vector<std::pair<int, Term>> terms;  // each with the number of its sum
-    std::vector<int> next;                    // place of the next term, by sum
+    std::vector<int> place;                   // by column of the coarse row: first sum of its block
+    std::vector<std::pair<int, Term>> terms;  // number of a sum, and a term of it
+    std::vector<int> next;                    // by sum: place of its next term
   };
 
   void write_recipe(int row, Scratch& scratch, Recipe& recipe) const;

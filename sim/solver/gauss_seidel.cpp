@@ -6,12 +6,12 @@ namespace weft::sim {
 
 namespace {
 
-// Number of rows that a sweep prefetches. The processor predicts neither rows in reverse nor half
-// rows: without prefetching, sweeps take twice as long.
+// Distance, in rows, by which a backward sweep prefetches ahead. The processor predicts neither
+// rows in reverse nor upper halves of rows. Without prefetching, the sweep takes twice as long.
 constexpr int prefetched_rows = 6;
 
-// Chunks are as large as possible while many threads can still share them: couplings between chunks
-// cost more, and sweeps across them smooth less.
+// Least size (rows) and largest number of chunks. Large chunks are better: couplings between chunks
+// cost more, and sweeps across them smooth less. Many threads can still share 32 chunks.
 constexpr int least_rows_per_chunk = 512;
 constexpr int most_chunks = 32;
 
@@ -23,7 +23,8 @@ GaussSeidel::GaussSeidel(const BlockPattern& pattern)
   for (int c = 0; c * rows_per_chunk_ < rows_; ++c) {
     std::vector<char> used(colours_.size() + 1, 0);
     const int last = std::min(rows_, (c + 1) * rows_per_chunk_);
-    // Couplings are symmetric: visiting those to earlier chunks finds all of them.
+    // Only couplings to earlier chunks are visited: couplings are symmetric, and later chunks visit
+    // the others.
     for (int row = c * rows_per_chunk_; row < last; ++row) {
       for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
         const int other = pattern.column(slot) / rows_per_chunk_;
@@ -52,8 +53,8 @@ void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
                                 std::span<const Mat3> inverse_diagonal, std::span<const Vec3> b,
                                 std::span<Vec3> x, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
-  // Rows not yet visited count as zero. Within a chunk they are skipped; in later chunks x is still
-  // zero.
+  // Rows not yet visited count as zero. Within the chunk they are skipped; in chunks of later
+  // colours x is still zero.
   std::fill(x.begin(), x.end(), Vec3::Zero());
   for (const auto& chunks : colours_) {
     run_chunks(chunks, threads, [&](int first, int last) {
@@ -78,7 +79,7 @@ void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
     run_chunks(*chunks, threads, [&](int first, int last) {
       for (int row = last - 1; row >= first; --row) {
         matrix.prefetch_rows(row - prefetched_rows, row - prefetched_rows + 1);
-        // The row visited just before comes last in the sum: its x is the last to become available.
+        // The row visited last is added last, because its x becomes available last.
         const int diagonal = pattern.diagonal_slot(row);
         const Vec3 rest =
             b[row] - matrix.lower_product(row, pattern.row_begin(row), diagonal, x.data());

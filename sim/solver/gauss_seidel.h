@@ -1,4 +1,4 @@
-// Block Gauss-Seidel sweeps on several threads, with the same bits on any number of them.
+// Block Gauss-Seidel sweeps on several threads. The bits do not depend on their number.
 #pragma once
 
 #include <cstdint>
@@ -9,28 +9,28 @@
 
 namespace weft::sim {
 
-// The order in which sweeps visit the rows of matrices of one pattern. Chunks of consecutive rows
-// are coloured: chunks of one colour are not coupled and run in parallel. Sweeps visit colour after
-// colour, and row after row within a chunk. The order depends on the pattern alone.
+// Sweeps over matrices of one pattern. Chunks of consecutive rows are coloured: chunks of one
+// colour are not coupled and run in parallel. A sweep visits colour after colour, and the rows of a
+// chunk in ascending order. The order depends on the pattern alone.
 //
-// A = L + D + U is split by that order: L couples a row to rows visited earlier, U to later ones. D
-// is given by its inverse blocks; the matrix's own diagonal is not read. A zero inverse block keeps
-// its row of x at zero.
+// It splits A = L + D + U: L couples a row to rows visited earlier, U to rows visited later. D is
+// given by its inverse blocks; the matrix's own diagonal is not read. A zero inverse block keeps x
+// of its row at zero.
 class GaussSeidel {
  public:
   explicit GaussSeidel(const BlockPattern& pattern);
 
-  // x = (L + D)^-1 b. Reads about half of the matrix.
+  // Computes x = (L + D)^-1 b. Reads about half of the matrix.
   void solve_forward(const SingleBlockMatrix& matrix, std::span<const Mat3> inverse_diagonal,
                      std::span<const Vec3> b, std::span<Vec3> x, int threads) const;
-  // x = (U + D)^-1 (b - L x), in the reverse order. `change` receives the change of x. Reads the
-  // matrix once.
+  // Computes x = (U + D)^-1 (b - L x) in the reverse order. `change` receives the change of x.
+  // Reads the matrix once.
   void sweep_backward(const SingleBlockMatrix& matrix, std::span<const Mat3> inverse_diagonal,
                       std::span<const Vec3> b, std::span<Vec3> x, std::span<Vec3> change,
                       int threads) const;
-  // Computes the residual r = b - A x after a sweep. After a forward sweep that gave x, r = -U x
-  // (`upper`). After a backward sweep that changed x by d, r = -L d (`lower`; pass d as `x`). Reads
-  // half of the matrix.
+  // Computes the residual r = b - A x after a sweep. After solve_forward(), r = -U x: pass `upper`
+  // and x. After sweep_backward(), r = -L d: pass `lower` and its change d as `x`. Reads half of
+  // the matrix.
   enum class Half : std::uint8_t { lower, upper };
   void find_residual(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
                      std::span<Vec3> r, int threads) const;

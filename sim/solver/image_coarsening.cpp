@@ -11,10 +11,10 @@ namespace weft::sim {
 
 namespace {
 
-// A patch on one level. Coarse nodes from which no free node is interpolated are -1.
+// A patch on one level.
 struct LevelImage {
   CoarseAxis rows, cols;
-  std::vector<int> node;  // rows.nodes() x cols.nodes()
+  std::vector<int> node;  // rows.nodes() x cols.nodes(); -1: no free finer node depends on it
 
   int at(int row, int col) const {
     return node[static_cast<std::size_t>(row % rows.nodes()) * cols.nodes() + col % cols.nodes()];
@@ -45,7 +45,8 @@ std::vector<LevelImage> images_of(const Scene& scene) {
   return images;
 }
 
-// Makes the next coarser level of the `fine` images, which have `count` nodes together.
+// Makes the next coarser level of the `fine` images. `count` is the number of their nodes; `fixed`
+// marks fixed nodes, or is empty if there are none.
 class Coarsening {
  public:
   Coarsening(const std::vector<LevelImage>& fine, int count, std::span<const char> fixed)
@@ -82,8 +83,9 @@ class Coarsening {
     }
   }
 
-  // Sets the parents of fine nodes. A texel that is kept is its own parent; any other node has the
-  // products of its shares along both axes. The first image that contains a node decides.
+  // Sets the parents of the free fine nodes, from which they are interpolated. A texel that is kept
+  // is its own parent. Any other node has the products of its shares along both axes. If several
+  // images contain a node, the first decides.
   void find_parents(const LevelImage& fine, const LevelImage& coarse) {
     const auto rows = fine.rows.shares(coarse.rows), cols = fine.cols.shares(coarse.cols);
     for (int row = 0; row < fine.rows.nodes(); ++row) {
@@ -103,7 +105,8 @@ class Coarsening {
     }
   }
 
-  // Nodes may be one on a short closed axis or where a row is a point; their weights add up.
+  // Adds a parent. Two nodes may be the same one on a short wrapped axis, or where a row is a point;
+  // their weights then add up.
   static void add(std::vector<Parent>& parents, int node, double weight) {
     if (node < 0) return;
     const auto same = std::find_if(parents.begin(), parents.end(),
@@ -115,7 +118,7 @@ class Coarsening {
     }
   }
 
-  // Removes the coarse nodes that no free node is interpolated from: they are no unknowns.
+  // Removes coarse nodes from which no free node is interpolated: they are not unknowns.
   void drop_childless() {
     std::vector<int> renumbered(coarse_count_, -1);
     for (const auto& parents : parents_of_) {
@@ -133,7 +136,7 @@ class Coarsening {
     }
   }
 
-  std::vector<int> number_;  // of a kept node on the coarse level; -1 for others
+  std::vector<int> number_;  // by fine node: its number on the coarse level; -1: not kept
   std::vector<std::vector<Parent>> parents_of_;
   std::span<const char> fixed_;
   std::vector<LevelImage> images_;

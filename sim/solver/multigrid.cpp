@@ -10,14 +10,14 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the number of finest levels on which the second coarse cycle saves more than it costs.
+// Returns the number of finest levels on which a second coarse cycle saves more time than it costs.
 std::size_t best_w_cycle_levels(const Scene& scene, int particles) {
   const bool needs_w_cycles =
       particles >= 100'000 || traits_of(scene.source.time.method).finds_equilibria();
   return needs_w_cycles ? 2 : 0;
 }
 
-// Returns the pattern with the contact pairs in reach added.
+// Returns the pattern extended by the couplings of contact pairs in reach.
 std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
                                                const Contact& contact) {
   const int count = pattern.rows();
@@ -50,8 +50,8 @@ void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) 
   });
 }
 
-// Inverts the diagonal blocks; those left out get zero. Returns false if one is not positive
-// definite.
+// Inverts the diagonal blocks of all rows but those for which `left_out` is true, whose inverses
+// are set to zero. Returns false if a block is not positive definite.
 template <class LeftOut>
 bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut& left_out,
                      std::vector<Mat3>& inverse) {
@@ -101,7 +101,7 @@ void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
   analysed_ = false;
 }
 
-// Takes A over on the finest level. Returns false if a diagonal block is not positive definite.
+// Copies A to the finest level. Returns false if a diagonal block is not positive definite.
 bool Multigrid::take_finest(const VelocityMatrix& matrix) {
   version_ = matrix.version();
   Level& finest = levels_.front();
@@ -167,8 +167,9 @@ void Multigrid::solve_coarsest() {
       cholesky_.solve(Eigen::Map<const Eigen::VectorXd>(level.b[0].data(), size));
 }
 
-// Sweeps forward from zero, then adds the corrections of one or two cycles of the coarser levels.
-// The second cycle starts from the residual of the first.
+// Sweeps forward from x = 0, then adds the correction of the next coarser level. That level is
+// solved directly if it is the coarsest, otherwise by one or two cycles. The second cycle starts
+// from the residual of the first.
 void Multigrid::correct(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x, int threads) {
   const Level& level = levels_[i];
   Level& coarser = levels_[i + 1];
@@ -196,7 +197,7 @@ void Multigrid::cycle(std::size_t i, std::span<const Vec3> b, std::span<Vec3> x,
                               std::span(change_).first(x.size()), threads);
 }
 
-// Computes the residual after cycle(i), from the change of x in its backward sweep.
+// Computes the residual after cycle(i) from the change of x in its backward sweep.
 void Multigrid::find_residual(std::size_t i, std::span<Vec3> residual, int threads) {
   const Level& level = levels_[i];
   level.sweeps.find_residual(GaussSeidel::Half::lower, level.matrix,

@@ -1,4 +1,4 @@
-// The interface of the preconditioners of conjugate gradients.
+// The interface of preconditioners for conjugate gradients.
 #pragma once
 
 #include <span>
@@ -11,17 +11,18 @@ namespace weft::sim {
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
-  // Takes over the present A as far as that is cheap; called before every solve. Returns false if A
-  // does not allow it.
+  // Adapts the preconditioner to the present A as far as that is cheap. Called before a solve.
+  // Returns false if A does not allow it; apply() must then not be called.
   [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
-  // z = P r. Pinned particles get zero.
+  // Computes z = P r. Entries of pinned particles are zero.
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
   // Returns the residual r - A z of the last apply(), with A in single precision and without
-  // contact. Empty unless it costs much less than a product with A.
+  // contact. Empty unless the residual costs much less than a product with A.
   virtual std::span<const Vec3> residual() const { return {}; }
 };
 
-// Inverts a symmetric block. Returns false, without an inverse, if it is not positive definite.
+// Inverts a symmetric block. Returns false, and leaves `inverse` unchanged, if the block is not
+// positive definite.
 [[nodiscard]] bool invert_definite(const Mat3& block, Mat3& inverse);
 
 }  // namespace weft::sim

@@ -4,12 +4,12 @@ namespace weft::sim {
 
 namespace {
 
-// Value of gamma times the highest frequency above which multigrid is faster than block-Jacobi
+// Product of gamma and the highest frequency above which multigrid is faster than block-Jacobi
 // (docs/decisions/0016).
 constexpr double multigrid_break_even = 6;
 
-// After coarse matrices have worn out within a solve, every new K gets new ones until this many
-// assemblies later.
+// After coarse matrices have worn out within a solve, every new K rebuilds them during this number
+// of assemblies.
 constexpr int assemblies_to_rebuild = 10;
 
 }  // namespace

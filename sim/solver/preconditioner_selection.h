@@ -13,12 +13,13 @@
 
 namespace weft::sim {
 
-// Multigrid is chosen if gamma times the highest frequency makes it worth its set-up, or if
-// time.preconditioner names it. Otherwise block-Jacobi is used. For a matrix that is not positive
-// definite, block-Jacobi replaces multigrid.
+// Multigrid is chosen if gamma times the highest frequency makes its set-up worthwhile, or if
+// time.preconditioner names it. Otherwise block-Jacobi is chosen. Block-Jacobi also replaces
+// multigrid if the matrix proves not to be positive definite.
 //
-// The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If that happens
-// within a solve, they are rebuilt at once, and with every new K until the tenth assembly after it.
+// The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If they wear out
+// within a solve, they are rebuilt at once. In the ten assemblies after that, every new K rebuilds
+// them.
 class PreconditionerSelection {
  public:
   // `matrix` must outlive the object.
@@ -28,14 +29,15 @@ class PreconditionerSelection {
   void prepare();
   Preconditioner& chosen() const { return *chosen_; }
   bool is_multigrid() const { return chosen_ != &block_jacobi_; }
-  // Number of times that coarse matrices were formed since prepare().
+  // Returns how often coarse matrices were formed since the last prepare().
   int multigrid_set_ups() const { return set_ups_; }
 
-  // Note the residual that a solve starts from, and how it ends.
+  // To be called with the residual at the start of a solve, and with the iterations and residual at
+  // its end.
   void start_solve(double residual) { age_.start(0, residual); }
   void finish_solve(int iterations, double residual);
-  // Rebuilds the coarse matrices if they have worn out within the present solve, which goes on with
-  // the new ones. Returns true if the preconditioner has changed.
+  // Rebuilds the coarse matrices if they have worn out within the present solve, which continues
+  // with the new ones. Returns true if the preconditioner has changed.
   bool rebuild_if_worn_out(int iterations, double residual);
   // Uses block-Jacobi for the rest of the solve; the next solve rebuilds the coarse matrices.
   void give_up_multigrid();
@@ -44,8 +46,8 @@ class PreconditionerSelection {
   // estimated from below.
   double highest_frequency() { return frequency_.highest(); }
 
-  // Writes or reads all that the bits of later solutions depend on. Coarse matrices are not
-  // written: reading forms them anew from K and D, assembled at the state of their set-up. This
+  // Writes or reads the state that determines the bits of later solutions. Coarse matrices are not
+  // written. Reading forms them again: it assembles K and D at the state of their set-up, which
   // overwrites the matrices of the dynamics.
   void transfer(StateArchive& archive);
 
@@ -67,10 +69,10 @@ class PreconditionerSelection {
   // State of the coarse matrices.
   bool is_set_up_ = false;
   CoarseMatrixAge age_;
-  Linearisation set_up_place_;        // state at which the dynamics was linearised for them
+  Linearisation set_up_place_;        // arguments of the linearisation behind them
   double set_up_gamma_ = 0;           // s
-  std::int64_t set_up_assembly_ = 0;  // of K
-  std::int64_t rebuilt_until_ = 0;    // before this assembly of K, each new K rebuilds them
+  std::int64_t set_up_assembly_ = 0;  // number of the assembly of K that they use
+  std::int64_t rebuilt_until_ = 0;    // until this assembly, each new K rebuilds them
   int set_ups_ = 0;
 };
 

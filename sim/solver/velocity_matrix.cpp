@@ -63,7 +63,8 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
   });
 }
 
-// Uses the list of pinned particles: they are few, and the list costs less than a pass over all.
+// Loops over the list of pinned particles, which are few: a pass over all particles would cost
+// more.
 void VelocityMatrix::clear_pinned(std::span<Vec3> velocity) const {
   for (int i : pinned_) velocity[i].setZero();
 }

@@ -10,19 +10,19 @@
 
 namespace weft::sim {
 
-// A = M + gamma D + gamma^2 K, symmetric, with K = -dF/dx and D = -dF/dv. Products leave out the
-// rows and columns of pinned particles. Contact enters through its pairs as of the last force
-// evaluation, everything else through the stored K and D.
+// The matrix A = M + gamma D + gamma^2 K, symmetric, with K = -dF/dx and D = -dF/dv. Products leave
+// out the rows and columns of pinned particles. Contact contributes through the pairs of the last
+// force evaluation, all other forces through the stored K and D.
 class VelocityMatrix {
  public:
   explicit VelocityMatrix(const Dynamics& dynamics);
 
-  // Forms A for this gamma from the K and D last assembled by the dynamics. Without D nothing is
-  // stored: products read K. With D, K and D are summed once, O(blocks), which costs less than a
-  // product.
+  // Forms A for this gamma (s) from the K and D that the dynamics assembled last. Without D nothing
+  // is stored, and products read K. With D, the sum of K and D is stored, O(blocks), which costs
+  // less than a product.
   void form(double gamma);
   double gamma() const { return gamma_; }
-  // Number of times the matrix was formed; a changed number means a changed matrix.
+  // Number of times that form() was called. A changed number means a changed matrix.
   std::int64_t version() const { return version_; }
   const Dynamics& dynamics() const { return dynamics_; }
   const Scene& scene() const { return dynamics_.scene(); }
@@ -31,19 +31,19 @@ class VelocityMatrix {
   const std::shared_ptr<const BlockPattern>& pattern() const {
     return dynamics_.stiffness().shared_pattern();
   }
-  // Copies A without contact, with the rows and columns of pinned particles, into a matrix whose
+  // Copies A without contact, including rows and columns of pinned particles, into a matrix whose
   // pattern contains this one. O(blocks).
   void copy_to(SingleBlockMatrix& matrix) const;
-  // Returns one block of A without contact.
+  // Returns a block of A without contact.
   Mat3 block(int row, int slot) const;
   bool has_contact() const {
     return dynamics_.contact() != nullptr && dynamics_.contact()->pairs_in_reach() > 0;
   }
-  // out += contact part * in.
+  // Adds the product of the contact part of A with `in` to `out`.
   void add_contact_product(std::span<const Vec3> in, std::span<Vec3> out) const;
   // Sets the entries of pinned particles to zero.
   void clear_pinned(std::span<Vec3> velocity) const;
-  // out = A in, zero for pinned particles. Precondition: `in` is zero for them.
+  // Computes out = A in, with zeros for pinned particles. Precondition: `in` is zero for them.
   void multiply(std::span<const Vec3> in, std::span<Vec3> out) const;
 
  private:

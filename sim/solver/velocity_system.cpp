@@ -29,8 +29,8 @@ void VelocitySystem::factorise(double gamma, std::span<const double> b,
   outcome.indefinite = !outcome.converged;
 }
 
-// Returns `right` with the positions of pinned particles set to zero if pins move. Forces take the
-// positions of moving pins from the time, so K does not act on them.
+// Returns `right` with the positions of pinned particles set to zero if pins move. Forces compute
+// the positions of moving pins from the time, so K must not act on these entries.
 StateView VelocitySystem::with_free_positions(const StateView& right) {
   if (!dynamics_.pins_move()) return right;
   free_position_.assign(right.position.begin(), right.position.end());
@@ -40,8 +40,8 @@ StateView VelocitySystem::with_free_positions(const StateView& right) {
   return {free_position_, right.velocity};
 }
 
-// Returns the velocities with those of pinned particles set to zero if the mass couples these to
-// free ones: forces take the accelerations of pins from the time.
+// Returns the velocities, with zeros for pinned particles if the mass couples these to free ones.
+// Forces take the accelerations of pins from the time.
 std::span<const Vec3> VelocitySystem::with_free_velocities(std::span<const Vec3> velocity) {
   if (dynamics_.mass().is_diagonal()) return velocity;
   free_velocity_.assign(velocity.begin(), velocity.end());
@@ -49,8 +49,8 @@ std::span<const Vec3> VelocitySystem::with_free_velocities(std::span<const Vec3>
   return free_velocity_;
 }
 
-// Forms M b_v - gamma K b_x, contact included. If D is joined to K, subtracting damping_product()
-// removes D's share.
+// Forms M b_v - gamma K b_x, contact included. If the stored stiffness includes D
+// (Dynamics::assemble_joined()), subtracting damping_product() removes the share of D.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const MassOperator& mass = dynamics_.mass();
@@ -70,7 +70,7 @@ void VelocitySystem::form_right_side(const StateView& right) {
   }
 }
 
-// Sets dx = b_x + gamma dv for free particles, and the rows of pinned ones.
+// Sets dx = b_x + gamma dv for free particles, and the entries of pinned particles.
 void VelocitySystem::complete_correction(const StateView& right,
                                          std::span<double> correction) const {
   const std::vector<char>& pinned = dynamics_.scene().pinned;

@@ -15,10 +15,10 @@
 
 namespace weft::sim {
 
-// The Newton correction of y - gamma f(y) = const solves (I - gamma J)(dx, dv) = (b_x, b_v). Its
-// first rows give dx = b_x + gamma dv, and the second ones
+// The Newton correction of y - gamma f(y) = const solves (I - gamma J)(dx, dv) = (b_x, b_v). The
+// first block row gives dx = b_x + gamma dv. The second one becomes
 //   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K.
-// Conjugate gradients solve this (conjugate_gradients.h), preconditioned by multigrid or
+// Conjugate gradients solve this system (conjugate_gradients.h), preconditioned by multigrid or
 // block-Jacobi (preconditioner_selection.h). Systems that take too many iterations are factorised
 // (factorisation_choice.h, direct_solver.h).
 class VelocitySystem {
@@ -28,17 +28,17 @@ class VelocitySystem {
 
   explicit VelocitySystem(Dynamics& dynamics);
 
-  // Forms A for this gamma from the K and D last assembled by the dynamics.
+  // Forms A for this gamma (s) from the K and D that the dynamics assembled last.
   void set_up(double gamma);
 
-  // Solves for the correction (x, v) of the right-hand side b. All spans have 6 * particles
-  // doubles; only the velocity half of the weights is used.
+  // Solves for the correction (dx, dv) of the right-hand side b = (b_x, b_v). All spans have 6 *
+  // particles doubles. Only the velocity half of the weights is used.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 const Goal& goal, std::span<double> correction);
 
-  // Writes or reads all that the bits of later solutions depend on. Reading forms the coarse
-  // matrices anew from K and D, assembled at the state of their set-up. This overwrites the
-  // matrices of the dynamics.
+  // Writes or reads the state that determines the bits of later solutions. Reading assembles K and
+  // D at the state of the last set-up of coarse matrices, which overwrites the matrices of the
+  // dynamics.
   void transfer(StateArchive& archive);
 
   // Returns the square root of the largest eigenvalue of M^-1 K on the free particles (1/s),
@@ -60,8 +60,8 @@ class VelocitySystem {
   FactorisationChoice factorisation_;
   std::unique_ptr<DirectSolver> direct_;  // made at first use
   std::vector<Vec3> right_side_;          // M b_v - gamma K b_x
-  std::vector<Vec3> free_position_;       // b_x with zeros for pinned particles; used if pins move
-  std::vector<Vec3> free_velocity_;       // b_v with zeros for them; used with coupled masses
+  std::vector<Vec3> free_position_;       // b_x, with zeros for pinned particles; used if pins move
+  std::vector<Vec3> free_velocity_;       // b_v, with zeros for them; used if the mass couples
 };
 
 }  // namespace weft::sim

@@ -25,8 +25,8 @@ struct CommitFile : H5FD_t {
   haddr_t end_of_allocation = 0;
   haddr_t size = 0;  // of the file on disk
   haddr_t commit_mark = HADDR_UNDEF;
-  std::string failure;  // reason of the first failed write; none follows it
-  std::map<haddr_t, std::vector<unsigned char>> pending;  // metadata by address, not overlapping
+  std::string failure;  // reason of the first failed write; later writes are skipped
+  std::map<haddr_t, std::vector<unsigned char>> pending;  // metadata by address, without overlaps
   std::unordered_set<haddr_t> written;                    // addresses of metadata on disk
 };
 
@@ -41,7 +41,8 @@ herr_t report(const char* function, int error) {
   return -1;
 }
 
-// Records a failed write. HDF5 is not told: it would leave objects open that it can never close.
+// Records a failed write. HDF5 does not get the error: it would leave objects open that can never
+// be closed.
 void remember_failure(CommitFile& file, int error) { file.failure = std::strerror(error); }
 
 void write_to_disk(CommitFile& file, haddr_t address, const unsigned char* bytes,
@@ -70,7 +71,7 @@ void resize_on_disk(CommitFile& file, haddr_t size) {
   file.size = size;
 }
 
-// Drops pending bytes in [address, address + size), which newer bytes replace.
+// Drops the pending bytes in [address, address + size). Newer bytes replace them.
 void forget_pending(CommitFile& file, haddr_t address, std::size_t size) {
   const haddr_t end = address + size;
   auto entry = file.pending.upper_bound(address);
@@ -90,8 +91,8 @@ void forget_pending(CommitFile& file, haddr_t address, std::size_t size) {
   }
 }
 
-// Writes pending metadata in the order that the header promises. After a failure it skips every
-// write, so no later one overtakes the failed one.
+// Writes pending metadata in the order that commit_driver.h promises. After a failed write all
+// later ones are skipped, so none overtakes it.
 void commit(CommitFile& file) {
   const auto write_where = [&](auto&& condition) {
     for (const auto& [address, bytes] : file.pending) {
@@ -104,7 +105,8 @@ void commit(CommitFile& file) {
   const auto is_new = [&](haddr_t address) { return !file.written.contains(address); };
 
   write_where([&](haddr_t address) { return !is_special(address) && is_new(address); });
-  // The file grows first: readers refuse one that is shorter than its superblock says.
+  // The file grows before its superblock is written: readers refuse a file shorter than the
+  // superblock says.
   if (file.size < file.end_of_allocation) resize_on_disk(file, file.end_of_allocation);
   write_where([](haddr_t address) { return address == superblock_address; });
   write_where([&](haddr_t address) { return !is_special(address) && !is_new(address); });
@@ -114,7 +116,7 @@ void commit(CommitFile& file) {
 }
 
 H5FD_t* open_file(const char* name, unsigned flags, hid_t, haddr_t) {
-  // This driver only makes files; readers use HDF5's own driver.
+  // This driver only creates files. Readers use HDF5's own driver.
   if ((flags & H5F_ACC_CREAT) == 0) {
     report(__func__, ENOTSUP);
     return nullptr;
@@ -144,7 +146,7 @@ herr_t close_file(H5FD_t* base) {
 }
 
 herr_t query_features(const H5FD_t*, unsigned long* flags) {
-  // Metadata is not accumulated: the driver must see each piece separately.
+  // HDF5 must not merge pieces of metadata: the driver needs each one separately.
   *flags = H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
   return 0;
 }
@@ -191,7 +193,7 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
   return 0;
 }
 
-// The function is noexcept: an exception (no memory) must not unwind through HDF5.
+// Must be noexcept: an exception for lack of memory must not unwind through HDF5.
 herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, std::size_t size,
                    const void* buffer) noexcept {
   CommitFile& file = as_commit_file(base);
@@ -210,8 +212,7 @@ herr_t flush_file(H5FD_t* base, hid_t, hbool_t) {
   return 0;
 }
 
-// Does nothing: commit() grows the file, and close_file() shrinks it after the superblock is
-// written.
+// Does nothing. commit() grows the file, and close_file() shrinks it after the last commit.
 herr_t truncate_file(H5FD_t*, hid_t, hbool_t) { return 0; }
 
 H5FD_class_t make_driver_class() {

@@ -1,22 +1,23 @@
-// The lock that the writer of a trajectory holds as long as it lives. Private to sim/.
+// The lock that the writer of a trajectory holds while it lives. Private to sim/.
 //
 // It is an "open file description" lock (fcntl, Linux) on one byte far beyond the end of the file.
-// The kernel drops it when the writer dies by any signal, so it is never stale. HDF5 locks by
-// flock(), which does not see it, so anyone may read the file. On network file systems that make
-// flock() a lock of all bytes (NFS), readers set HDF5_USE_FILE_LOCKING=FALSE. On file systems
-// without locks, none is taken.
+// The kernel releases it when the writer dies, so it is never stale. It does not keep readers out:
+// HDF5 locks by flock(), which ignores such locks. On network file systems where flock() locks all
+// bytes (NFS), readers must set HDF5_USE_FILE_LOCKING=FALSE. On file systems without locks, no lock
+// is taken.
 #pragma once
 
 #include <string>
 
 namespace weft::sim {
 
-// An open file with its lock; closed with the object.
+// An open file with its lock. The destructor closes the file and releases the lock.
 class LockedFile {
  public:
   enum class State { locked, held_by_another, absent, without_lock };
 
-  // Opens the file at `path` if there is one, and takes its lock if that is free.
+  // Opens the file at `path` and takes its lock. The state is `absent` if there is no file, and
+  // `without_lock` if a file that nobody has locked cannot be opened for writing.
   explicit LockedFile(const std::string& path);
   ~LockedFile();
   LockedFile(const LockedFile&) = delete;
@@ -31,14 +32,14 @@ class LockedFile {
   State state_ = State::absent;
 };
 
-// True if someone holds the lock of the file at `path`. Does not take it.
+// True if a process holds the lock of the file at `path`. Does not take the lock.
 bool is_locked(const std::string& path);
 
-// Takes the lock of an open file for as long as its description is open. Returns false if another
-// description holds it; true also if the file system has no locks.
+// Takes the lock of an open file, until its file description is closed. Returns false if another
+// description holds the lock. Returns true if the file system has no locks.
 bool lock_open_file(int descriptor);
 
-// True if the path names the open file.
+// True if the path names this open file.
 bool names_open_file(const std::string& path, int descriptor);
 
 }  // namespace weft::sim

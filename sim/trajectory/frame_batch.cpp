@@ -5,7 +5,7 @@
 namespace weft::sim {
 namespace {
 
-// Returns `width` numbers, from `first` on, of every row of `columns` numbers.
+// Returns columns [first, first + width) of rows of `columns` numbers, row by row.
 std::vector<double> columns_of(const std::vector<double>& rows, std::size_t first,
                                std::size_t width, std::size_t columns) {
   assert(columns > 0 && rows.size() % columns == 0 && first + width <= columns);

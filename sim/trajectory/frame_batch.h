@@ -9,27 +9,27 @@
 
 namespace weft::sim {
 
-// Frames as the file holds them: for each body its images one after the other, by texel. Positions
-// are rounded as `rounding` says.
+// Frames in the layout of the file: per body and dataset, one image by texel after the other.
+// Positions are rounded as `rounding` says.
 class FrameBatch {
  public:
   // `bodies` is kept by reference.
   FrameBatch(const std::vector<TrajectoryBody>& bodies, Precision precision,
              const Rounding& rounding);
 
-  // Takes the arguments of TrajectoryWriter::write_frame.
+  // Adds a frame. The arguments are those of TrajectoryWriter::write_frame().
   void add(double time, const std::vector<std::span<const Vec3>>& positions,
            const FrameChannels& channels, std::span<const double> series,
            std::span<const double> step_rows);
-  // Forgets the frames but keeps their memory for others.
+  // Removes the frames but keeps their memory for later ones.
   void clear();
 
   int frames() const { return static_cast<int>(times_.size()); }
-  // Returns the memory that the frames take, bytes.
+  // Returns the memory that the frames occupy (bytes).
   std::size_t bytes() const;
   const std::vector<double>& times() const { return times_; }
   // Images of a body, frame by frame; empty for a body that does not move. Only the list of the
-  // batch's precision is filled; the other one is empty.
+  // batch's precision is filled: exact_positions() for float64, positions() for float32.
   const std::vector<float>& positions(std::size_t body) const { return positions_[body]; }
   const std::vector<double>& exact_positions(std::size_t body) const {
     return exact_positions_[body];
@@ -37,9 +37,11 @@ class FrameBatch {
   const std::vector<float>& field(std::size_t body, std::size_t field) const {
     return fields_[body][field];
   }
-  // The values of records, `width` numbers from `first` on, of frames that have `columns`.
+  // Returns `width` numbers per frame from the records, starting at column `first`. The records of
+  // a frame have `columns` numbers.
   std::vector<double> records(std::size_t first, std::size_t width, std::size_t columns) const;
-  // The values of one of `columns` series: one per frame, or one per step.
+  // Returns the values of one of `columns` series. series() gives one value per frame, steps() one
+  // per step.
   std::vector<double> series(std::size_t column, std::size_t columns) const;
   std::vector<double> steps(std::size_t column, std::size_t columns) const;
 

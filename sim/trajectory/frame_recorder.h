@@ -1,4 +1,4 @@
-// The numbers that a run records, computed from its state.
+// Records a run: computes the numbers of its frames and steps and writes them to a trajectory.
 #pragma once
 
 #include <string>
@@ -13,29 +13,29 @@
 
 namespace weft::sim {
 
-// Writes frames (positions, channels, energies, counters, times) and one row per step between them.
+// Writes frames (positions, channels, energies, counters, phase times), and one row per step.
 class FrameRecorder {
  public:
-  // The series `more` follow those that every run has. The cost of frames, without that of their
-  // energies, is added to `cost`, which must outlive the recorder. The constructor and add_step()
-  // are not counted.
+  // Creates the trajectory at `path`. The series `more` follow those of every run. The cost of
+  // frames and commits is added to `cost`, which must outlive the recorder. Energies of frames, the
+  // constructor and add_step() are not counted. Throws FileError.
   FrameRecorder(const Simulation& simulation, const std::string& path, bool force, Cost& cost,
                 const std::vector<TrajectoryWriter::Series>& more = {});
 
-  // Adds a row about the last step to /steps. It is written with the next frame.
+  // Adds a row about the last step to /steps. The row is written with the next frame.
   void add_step(const Simulation& simulation);
-  // Adds a frame of the state `y` at `time`, with a value for each series of `more`. Returns the
-  // largest stretch in it.
+  // Adds a frame with the state `y` at `time` (s) and a value per series of `more`. Returns the
+  // frame's largest stretch (l / L - 1). Throws FileError.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
                    std::span<const double> more = {});
-  // Commits the frames if a `pause` (s) would make them wait longer than a quarter of a second, the
-  // usual time between commits.
+  // Commits if frames would otherwise wait too long during the next `pause` seconds: longer than a
+  // quarter of a second, the usual time between commits.
   void commit_before_pause(double pause);
   void commit();
-  // Commits, and writes how the run ended.
+  // Commits, and writes how the run ended. No frame may follow.
   void finish(const RunEnd& end);
   int frames() const { return writer_.frames(); }
-  // Energies of the last frame (J) with the names of their series.
+  // Returns the energies of the last frame (J), each with the name of its series.
   const std::vector<std::pair<std::string, double>>& energies() const { return energies_; }
   // Throws FileError unless the path still names the recorder's file.
   void check_in_place() const { writer_.check_in_place(); }

@@ -5,14 +5,14 @@
 
 namespace weft::sim {
 
-// Level of gzip (docs/decisions/0034-storage-of-trajectories.md).
+// gzip level of compressed images (docs/decisions/0034-storage-of-trajectories.md).
 constexpr unsigned gzip_level = 1;
 
 Rounding::Rounding(double error) {
   assert(error > 0);
   int exponent = 0;
   std::frexp(error, &exponent);  // 2^(exponent - 1) <= error < 2^exponent
-  // A number is at most half a quantum away from its multiple.
+  // Rounding moves a number by at most half a quantum.
   quantum_ = std::ldexp(1.0, exponent);
   least_multiple_ = std::ldexp(quantum_, std::numeric_limits<double>::digits);
 }

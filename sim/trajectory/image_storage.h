@@ -13,17 +13,17 @@
 
 namespace weft::sim {
 
-// Rounds numbers to multiples of a power of two, so that their last bits are zeros, which compress
-// well.
+// Rounds numbers to multiples of a power of two. Their last bits become zeros, which compress well.
 class Rounding {
  public:
-  // Changes nothing.
+  // Makes a rounding that changes nothing.
   Rounding() = default;
-  // Takes the largest power of two that changes no number by more than `error` (> 0).
+  // Rounds to multiples of the largest power of two that changes no number by more than `error` (>
+  // 0).
   explicit Rounding(double error);
 
-  // Replaces numbers by the nearest multiples, which a Number holds exactly. Larger numbers, near
-  // which all are multiples anyway, stay as they are, and so do infinity and NaN.
+  // Replaces numbers by the nearest multiples, which a Number represents exactly. Numbers so large
+  // that every one is a multiple stay as they are, and so do infinity and NaN.
   template <class Number>
   void apply(std::span<Number> numbers) const {
     if (quantum_ == 0) return;
@@ -36,10 +36,11 @@ class Rounding {
 
  private:
   double quantum_ = 0;
-  double least_multiple_ = 0;  // all numbers from here on are multiples
+  double least_multiple_ = 0;  // all numbers of at least this size are multiples
 };
 
-// Appends the image of a body, by texel, from values by particle: `components` numbers each.
+// Appends the image of a body, texel by texel. `by_particle` has `components` numbers per particle.
+// O(texels).
 template <class Number>
 void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
                    std::vector<Number>& texels) {
@@ -54,7 +55,7 @@ void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle,
   }
 }
 
-// Appends the image of positions, rounded.
+// Appends the image of a body's positions, rounded. O(texels).
 template <class Number>
 void append_positions(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
                       const Rounding& rounding, std::vector<Number>& texels) {
@@ -63,11 +64,11 @@ void append_positions(const bsi::Atlas& atlas, std::span<const Vec3> by_particle
   rounding.apply(std::span(texels).subspan(before));
 }
 
-// Sets the filters of a compression for a dataset in chunks: shuffle and gzip, which every HDF5
-// has.
+// Sets the filters of a compression for a chunked dataset: shuffle and gzip, which every HDF5
+// library has.
 void set_filters(hid_t properties, Compression compression);
 
-// The type in the file of positions of a precision.
+// Returns the HDF5 type of positions in the file.
 hid_t file_type(Precision precision);
 
 }  // namespace weft::sim

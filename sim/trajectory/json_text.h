@@ -1,4 +1,4 @@
-// JSON for standard output.
+// Text of JSON objects for standard output.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,9 +6,9 @@
 
 namespace weft::sim {
 
-// Returns JSON text, indented by two. Bytes that are not UTF-8 (a name in an old encoding) become
-// the replacement character. The control characters U+007F to U+009F, which JSON allows but
-// terminals obey, become escapes of the same meaning.
+// Returns the object as text, indented by two. Bytes that are not UTF-8, such as names in an old
+// encoding, become the replacement character. JSON allows the control characters U+007F to U+009F,
+// but terminals obey them, so they are escaped.
 inline std::string json_text(const nlohmann::ordered_json& object) {
   const std::string raw = object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   constexpr const char* digits = "0123456789abcdef";

@@ -1,6 +1,6 @@
-// The images that a trajectory holds: those of the bodies that the case records, whole or in part.
-// Shells have points of their surface in them, with the velocities of these; forces of contact are
-// those on their control points.
+// The images of a trajectory: those of the bodies that the case records, whole or in part. Images of
+// shells hold points of their surfaces and the velocities of these; their forces of contact are those
+// on control points.
 #pragma once
 
 #include <span>
@@ -17,13 +17,14 @@ class RecordedImages {
   // Keeps references to the scene and the channels.
   RecordedImages(const Scene& scene, const RecordedChannels& channels);
 
-  // The bodies with their fields, as the trajectory knows them.
+  // Returns the recorded bodies with their fields, as the trajectory stores them.
   std::vector<TrajectoryBody> bodies() const;
-  // Positions of these bodies by their particles, from those of all particles of the scene. Spans
-  // last until the next call, and as long as `all`.
+  // Returns the positions of each recorded body, by its recorded particles. `all` holds the
+  // positions of all particles of the scene. The result is valid until the next call and as long as
+  // `all` is.
   const std::vector<std::span<const Vec3>>& positions(std::span<const Vec3> all);
-  // Values of the fields of these bodies in the frame that the channels were last computed for.
-  // Spans last until the next call of this function or of RecordedChannels::compute().
+  // Returns the field values of each recorded body, as the channels last computed them. The result
+  // is valid until the next call of this function or of RecordedChannels::compute().
   const std::vector<std::vector<std::span<const double>>>& fields();
 
  private:
@@ -37,7 +38,7 @@ class RecordedImages {
   std::vector<std::vector<char>> is_velocity_;
   std::vector<std::span<const Vec3>> positions_;
   std::vector<std::vector<std::span<const double>>> fields_;
-  // Values of parts: positions by body, fields by body and field.
+  // Values of bodies that are recorded in part: positions by body, fields by body and field.
   std::vector<std::vector<Vec3>> position_memory_;
   std::vector<std::vector<std::vector<double>>> field_memory_;
   // Points of shells: positions by body, velocities by body and field.

@@ -18,12 +18,13 @@ using hdf5::Access;
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Time to retry a read that fails. A piece of metadata that a running writer replaces during the
-// read has a wrong checksum, but is whole a moment later; one that stays wrong is broken. Pauses
-// double because HDF5 1.10 loses a kilobyte of memory with every failed attempt.
+// Time during which a failed read is repeated, and the first pause. A piece of metadata that a
+// running writer replaces during the read has a wrong checksum, but is whole a moment later. A
+// piece that stays wrong is damaged. Pauses double because HDF5 1.10 leaks a kilobyte of memory
+// with every failed read.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
-// True if the file has changed within the last ten seconds: someone may be writing it.
+// True if the file has changed within the last ten seconds: a run may be writing it.
 bool has_changed_lately(const std::string& path) {
   std::error_code error;
   const auto changed = std::filesystem::last_write_time(path, error);
@@ -46,9 +47,9 @@ auto read_whole(const std::string& path, const Read& read) {
   }
 }
 
-// Counts the complete frames. HDF5 treats addresses beyond the end that the file had on opening as
-// errors. The frames of a running run are therefore counted first, and the file is then opened
-// again to read them.
+// Counts the complete frames. HDF5 refuses addresses beyond the end that a file had when it was
+// opened. A running run adds frames, so they are counted here and read after the file is opened
+// again.
 hsize_t count_frames(const Access& access) {
   const Handle file = access.open_for_reading();
   if (H5Lexists(file.get(), "time", H5P_DEFAULT) <= 0) return 0;
@@ -140,7 +141,8 @@ void TrajectoryReader::Implementation::read_header() {
   }
 }
 
-// Lists the records in a group and in its subgroups; there are two levels of groups.
+// Lists the records of a channel in `group` and its subgroups, at most two levels below the
+// channel's group.
 void TrajectoryReader::Implementation::find_records(const std::string& group,
                                                     const std::string& channel) {
   const Handle parent = access.open_group(file.get(), group);
@@ -160,13 +162,13 @@ void TrajectoryReader::Implementation::find_records(const std::string& group,
   }
 }
 
-// Returns the datasets of a body that belong to channels; images of positions have `axes` axes.
+// Returns the fields among the datasets of a body. Datasets of vectors have `axes` axes.
 std::vector<TrajectoryField> TrajectoryReader::Implementation::read_fields(hid_t group,
                                                                            std::size_t axes) const {
   std::vector<TrajectoryField> fields;
   for (const std::string& name : access.members(group)) {
     const Handle dataset = access.open_dataset(group, name);
-    // Files of earlier versions have velocities without the name of a channel.
+    // Files of earlier versions have velocities without the attribute channel.
     const bool has_channel = H5Aexists(dataset.get(), "channel") > 0;
     if (!has_channel && name != "velocity") continue;
     const std::string channel =
@@ -275,7 +277,8 @@ void TrajectoryReader::Implementation::read_spline(hid_t group, TrajectoryBody& 
   body.spline_degree = degree[0];
 }
 
-// Reads the first `count` numbers of a list, which may have grown since.
+// Reads the first `count` entries of a list. The list may have grown longer since frames were
+// counted.
 std::vector<double> TrajectoryReader::Implementation::read_list(const std::string& name,
                                                                 hsize_t count,
                                                                 int components) const {
@@ -303,7 +306,8 @@ std::vector<double> TrajectoryReader::Implementation::read_list(const std::strin
   return values;
 }
 
-// Reads values of one frame by particle. A particle takes the value of one texel that holds it.
+// Reads the values of one frame by particle. A particle that several texels share gets the value of
+// the last one.
 std::vector<double> TrajectoryReader::Implementation::read_image(int body_index, int frame,
                                                                  const std::string& name,
                                                                  int components) const {

@@ -51,9 +51,9 @@ std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   return result;
 }
 
-// Keeps time stamps out of object headers that HDF5 makes with its default group properties, as it
-// does for the root group whatever the caller asks for. The same run then always writes the same
-// bytes.
+// Keeps time stamps out of groups that HDF5 makes with its default properties, while this object
+// lives. HDF5 makes the root group in this way, whatever the caller asks for. Without time stamps,
+// equal runs write equal bytes.
 class DefaultGroupsWithoutTimes {
  public:
   DefaultGroupsWithoutTimes() {
@@ -70,14 +70,15 @@ class DefaultGroupsWithoutTimes {
   hbool_t tracked_before_ = true;
 };
 
-// Properties of datasets without time stamps: the same run writes the same bytes.
+// Returns properties of datasets without time stamps, so that equal runs write equal bytes.
 Handle dataset_properties() {
   Handle properties(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_obj_track_times(properties.get(), false);
   return properties;
 }
 
-// Properties of a group with room in its header for the attributes written at the end.
+// Returns properties of the group /run. Its header has room for the attributes that are written at
+// the end.
 Handle end_properties() {
   Handle properties(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_obj_track_times(properties.get(), false);
@@ -189,7 +190,7 @@ void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
 
 void TrajectoryWriter::Implementation::create_file() {
   temporary = access.path() + "." + std::to_string(getpid()) + ".tmp";
-  unlink(temporary.c_str());  // left by a dead process of the same number, if any
+  unlink(temporary.c_str());  // left by a dead process with this id, if any
   const Handle creation(H5Pcreate(H5P_FILE_CREATE));
   const Handle file_access(H5Pcreate(H5P_FILE_ACCESS));
   access.check(set_commit_driver(file_access.get()), "set up HDF5");
@@ -249,8 +250,8 @@ void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::strin
   if (!units.empty()) access.write_attribute(dataset.get(), "units", units);
 }
 
-// Creates a dataset of frames, one chunk per frame. Frames are written straight from the batch,
-// past HDF5's chunk cache.
+// Creates a dataset with one chunk per frame. Frames are written directly from the batch, without
+// HDF5's chunk cache.
 Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::string& name,
                                                        hid_t type,
                                                        const std::vector<hsize_t>& frame,
@@ -280,7 +281,7 @@ void TrajectoryWriter::Implementation::create_record(const TrajectoryRecord& rec
   access.write_attribute(record_datasets.back().get(), "channel", record.channel);
 }
 
-// Writes the positions of a body at rest, with the rounding of those that move.
+// Writes the positions of a body at rest, rounded like those of moving bodies.
 void TrajectoryWriter::Implementation::write_positions(hid_t group, const bsi::Atlas& atlas,
                                                        std::span<const Vec3> positions) {
   const auto write = [&](auto texels, hid_t memory_type) {
@@ -354,9 +355,9 @@ void TrajectoryWriter::Implementation::publish() {
                  views->surfaces_at_rest());
 }
 
-// Renames the new file, which is locked, to its final name. Whoever replaces a file holds its lock,
-// so of two runs with `force` the second sees the first. Returns false if the old file changed
-// meanwhile.
+// Renames the new file, which is locked, to its final name. To replace an old file, it first takes
+// the old file's lock. Hence of two runs with `force` the second sees the first. Returns false if
+// another file has taken the old file's place meanwhile.
 bool TrajectoryWriter::Implementation::replace_old_file() {
   const std::string& path = access.path();
   const auto fail = [&](int error) {
@@ -384,7 +385,8 @@ void TrajectoryWriter::Implementation::flush(const std::string& action) const {
   if (!failure.empty()) access.reject("cannot " + action + ": " + failure);
 }
 
-// Closes every object in the file; only then does closing the file close it on disk.
+// Closes every object in the file. Closing the file first would close the objects too, but leave
+// their handles invalid.
 void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();
@@ -396,7 +398,7 @@ void TrajectoryWriter::Implementation::close_objects() {
   }
 }
 
-// Describes the write for error messages, with the frames of the batch.
+// Returns a description of the write for error messages, with the numbers of the batch's frames.
 std::string TrajectoryWriter::Implementation::action() const {
   const std::string first = std::to_string(committed_frames);
   if (batch.frames() == 1) return "write frame " + first;
@@ -498,8 +500,8 @@ void TrajectoryWriter::Implementation::commit() {
   failed = false;
 }
 
-// Writes the bill and the status, then the attribute `complete` by a second commit. A string is a
-// piece of metadata beside its attribute, and readers must not see one without the other.
+// Writes status and bill, and then the attribute `complete` by a second commit. HDF5 stores a
+// string apart from its attribute. Readers must not see one without the other.
 void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   access.write_attribute(run_group.get(), "status", end.status);
   access.write_attribute(run_group.get(), "reason", end.reason);
@@ -513,7 +515,7 @@ void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   flush("write the end");
 }
 
-// True if frames must not wait for another `pause` seconds.
+// True if the waiting frames must be committed before a pause of `pause` seconds.
 bool TrajectoryWriter::Implementation::is_due(double pause) const {
   if (batch.frames() == 0) return false;
   if (batch.bytes() >= largest_batch) return true;
@@ -545,7 +547,8 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   create_lists(self.series_group, self.series, self.series_datasets);
   create_lists(self.step_group, self.options.step_series, self.step_datasets);
   for (const TrajectoryRecord& record : self.options.records) self.create_record(record);
-  // /time is created last and has no attributes: its header is one piece, the commit mark.
+  // /time is created last. It has no attributes, so its header is one piece and can be the commit
+  // mark.
   self.time = create_list(self.access, self.file.get(), "time");
   self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
   self.access.check(set_commit_mark(self.file.get(), self.time.get()), "set up HDF5");

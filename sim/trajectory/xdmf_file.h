@@ -1,5 +1,5 @@
-// The XDMF sidecar, by which ParaView opens a trajectory: XML that names datasets of the HDF5 file.
-// Private to sim/.
+// The XDMF sidecar through which ParaView opens a trajectory: XML that names datasets of the HDF5
+// file. Private to sim/.
 #pragma once
 
 #include <string>
@@ -21,14 +21,14 @@ struct XdmfSurface {
   int triangles = 0;
   std::string triangle_dataset;  // [triangles, 3] int32
   std::string position_dataset;  // [points, 3]
-  int position_bytes = 4;        // per number: 8 for float64
+  int position_bytes = 4;        // bytes per number; 8 for float64
   std::vector<XdmfAttribute> attributes;
 };
 
-// The sidecar, valid XML at any time. It is created under a temporary name and then renamed. Each
-// append replaces the closing tags at the end by the frames and new closing tags, in one write.
-// The first frame lists the surfaces at rest, and all later frames include these by XInclude.
-// Cost per frame: O(surfaces that move).
+// The sidecar, which is valid XML at any time. It is created under a temporary name and then
+// renamed. An append replaces the closing tags by frames and new closing tags, in one write. The
+// first frame lists the surfaces at rest, and later frames include these by XInclude. Cost per
+// frame: O(surfaces that move).
 class XdmfFile {
  public:
   XdmfFile() = default;
@@ -43,7 +43,7 @@ class XdmfFile {
   // Returns the text of the next frame, at `time` (s), for append(). Every frame must have the same
   // number of surfaces that move.
   std::string describe(double time, const std::vector<XdmfSurface>& moving);
-  // Writes the texts of one frame or more. Throws FileError.
+  // Writes the texts of one or more frames. Throws FileError.
   void append(const std::string& frames);
 
  private:
@@ -53,8 +53,8 @@ class XdmfFile {
   std::string path_;
   std::string trajectory_;
   int descriptor_ = -1;
-  std::string at_rest_;    // text of the surfaces at rest in the next frame; empty: none
-  bool includes_ = false;  // at_rest_ includes them from the first frame
+  std::string at_rest_;    // text for the surfaces at rest in the next frame; empty: none
+  bool includes_ = false;  // at_rest_ is an include of the first frame's surfaces
   long end_ = 0;           // offset at which the closing tags start
 };
 

@@ -13,12 +13,13 @@
 namespace weft::sim {
 namespace {
 
-// A sign counts if its largest magnitude is this share of the other sign's.
+// Both signs count if the largest magnitude of the weaker one is at least this share of the
+// stronger one's.
 constexpr double share_of_sign = 0.01;
 
-// Sizes at scale 1, pixels.
+// Sizes at scale 1 (pixels).
 constexpr int characters_per_line = 16, margin = 10, line_height = gpu::character_height + 2;
-// The gap keeps a mark apart from a minus sign.
+// mark_gap keeps a mark apart from a minus sign.
 constexpr int bar_width = 18, mark_length = 3, mark_gap = 6;
 constexpr int pixels_per_mark = 48;
 
@@ -26,7 +27,7 @@ constexpr gpu::PixelColour paper{250, 250, 250}, ink{34, 34, 34};
 
 int text_scale(int height) { return std::max(1, height / 600); }
 
-// Splits a name into lines, after underscores where that is possible.
+// Splits a name into lines, after underscores or spaces if possible.
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::string rest = text;
@@ -40,7 +41,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// Returns the number as text, with enough digits to differ from a number `step` away.
+// Returns the number as text, with enough digits to tell it from a number `step` away.
 std::string label_of(double value, double step) {
   const double digits = value == 0 ? 1 : std::ceil(std::log10(std::abs(value) / step)) + 1;
   std::ostringstream text;
@@ -63,7 +64,7 @@ gpu::PixelColour pixel_of(const gpu::Colour& colour) {
   return {srgb.of_linear(colour[0]), srgb.of_linear(colour[1]), srgb.of_linear(colour[2])};
 }
 
-// The bar, its marks and their numbers, between the rows `top` and `bottom`.
+// Draws the bar with its marks and their numbers between the rows `top` and `bottom`.
 class Bar {
  public:
   Bar(gpu::Picture& picture, const Legend& legend, int left, int top, int bottom, int scale)

@@ -1,4 +1,5 @@
-// The colours of a field: which number has which colour, and the legend that says so.
+// The colours of a field: the scale that gives a number its colour, and the legend that explains
+// the scale.
 #pragma once
 
 #include <string>
@@ -8,24 +9,25 @@
 
 namespace weft::sim {
 
-// Numbers and their colours. Where numbers of both signs count, zero has the middle of the
-// diverging map, and equal magnitudes have equally strong colours.
+// A scale from numbers to colours. A diverging scale serves numbers of both signs: zero has the
+// middle of the colour map, and equal magnitudes have equally strong colours.
 struct ColourScale {
-  double low = 0, high = 1;  // at the ends of the legend; low < high
-  bool diverging = false;    // then low < 0 < high
+  double low = 0, high = 1;  // ends of the scale; low < high
+  bool diverging = false;    // if true, low < 0 < high
 
   const gpu::ColourMap& map() const;
-  // Returns the place in the map, 0..1; numbers beyond the ends have the places of the ends, NaN
-  // stays NaN.
+  // Returns the place of a number in the colour map, 0 .. 1. Numbers beyond an end get the place of
+  // that end. NaN stays NaN.
   float place_of(double value) const;
 };
 
-// The scale of numbers from `low` to `high`, low <= high, both finite. It diverges if both signs
-// reach a hundredth of the largest magnitude. Equal numbers get a scale from zero to their value,
-// or, of zeros, from 0 to 1.
+// Returns a scale from `low` to `high`. Both must be finite, and low <= high. The scale diverges if
+// both signs reach a hundredth of the largest magnitude. If low = high, it runs between zero and
+// that number, or from 0 to 1 if both are zero.
 ColourScale scale_between(double low, double high);
 
-// Round numbers within the scale for the marks of a legend, in increasing order, about `count`.
+// Returns about `count` round numbers within the scale, in increasing order, for the marks of a
+// legend.
 std::vector<double> round_marks(const ColourScale& scale, int count);
 
 struct Legend {
@@ -33,17 +35,18 @@ struct Legend {
   std::string units;  // may be empty
   bool magnitude = false;
   ColourScale scale;
-  // Extremes of the values drawn, which may lie beyond the ends of the scale.
+  // Extremes of the drawn values. They may lie beyond the ends of the scale.
   double least = 0, most = 0;
 };
 
-// The smallest picture that a legend fits in, pixels.
+// Size of the smallest picture with room for a legend (pixels).
 inline constexpr int least_legend_width = 240, least_legend_height = 180;
 
-// Pixels that a legend takes at the right of a picture of this height.
+// Returns the width of a legend beside a picture of this height (pixels).
 int legend_width(int height);
 
-// Returns the picture with the legend in a strip of legend_width() at its right.
+// Returns the picture with the legend in a strip of width legend_width() at its right.
+// Precondition: the picture is at least least_legend_height high.
 gpu::Picture with_legend(const gpu::Picture& picture, const Legend& legend);
 
 }  // namespace weft::sim

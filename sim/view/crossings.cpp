@@ -61,8 +61,8 @@ std::vector<Item> all_items(std::span<const CrossingSurface> surfaces) {
   return items;
 }
 
-// A tree of boxes. A node holds the items first..first + count; nodes are halved at the median of
-// the longest axis until few items are left.
+// A bounding volume hierarchy of boxes. A node holds the items [first, first + count). Nodes are
+// halved at the median of their longest axis, down to leaf_size items.
 class BoxTree {
  public:
   struct Node {
@@ -76,7 +76,7 @@ class BoxTree {
     if (!items_.empty()) build(0, static_cast<int>(items_.size()));
   }
 
-  // Calls visit(a, b) once for every pair of items whose boxes overlap.
+  // Calls visit(a, b) once for each pair of items whose boxes overlap.
   template <class Visit>
   void visit_overlaps(const Visit& visit) const {
     if (!nodes_.empty()) visit_within(nodes_[0], visit);
@@ -145,7 +145,8 @@ Triangle3 points_of(const CrossingSurface& surface, const std::array<int, 3>& co
           to_point(surface.positions[corners[2]])};
 }
 
-// Checks two triangles of one surface, whose shared corners are no crossing.
+// True if two triangles of one surface cross. Points that they share because they share particles
+// do not count (crossings.h).
 bool cross_within(const CrossingSurface& surface, std::array<int, 3> a, std::array<int, 3> b) {
   int shared = 0, shared_in_a = 0, shared_in_b = 0;
   for (int i = 0; i < 3; ++i) {

@@ -1,5 +1,5 @@
-// Exact detection of surfaces that pass through each other. It serves as referee and shares no code
-// with contact.
+// Exact detection of surfaces that pass through each other. Tests and `weft info` use it to judge
+// results, so it shares no code with contact.
 #pragma once
 
 #include <array>
@@ -16,25 +16,26 @@ struct CrossingSurface {
   bool check_self = true;
 };
 
-// A pair of triangles, with surface_a <= surface_b, and triangle_a < triangle_b within one surface.
+// A pair of triangles that cross. surface_a <= surface_b; within one surface triangle_a <
+// triangle_b.
 struct Crossing {
   int surface_a = 0, triangle_a = 0;
   int surface_b = 0, triangle_b = 0;
 };
 
-// Returns the pairs of triangles that have a point in common, of two surfaces or of one with
-// check_self. Touching and coplanar overlap count as much as piercing; a triangle without area
-// counts as the segment or point it is. Triangles of one surface always have their shared particles
-// in common. Therefore a pair that shares
-// - one particle counts only if the edge opposite to it in one triangle meets the other triangle;
-// - two or three particles never counts: more is in common only if they are folded exactly onto
-// each
-//   other.
+// Returns all pairs of triangles that have a point in common, of different surfaces or of one
+// surface with check_self. Touching and coplanar overlap count like piercing. A triangle without
+// area counts as a segment or a point.
 //
-// Nothing is rounded: every decision is the sign of an exact determinant, for positions in the
-// range of float32 (see bsi/detail/exact_predicates.h). The result is sorted and does not depend on
-// the order of a triangle's corners. Cost: O(n log n + pairs of boxes that overlap); 200,000
-// triangles take 0.4 s, exactly flat ones 1.1 s.
+// Triangles of one surface that share particles always have points in common. A pair that shares
+// one particle counts only if the edge opposite to that particle, in one triangle, meets the other
+// triangle. A pair that shares two or three particles never counts: it has more in common only if
+// it is folded exactly flat.
+//
+// Every decision is the sign of an exact determinant, without rounding, for positions in the range
+// of float32 (bsi/detail/exact_predicates.h). The result is sorted and does not depend on the order
+// of a triangle's corners. Cost: O(n log n + pairs of overlapping boxes); 200,000 triangles take
+// 0.4 s, exactly flat ones 1.1 s.
 std::vector<Crossing> find_crossings(std::span<const CrossingSurface> surfaces);
 
 }  // namespace weft::sim

@@ -8,7 +8,8 @@
 namespace weft::sim {
 namespace {
 
-// Takes a value into account. `describe` gives its time and place, if they are needed.
+// Updates the extremes by a value. `describe` makes the FieldExtreme; it is called only for a new
+// extreme.
 void add_value(double value, auto& summary, const auto& describe) {
   const bool is_first = !summary.has_extremes;
   if (is_first || value < summary.minimum.value) summary.minimum = describe();
@@ -16,7 +17,7 @@ void add_value(double value, auto& summary, const auto& describe) {
   summary.has_extremes = true;
 }
 
-// The place of a particle in the whole image of the body, even if only a part of it is recorded.
+// Returns the place of a particle in the body's whole image, even if only a part of it is recorded.
 bsi::TexelAddress place_of(const TrajectoryBody& body, int particle) {
   bsi::TexelAddress place = body.atlas.particle_address(particle);
   if (body.is_part()) {
@@ -26,7 +27,7 @@ bsi::TexelAddress place_of(const TrajectoryBody& body, int particle) {
   return place;
 }
 
-// Takes the values of a body in a frame into account.
+// Updates the summary by the values of a body in a frame.
 void add_values(const TrajectoryReader& reader, int body, int frame,
                 const std::vector<double>& values, FieldSummary& summary) {
   const TrajectoryBody& at = reader.bodies()[body];

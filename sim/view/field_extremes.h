@@ -1,4 +1,4 @@
-// The least and the largest recorded values of a trajectory, with their places and times.
+// The least and the largest recorded values of a trajectory, with places and times.
 #pragma once
 
 #include <string>
@@ -9,26 +9,27 @@
 
 namespace weft::sim {
 
-// The value of a field at a texel, or of a record.
+// An extreme value of a field, at a texel, or of a record.
 struct FieldExtreme {
   double value = 0;
   int frame = -1;
   double time = 0;   // s
-  std::string body;  // of a field
+  std::string body;  // of the field; empty for a record
   bsi::TexelAddress texel;
 };
 
-// A field of all bodies that have it. Vectors count by their magnitude; values that are not finite
-// are left out, and counted.
+// The extremes of a field over all bodies that have it. Vectors count by their magnitude. Values
+// that are not finite are only counted.
 struct FieldSummary {
   std::string name, units;
   bool magnitude = false;
   bool has_extremes = false;      // false if no value is finite
-  FieldExtreme minimum, maximum;  // the first of equal ones
+  FieldExtreme minimum, maximum;  // the first of equal values
   long not_finite = 0;
 };
 
-// A record, such as the force at a pin, in the same way; its extremes have no place.
+// The extremes of a record, such as the force at a pin. Vectors count by their magnitude. Values
+// that are not finite are ignored, and extremes have no place.
 struct RecordSummary {
   std::string path, units;
   bool magnitude = false;
@@ -36,9 +37,10 @@ struct RecordSummary {
   FieldExtreme minimum, maximum;
 };
 
-// Reads one frame of one body at a time. Throws FileError. O(values).
+// Returns a summary per field. Reads one frame of one body at a time. Throws FileError. O(values).
 std::vector<FieldSummary> field_extremes(const TrajectoryReader& reader);
-// Leaves out records that are places, which have no order. Throws FileError. O(values).
+// Returns a summary per record, except records of places, whose values have no order. Throws
+// FileError. O(values).
 std::vector<RecordSummary> record_extremes(const TrajectoryReader& reader);
 
 }  // namespace weft::sim

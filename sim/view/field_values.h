@@ -1,5 +1,5 @@
-// The recorded fields of a trajectory: their names, and the numbers that represent their values in
-// scales and extremes.
+// The recorded fields of a trajectory: their names, and the scalars by which scales and extremes
+// measure their values.
 #pragma once
 
 #include <span>
@@ -10,13 +10,14 @@
 
 namespace weft::sim {
 
-// Names of the fields of all bodies, each once, in the order of the file.
+// Returns the names of the fields of all bodies, each name once, in the order of the file.
 std::vector<std::string> field_names(const TrajectoryReader& reader);
 
-// Returns ` UNITS` to follow a number, printable; nothing for pure numbers.
+// Returns " UNITS", printable, to follow a number. Returns nothing for dimensionless values.
 std::string after_number(const std::string& units);
 
-// Returns the numbers themselves, or, with 3 components, the magnitude of each vector.
+// With 1 component, returns the values themselves. With 3 components, returns the magnitude of each
+// vector.
 std::vector<double> magnitudes(std::vector<double> values, int components);
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// Tables of coloured cells as an SVG file.
+// Tables of coloured cells as SVG files.
 #pragma once
 
 #include <filesystem>
@@ -10,8 +10,8 @@ namespace weft::sim {
 struct HeatPanel {
   std::string title;
   std::string x_title, y_title;
-  std::vector<std::string> x_labels, y_labels;  // y_labels: empty for none
-  std::vector<int> cells;  // classes, row by row from the bottom; a row has one per x_label
+  std::vector<std::string> x_labels, y_labels;  // empty y_labels: none are drawn
+  std::vector<int> cells;  // classes, row by row from the bottom; one per x_label and row
 };
 
 struct HeatRow {
@@ -31,7 +31,7 @@ struct HeatMap {
 
 std::string svg_of(const HeatMap& map);
 
-// Writes the map as an SVG file. Throws FileError, naming the path.
+// Writes the map as an SVG file. Throws FileError that names the path.
 void write_svg(const HeatMap& map, const std::filesystem::path& path);
 
 }  // namespace weft::sim

@@ -13,21 +13,20 @@
 #include <fstream>
 #include <vector>
 
-extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to us
+extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX declares no environ
 
 namespace weft::sim {
 namespace {
 
 constexpr const char* signature = "made by weft render";
 
-// A folder with links to the pictures, numbered without gaps as ffmpeg needs them; it lives as long
-// as this object. Only links are ever removed from the folder, so a file that someone put there
-// stays.
+// A folder with links to the pictures. The links are numbered without gaps, as ffmpeg requires. The
+// destructor removes them. Only links are ever removed from the folder, so files of the user stay.
 class NumberedLinks {
  public:
   NumberedLinks(const std::string& directory, const std::vector<std::string>& pictures)
       : folder_(std::filesystem::path(directory) / name) {
-    remove_links();  // left by a rendering that was killed
+    remove_links();  // left by a killed rendering
     std::filesystem::create_directory(folder_);
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       std::filesystem::create_symlink(std::filesystem::path("..") / pictures[i],
@@ -41,7 +40,7 @@ class NumberedLinks {
   static constexpr const char* name = ".movie_frames";
 
  private:
-  // Removes the links, and the folder if it is then empty.
+  // Removes the links, and also the folder if it is then empty.
   void remove_links() const {
     std::error_code ignored;
     if (!std::filesystem::is_directory(std::filesystem::symlink_status(folder_, ignored))) return;
@@ -83,8 +82,8 @@ std::vector<std::string> ffmpeg_arguments(double frames_per_second) {
           "movie.mp4"};
 }
 
-// Starts ffmpeg in `directory`, where the names of its files need no quoting. Its messages go to
-// `message_pipe`. Returns an error of posix_spawnp, or 0.
+// Starts ffmpeg in `directory`, so the names of its files need no quoting. Its messages go to
+// `message_pipe`. Returns 0 or an error of posix_spawnp().
 int start_ffmpeg(const std::string& directory, const std::vector<std::string>& arguments,
                  int message_pipe, pid_t& process) {
   std::vector<char*> pointers;
@@ -105,7 +104,7 @@ int start_ffmpeg(const std::string& directory, const std::vector<std::string>& a
   return error;
 }
 
-// Reads until the other end closes.
+// Reads until the other end of the pipe closes. Returns the text without trailing line ends.
 std::string read_all(int file) {
   std::string text;
   std::array<char, 4096> part{};

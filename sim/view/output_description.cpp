@@ -13,15 +13,15 @@ namespace weft::sim {
 
 namespace {
 
-// Images that take a page of the file or more start on a page of their own; the view of a frame
-// takes about a kilobyte.
+// Page size of a trajectory file, and size of a frame's view (bytes). Images of a page or more
+// start on a page of their own.
 constexpr double page = 4096, view_bytes = 1024;
 
 double on_disk(double image) {
   return (image < page ? image : std::ceil(image / page) * page) + view_bytes;
 }
 
-// Bytes of the images of a body in one frame.
+// Returns the size on disk of a body's images in one frame (bytes).
 double bytes_per_frame(const OutputCase& output, const SceneBody& body, int texels) {
   const double number = output.precision == Precision::float64 ? 8 : 4;
   double bytes = on_disk(3 * number * texels);

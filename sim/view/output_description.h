@@ -1,4 +1,4 @@
-// The part of `weft check` about the trajectory.
+// The part of the text of `weft check` that is about the trajectory.
 #pragma once
 
 #include <iosfwd>
@@ -7,12 +7,12 @@
 
 namespace weft::sim {
 
-// Bytes that the images of a run take on the disk with their views, before compression. Series,
-// records and steps come on top, some hundred bytes for each frame and step.
+// Returns the size on disk of a run's images and their views, before compression (bytes). Series,
+// records and steps take some hundred bytes more per frame and step.
 double image_bytes(const Scene& scene);
 
-// Prints how many frames are recorded, of which bodies and fields, how they are stored, how much
-// disk space that takes, and what is skipped.
+// Prints the number of recorded frames, the recorded bodies and fields, the storage and its disk
+// space, and what is skipped.
 void describe_output(const Scene& scene, std::ostream& out);
 
 }  // namespace weft::sim

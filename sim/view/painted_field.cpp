@@ -12,7 +12,7 @@
 namespace weft::sim {
 namespace {
 
-// Returns the message that no body has the field, with the names of the fields that exist.
+// Returns the message that no body has the field. It lists the fields that exist.
 std::string unknown_field(const std::string& name, const std::vector<std::string>& names) {
   if (names.empty()) {
     return "there is no field " + in_quotes(name) +

@@ -1,4 +1,4 @@
-// A recorded field as colours of the bodies in pictures. For render_trajectory.cpp.
+// A recorded field shown by the colours of bodies in pictures. For render_trajectory.cpp.
 #pragma once
 
 #include <array>
@@ -12,16 +12,16 @@
 
 namespace weft::sim {
 
-// A field of one name, of all bodies that have it; vectors count by their magnitude.
+// The field of one name, on all bodies that have it. Vectors count by their magnitude.
 class PaintedField {
  public:
-  // Reads the field in all `frames` for the range of its values, unless one is given. Throws
-  // RenderUsageError if no body has a field of this name, std::runtime_error if all values to be
-  // drawn are NaN. O(values in these frames).
+  // Reads the field in all `frames` to find its extremes. `range` gives the ends of the colours;
+  // without it they are the extremes. Throws RenderUsageError if no body has a field of this name.
+  // Throws std::runtime_error if no value in these frames is finite. O(values in these frames).
   PaintedField(const TrajectoryReader& reader, const std::string& name,
                const std::vector<int>& frames, std::optional<std::array<double, 2>> range);
 
-  // Gives the body the places of a frame in the colour map; none if it lacks the field.
+  // Sets the body's places in the colour map for a frame. A body without the field gets none.
   void paint(int frame, RenderedBody& body) const;
   const Legend& legend() const { return legend_; }
   // Names of the bodies that lack the field.

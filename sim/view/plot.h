@@ -1,4 +1,4 @@
-// A line chart as an SVG file.
+// Line charts as SVG files.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ struct PlotSeries {
 };
 
 struct PlotAxis {
-  std::string title;  // including its unit
+  std::string title;  // with its unit
   bool logarithmic = true;
 };
 
@@ -26,16 +26,16 @@ struct Plot {
   std::vector<PlotSeries> series;
 };
 
-// The chart as text. At least one series must have a point.
+// Returns the chart as SVG text. At least one series must have a point.
 std::string svg_of(const Plot& plot);
 
-// Writes the chart as an SVG file. Throws FileError, naming the path.
+// Writes the chart as an SVG file. Throws FileError that names the path.
 void write_svg(const Plot& plot, const std::filesystem::path& path);
 
-// Returns the text escaped for an SVG file.
+// Returns the text escaped for SVG.
 std::string escaped(const std::string& text);
 
-// Writes text to a file and creates its folder if needed. Throws FileError, naming the path.
+// Writes text to a file, after creating its folder if needed. Throws FileError that names the path.
 void write_text(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace weft::sim

@@ -20,9 +20,9 @@
 namespace weft::sim {
 namespace {
 
-// The farthest points in many directions. They suffice to place a camera, and their number does not
-// grow with the frames. The rest sticks out by at most 2 % of the size, less than the camera's
-// margin.
+// The farthest points in 128 directions. They suffice to place a camera, and their number does not
+// grow with the number of frames. Other points stick out by at most 2 % of the size, less than the
+// camera's margin.
 class Extent {
  public:
   Extent() : directions_(count, 3), points_(count, Vec3::Zero()) {
@@ -35,7 +35,7 @@ class Extent {
     }
   }
 
-  // Adds a ball; with a radius of 0 m, a point.
+  // Adds a ball, or a point if the radius is 0 (m).
   void add(const Vec3& centre, double radius = 0) {
     const Eigen::Matrix<double, count, 1> distances = directions_ * centre;
     for (int i = 0; i < count; ++i) {
@@ -63,8 +63,9 @@ class Extent {
   Vec3 highest_ = Vec3::Constant(-infinity);
 };
 
-// The camera sees an obstacle whole if it is up to `whole_obstacle` times as large as the simulated
-// bodies. Of a larger one it sees the part within `seen_beyond` of their size around them.
+// The camera shows all of an obstacle that is at most `whole_obstacle` times as large as the
+// simulated bodies. Of a larger obstacle it shows the part within `seen_beyond` of their size
+// around them.
 constexpr double whole_obstacle = 2, seen_beyond = 1.0 / 6;
 
 double size_of(const std::vector<Vec3>& points) {
@@ -76,8 +77,8 @@ double size_of(const std::vector<Vec3>& points) {
   return (highest - lowest).norm();
 }
 
-// Adds the body as it is drawn in the frame whose positions were read last: its surface or, if
-// asked for, the spheres of a level.
+// Adds the body as drawn in the frame whose positions were read last: its surface or, if a level is
+// given, the spheres of that level.
 void add_drawn(const TrajectoryReader& reader, int frame, std::optional<int> spheres_of_level,
                RenderedBody& body, Extent& extent) {
   if (!spheres_of_level) {
@@ -88,9 +89,9 @@ void add_drawn(const TrajectoryReader& reader, int frame, std::optional<int> sph
     extent.add(Vec3(sphere.x, sphere.y, sphere.z), sphere.radius);
 }
 
-// Returns the extent that the camera must see over all frames: all simulated bodies as they are
-// drawn, obstacles whole, and of obstacles that are too large the part nearby. A file with only
-// obstacles shows these.
+// Returns the extent that the camera must show over all frames. It contains the simulated bodies as
+// drawn, and the obstacles. Of an obstacle that is too large it contains the part near the bodies.
+// Without simulated bodies it contains every obstacle whole.
 Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
                      std::optional<int> spheres_of_level, std::vector<RenderedBody>& bodies) {
   Extent simulated;
@@ -131,7 +132,7 @@ std::string picture_path(const std::string& directory, int frame) {
   return (std::filesystem::path(directory) / picture_name(frame)).string();
 }
 
-// Returns every `every`th frame, and the last one.
+// Returns frames 0, every, 2 every, ... and the last one.
 std::vector<int> frames_to_draw(int count, int every) {
   std::vector<int> frames;
   for (int frame = 0; frame < count - 1; frame += every) frames.push_back(frame);
@@ -139,7 +140,7 @@ std::vector<int> frames_to_draw(int count, int every) {
   return frames;
 }
 
-// Returns the number in "frame_00012.png"; nothing for other names.
+// Returns the number in "frame_00012.png", or nothing for other names.
 std::optional<int> frame_of_name(const std::string& name) {
   int frame = 0, length = 0;
   if (std::sscanf(name.c_str(), "frame_%9d.png%n", &frame, &length) != 1) return {};
@@ -147,8 +148,7 @@ std::optional<int> frame_of_name(const std::string& name) {
   return frame;
 }
 
-// Removes the pictures of earlier renderings that this one has not replaced. Pictures that no
-// rendering made stay.
+// Removes pictures of earlier renderings that this one has not replaced. Other pictures stay.
 void remove_older_pictures(const std::string& directory, const std::vector<int>& frames) {
   std::vector<std::filesystem::path> older;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
@@ -164,7 +164,8 @@ bool is_in_the_way(const std::string& path, bool is_own) {
   return !is_own && std::filesystem::exists(std::filesystem::symlink_status(path));
 }
 
-// Throws if a file that no rendering made is in the way. Runs before anything is drawn.
+// Throws std::runtime_error if a file that no rendering made would be overwritten. Called before
+// anything is drawn.
 void refuse_foreign_files(const std::string& directory, const std::string& movie,
                           const std::vector<int>& frames) {
   const auto refuse = [](const std::string& path) {
@@ -187,7 +188,7 @@ double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames
   return std::clamp(static_cast<double>(frames.size() - 1) / duration, 1.0, 120.0);
 }
 
-// Returns the field that the bodies are painted by, if any.
+// Returns the field that colours the bodies, if the options name one.
 std::optional<PaintedField> painted_field(const TrajectoryReader& reader,
                                           const std::vector<int>& frames,
                                           const RenderOptions& options) {
@@ -221,7 +222,8 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   const int scene_width = options.width - (field ? legend_width(options.height) : 0);
   if (options.progress) options.progress(0, static_cast<int>(frames.size()));
   std::vector<RenderedBody> bodies = rendered_bodies(trajectory, reader);
-  // The renderer is made before the scan for the camera, so an impossible request fails at once.
+  // The renderer is made before the scan for the camera, so that an impossible request fails at
+  // once.
   gpu::Renderer renderer(scene_width, options.height);
   std::filesystem::create_directories(directory);
   const Extent extent = extent_to_see(reader, frames, options.spheres_of_level, bodies);
@@ -265,7 +267,8 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }
   remove_older_pictures(directory, frames);
-  // An older movie would not match these pictures. If no new one is made, a foreign movie may stay.
+  // An older movie would not match these pictures. Without a new movie, a movie that no rendering
+  // made may stay.
   if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);

@@ -10,9 +10,9 @@
 namespace weft::sim {
 namespace {
 
-// Returns the largest allowed deviation (m) by body. It keeps bodies that contact separates from
-// showing through each other: contact keeps two bodies apart by at least the mean of their
-// thicknesses, and if one of them is thick, their deviations add up to no more than that.
+// Returns the largest allowed deviation (m) of each body. It keeps bodies from showing through each
+// other. Contact keeps two bodies apart by at least the mean of their thicknesses. Unless both
+// thicknesses are zero, the deviations of two bodies add up to no more than that mean.
 std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = infinity;
@@ -29,7 +29,8 @@ std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   return most;
 }
 
-// Rebuilds the pyramid from the positions; false if nothing has moved since it was built.
+// Rebuilds the pyramid from the positions. Returns false if the body has not moved since the last
+// rebuild.
 bool rebuild_pyramid(const TrajectoryReader& reader, int frame, RenderedBody& body) {
   if (!body.moves && body.pyramid) return false;
   const TrajectoryBody& recorded = reader.bodies()[body.index];
@@ -146,7 +147,8 @@ void add_surfaces(RenderedBody& body,
     surface.places = body.detail_places;
     return;
   }
-  // Grid cells are square in the first frame in which the body is drawn.
+  // Grid lines are placed by the first frame in which the body is drawn: their cells are square
+  // there.
   if (!body.is_obstacle && body.lines.empty()) {
     body.lines = gpu::grid_lines(body.surface.atlas(), body.positions);
   }

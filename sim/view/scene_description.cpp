@@ -29,11 +29,11 @@ std::string size_of(const bsi::Atlas& atlas) {
   return text;
 }
 
-// Up to this number, each body has a line of its own; more bodies share one line.
+// Each body has a line of its own up to this number of bodies. More bodies share one line.
 constexpr std::size_t most_lines = 8;
 
-// Prints one line per body, " BEFORE NAME: REASON", or one line for all of them if they are many.
-// `one` is the reason in the singular, `many` in the plural.
+// Prints a line "  BEFORE NAME: ONE" per body or, for many bodies, one line for all of them. `one`
+// is the reason for a single body, `many` the reason for several.
 void describe_each(const std::vector<const SceneBody*>& bodies, const std::string& before,
                    const std::string& one, const std::string& many, std::ostream& out) {
   if (bodies.size() > most_lines) {
@@ -55,7 +55,8 @@ std::vector<const SceneBody*> bodies_that(const Scene& scene, const Condition& c
   return bodies;
 }
 
-// Prints `every` if all dynamic bodies lack a property, otherwise the names of those that lack it.
+// Prints the reason `every` if all dynamic bodies lack `what`. Otherwise prints the bodies that
+// lack it, with the reason `its` for one body or `their` for many.
 template <class Condition>
 void describe_lack(const Scene& scene, const Condition& lacks, const std::string& what,
                    const std::string& every, const std::string& its, const std::string& their,
@@ -112,7 +113,7 @@ void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out)
   }
 }
 
-// Says how much energy bodies that start strained begin with.
+// Prints the initial energies of internal forces if a body starts strained.
 void describe_start(const Scene& scene, std::ostream& out) {
   const bool is_strained = std::ranges::any_of(
       scene.source.body, [](const BodyCase& body) { return body.start || !body.stretch.isOnes(); });
@@ -183,8 +184,7 @@ void describe_forces(const Scene& scene, std::ostream& out) {
       "material damping", "every damping is 0", "its damping is 0", "their damping is 0", out);
 }
 
-// Describes the work of the search at the start: the pyramids of bodies that have something near
-// them.
+// Prints the work of the search at the start: which pyramids are needed, and why others are not.
 void describe_search(const Scene& scene, const std::vector<CandidateList>& neighbours,
                      std::ostream& out) {
   std::vector<char> has_neighbour(scene.bodies.size(), 0);
@@ -233,8 +233,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   }
 }
 
-// Returns the times of a curve's corners as text: "0, 1.5 and 2 s", or the first and the last of
-// many.
+// Returns the times of a curve's corners as text, such as "0, 1.5 and 2 s". If there are many,
+// returns their number, the first and the last.
 std::string times_text(const std::vector<double>& times) {
   constexpr std::size_t most = 6;
   std::string text = number_text(times.front());
@@ -252,7 +252,7 @@ std::string value_text(const Vec3& value) {
          ']';
 }
 
-// The course of a value that varies, in a line.
+// Returns a one-line description of a value that varies with time.
 template <class Value>
 std::string course_text(const Varying<Value>& source) {
   if (const GustCase* gust = source.gust()) {

@@ -7,8 +7,7 @@
 
 namespace weft::sim {
 
-// Returns the text of `weft check`: what the scene needs, and which computations it skips for which
-// reason.
+// Returns the text of `weft check`: what the scene needs, which computations it skips, and why.
 std::string describe_scene(const Scene& scene);
 
 }  // namespace weft::sim

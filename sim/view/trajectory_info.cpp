@@ -119,7 +119,7 @@ std::string size_of(const BodySummary& body) {
   return text;
 }
 
-// `3 rows from 2 to 8`
+// Returns a text such as "3 rows from 2 to 8".
 std::string range_text(const std::vector<int>& indices, const char* axis) {
   return std::to_string(indices.size()) + " " + axis + " from " + std::to_string(indices.front()) +
          " to " + std::to_string(indices.back());
@@ -141,8 +141,8 @@ std::string to_text(const CrossingPlace& place) {
          std::to_string(place.texel.row) + " col " + std::to_string(place.texel.col);
 }
 
-// A value with its unit, its time and, of a field, its place: `0.25 m/s at 0.5 s, sheet patch 0 row
-// 1 col 2`.
+// Returns a value with its unit and time and, for a field, its place: "0.25 m/s at 0.5 s, sheet
+// patch 0 row 1 col 2".
 std::string to_text(const FieldExtreme& extreme, const std::string& units) {
   const std::string text = rounded_text(extreme.value) + after_number(units) + " at " +
                            rounded_text(extreme.time) + " s";
@@ -150,7 +150,7 @@ std::string to_text(const FieldExtreme& extreme, const std::string& units) {
   return text + ", " + to_text(CrossingPlace{extreme.body, extreme.texel});
 }
 
-// The extremes of a field or a record, which has the given heading.
+// Returns the lines about the extremes of a field or a record, starting with `heading`.
 std::string extremes_text(const std::string& heading, const auto& summary) {
   if (!summary.has_extremes) return heading + "no finite value\n";
   return heading + (summary.magnitude ? "magnitude " : "") +
@@ -226,10 +226,10 @@ std::string last_of(const SeriesSummary& series) {
   return text.str();
 }
 
-// Throws FileError for positions that the referee cannot judge.
+// Throws FileError for positions for which the crossings cannot be decided exactly.
 void require_judgeable(const std::string& path, const TrajectoryBody& body, int frame,
                        std::span<const Vec3> positions) {
-  // The exact determinants are valid for magnitudes within the range of float32.
+  // The exact determinants are valid for magnitudes in the range of float32.
   constexpr double least = std::numeric_limits<float>::denorm_min();
   constexpr double most = std::numeric_limits<float>::max();
   const auto is_exact = [](double x) {
@@ -250,7 +250,7 @@ void require_judgeable(const std::string& path, const TrajectoryBody& body, int 
 }  // namespace
 
 TrajectorySummary summarise_trajectory(const std::string& path) {
-  // The lock is tested first, since a run may end meanwhile.
+  // The lock is tested before the file is read, because a run may end in between.
   const bool is_written = is_locked(path);
   const TrajectoryReader reader(path);
   TrajectorySummary summary;

@@ -42,8 +42,19 @@ class ShellPoint : public testing::Test {
     const SurfaceDerivatives at_rest = derivatives(basis_, rest_);
     stretch_ = membrane_law(at_rest, 1000, 0.3, 0.2, 0.7);
     bend_ = bending_law(at_rest, 1000, 0.3, 0.2, 0.7);
+    fibre_ = fibre_law(FibreAxis::v, at_rest, 1000, 0.3, 0.2, 0.7);
   }
 
+  ShellFibre fibre(const Nodes& x) const { return ShellFibre(x * basis_.v.matrix()); }
+  double fibre_energy(const Nodes& x) const {
+    const double strain = fibre(x).strain(fibre_);
+    return 0.5 * fibre_.modulus * strain * strain;
+  }
+  Nodes fibre_gradient(const Nodes& x) const {
+    Nodes sum = Nodes::Zero();
+    fibre(x).add_gradient<nodes>(fibre_.modulus * fibre(x).strain(fibre_), basis_.v, sum);
+    return sum;
+  }
   double stretch_energy(const Nodes& x) const {
     const Vec3 strain = ShellStretch(derivatives(basis_, x)).strain(stretch_);
     return 0.5 * strain.dot(stretch_.modulus * strain);
@@ -86,11 +97,13 @@ class ShellPoint : public testing::Test {
   Basis basis_;
   Nodes rest_, x_, v_;
   ShellLaw stretch_, bend_;
+  FibreLaw fibre_;
 };
 
 TEST_F(ShellPoint, FeelsNoForceAtRest) {
   EXPECT_EQ(stretch_energy(rest_), 0);
   EXPECT_EQ(bend_energy(rest_), 0);
+  EXPECT_EQ(fibre_energy(rest_), 0);
 }
 
 TEST_F(ShellPoint, FeelsNoForceWhenMovedRigidly) {
@@ -98,12 +111,15 @@ TEST_F(ShellPoint, FeelsNoForceWhenMovedRigidly) {
   const Nodes moved = (turn.toRotationMatrix() * rest_).colwise() + Vec3(1, 2, 3);
   EXPECT_NEAR(stretch_energy(moved), 0, 1e-20);
   EXPECT_NEAR(bend_energy(moved), 0, 1e-20);
+  EXPECT_NEAR(fibre_energy(moved), 0, 1e-20);
 }
 
 TEST_F(ShellPoint, GradientsAreThoseOfTheEnergies) {
-  const Nodes stretch = stretch_gradient(x_), bend = bend_gradient(x_);
+  const Nodes stretch = stretch_gradient(x_), bend = bend_gradient(x_), fibre = fibre_gradient(x_);
   for (int c = 0; c < 3 * nodes; ++c) {
     EXPECT_NEAR(stretch.data()[c], difference([&](const Nodes& x) { return stretch_energy(x); }, c),
+                1e-6);
+    EXPECT_NEAR(fibre.data()[c], difference([&](const Nodes& x) { return fibre_energy(x); }, c),
                 1e-6);
     EXPECT_NEAR(bend.data()[c], difference([&](const Nodes& x) { return bend_energy(x); }, c),
                 1e-7);
@@ -111,8 +127,13 @@ TEST_F(ShellPoint, GradientsAreThoseOfTheEnergies) {
 }
 
 TEST_F(ShellPoint, HessiansAreThoseOfTheEnergies) {
-  Blocks stretch, bend;
+  Blocks stretch, bend, line;
   stretch.blocks.fill(Mat3::Zero());
+  line.blocks.fill(Mat3::Zero());
+  fibre(x_).add_stiffness<nodes>(fibre_.modulus, fibre_.modulus * fibre(x_).strain(fibre_),
+                                 basis_.v, line);
+  expect_hessian(
+      line, [&](const Nodes& x) { return fibre_gradient(x); }, 1e-5);
   bend.blocks.fill(Mat3::Zero());
   const ShellStretch stretching(derivatives(basis_, x_));
   stretching.add_stiffness(stretch_.modulus, Vec3(stretch_.modulus * stretching.strain(stretch_)),
@@ -136,6 +157,9 @@ TEST_F(ShellPoint, RatesAreTheSlopesOfStrainAndBendingAlongTheMotion) {
       slope([&](const Nodes& x) { return ShellStretch(derivatives(basis_, x)).strain(stretch_); });
   const Vec3 bending =
       slope([&](const Nodes& x) { return ShellBend(derivatives(basis_, x)).bending(bend_); });
+  const double along =
+      slope([&](const Nodes& x) { return Vec3(fibre(x).strain(fibre_), 0, 0); }).x();
+  EXPECT_NEAR(fibre(x_).strain_rate(v_ * basis_.v.matrix()), along, 1e-8);
   EXPECT_LT((ShellStretch(now).strain_rate(rate) - strain).norm(), 1e-8);
   EXPECT_LT((ShellBend(now).bending_rate(rate) - bending).norm(), 1e-8);
 }
@@ -158,6 +182,22 @@ TEST(Shell, BendsAlikeInEveryDirection) {
     EXPECT_NEAR(0.5 * bending.dot(law.modulus * bending) / area_factor(rest),
                 0.5 * rigidity * curvature * curvature, 1e-10 * rigidity)
         << degrees;
+  }
+}
+
+// The parts of the membrane's modulus add up to the modulus, and none is indefinite.
+TEST(Shell, MembraneIsTheSumOfItsParts) {
+  const SurfaceDerivatives rest{{2, 0.3, 0}, {0.5, 1, 0.2}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  for (const double nu : {-0.5, 0.0, 0.3, 0.5}) {
+    const Mat3 whole = 0.7 * area_factor(rest) * plane_stress_modulus(rest, 20, nu);
+    const Mat3 coupled = membrane_law(rest, 1000, nu, 0.02, 0.7).modulus;
+    const double u = fibre_law(FibreAxis::u, rest, 1000, nu, 0.02, 0.7).modulus;
+    const double v = fibre_law(FibreAxis::v, rest, 1000, nu, 0.02, 0.7).modulus;
+    const Mat3 sum = coupled + Mat3(Vec3(u, v, 0).asDiagonal());
+    EXPECT_LT((sum - whole).norm(), 1e-12 * whole.norm()) << nu;
+    EXPECT_GT(std::min(u, v), 0) << nu;
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(coupled);
+    EXPECT_NEAR(solver.eigenvalues()[0], 0, 1e-12 * whole.norm()) << nu;
   }
 }
 

@@ -108,13 +108,13 @@ std::vector<BadCase> bad_curves() {
        "[time]\nmethod = \"static\"\n[world]\ngravity = { times = [0, 1], values = [[0, 0, 0], "
        "[0, 0, -9]] }\n" +
            sheet,
-       R"(case.toml:4:11: "gravity" varies in time, which time.method = "static" has not with static.loading = "proportional"
+       R"(case.toml:4:11: "gravity" varies in time, which static.loading = "proportional" does not follow
   expected a constant, static.loading = "in_time", or a method that follows the motion in time)"},
       {"static_material_varies",
        "[time]\nmethod = \"static\"\n[material.cloth]\nmass_damping = { times = [0, 1], values = "
        "[0, 1] }\n" +
            sheet,
-       R"(case.toml:4:16: "mass_damping" varies in time, which time.method = "static" has not with static.loading = "proportional"
+       R"(case.toml:4:16: "mass_damping" varies in time, which static.loading = "proportional" does not follow
   expected a constant, static.loading = "in_time", or a method that follows the motion in time)"},
       {"high_order_undamped_at_times",
        "[time]\nmaximum_order = 4\nposition_tolerance = 1e-7\n[material.cloth]\nmass_damping = { "

@@ -231,7 +231,7 @@ shape = { type = "rectangle", size = [9, 9], resolution = [3, 3] }
       {"pin_of_nothing", sheet + R"([[body.pin]]
 motion.velocity = [1, 0, 0]
 )",
-       R"(case.toml:4:1: the pin holds nothing
+       R"(case.toml:4:1: the pin selects nothing
   expected corners, edges, rows, cols, or region_min and region_max)"},
       {"pin_corners_empty", sheet + R"([[body.pin]]
 corners = []

@@ -104,7 +104,9 @@ TEST_P(Splines, QuadratureIsOfItsOrder) {
     }
   };
   expect_order(splines.strain_points(), of_strain);
+  expect_order(splines.value_points(), 2 * splines.degree() - 1);
   expect_order(splines.gauss_points(2), 3);
+  expect_order(splines.gauss_points(3), 5);
   expect_order(splines.gauss_points(4), 7);
 }
 

@@ -1,0 +1,37 @@
+// Points of a quadrature rule, sorted by the elements in which they lie.
+#pragma once
+
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace weft::sim {
+
+template <class Point>
+class ElementPoints {
+ public:
+  // Points of one element keep the order in which they are added.
+  void add(int element, const Point& point) { unsorted_.emplace_back(element, point); }
+  // Must be called once, after the last point and before of().
+  void finish(int elements) {
+    first_.assign(elements + 1, 0);
+    for (const auto& [element, point] : unsorted_) ++first_[element + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<int> place(first_);
+    points_.resize(unsorted_.size());
+    for (const auto& [element, point] : unsorted_) points_[place[element]++] = point;
+    unsorted_ = {};
+  }
+
+  std::span<const Point> of(int element) const {
+    return std::span(points_).subspan(first_[element], first_[element + 1] - first_[element]);
+  }
+
+ private:
+  std::vector<std::pair<int, Point>> unsorted_;
+  std::vector<Point> points_;
+  std::vector<int> first_;  // by element
+};
+
+}  // namespace weft::sim
