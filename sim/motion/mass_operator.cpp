@@ -6,6 +6,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/motion/mass_matrix.h"
+#include "sim/scene/spline_surface.h"
 
 namespace weft::sim {
 

@@ -36,9 +36,9 @@ std::string body(const std::string& name, const std::string& material, const std
 const std::string roof =
     body("roof", "solid",
          "type = \"cylinder\", radius = 2, length = 3, angle_deg = 90, resolution = [7, 9]");
-const std::string sheet = body("sheet", "cloth",
-                               "type = \"rectangle\", size = [1, 1], resolution = [4, 5]",
-                               "[[body.pin]]\ncorners = [\"first_first\"]\n");
+const std::string sheet =
+    body("sheet", "cloth", "type = \"rectangle\", size = [1, 1], resolution = [4, 5]",
+         "[[body.pin]]\ncorners = [\"first_first\"]\n");
 
 std::unique_ptr<const Scene> scene_of(const std::string& text, const std::string& before = "") {
   return build_scene(parse_case(before + solid + text, "test.toml", {}));
@@ -97,8 +97,8 @@ TEST(MassOperator, GivesTheKineticEnergyOfTheSurface) {
       const SplineSurface::Point point =
           shell.spline->at(shell.atlas, {0, (i + 0.5) / cells, (j + 0.5) / cells});
       const double area = point.tangent_u(shell.rest).cross(point.tangent_v(shell.rest)).norm();
-      expected += 0.5 * 1000 * 0.01 * area / (cells * cells) *
-                  point.position(velocity).squaredNorm();
+      expected +=
+          0.5 * 1000 * 0.01 * area / (cells * cells) * point.position(velocity).squaredNorm();
     }
   }
   const Mass mass(*scene);
@@ -113,8 +113,7 @@ TEST(MassOperator, GivesTheEnergyOfATurningPlate) {
   for (const Vec3& x : scene->initial_position) velocity.push_back(Vec3(0, 0, 3).cross(x));
   const double inertia = 1000 * 0.01 * 2 * (2 * 2 + 1 * 1) / 12.0;
   const Mass mass(*scene);
-  EXPECT_NEAR(0.5 * mass.matrix.product(velocity, velocity, 1), 0.5 * inertia * 9,
-              1e-12 * inertia);
+  EXPECT_NEAR(0.5 * mass.matrix.product(velocity, velocity, 1), 0.5 * inertia * 9, 1e-12 * inertia);
 }
 
 TEST(MassOperator, SolvesOnTheFreeParticles) {
@@ -138,7 +137,8 @@ TEST(MassOperator, SolvesOnTheFreeParticles) {
 
 TEST(MassOperator, ProductsAreThoseOfTheDenseMatrix) {
   const auto scene = scene_of(roof + sheet);
-  for (const MassOperator::Form form : {MassOperator::Form::lumped, MassOperator::Form::consistent}) {
+  for (const MassOperator::Form form :
+       {MassOperator::Form::lumped, MassOperator::Form::consistent}) {
     const Mass mass(*scene, form);
     EXPECT_EQ(mass.matrix.is_diagonal(), form == MassOperator::Form::lumped);
     const Eigen::MatrixXd dense = mass.dense();

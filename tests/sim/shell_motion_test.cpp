@@ -15,8 +15,8 @@
 namespace weft::sim {
 namespace {
 
-// A shell of a width of 1/5 and a thickness of 1/50 along x from 0 to 1, which bends as a beam does:
-// with Poisson's ratio 0 its sections stay flat.
+// A shell of a width of 1/5 and a thickness of 1/50 along x from 0 to 1, which bends as a beam
+// does: with Poisson's ratio 0 its sections stay flat.
 std::string beam(int columns, const std::string& more = "", const std::string& material = "") {
   return R"(
 [time]
@@ -76,7 +76,8 @@ TEST(ShellMotion, FrequenciesConvergeWithTheFourthPowerOfTheSize) {
   const double exact = beam_frequency(1);
   std::vector<double> consistent, lumped;
   for (const int elements : {2, 4, 8}) {
-    consistent.push_back(lowest_frequency(elements + 3, MassOperator::Form::consistent) / exact - 1);
+    consistent.push_back(lowest_frequency(elements + 3, MassOperator::Form::consistent) / exact -
+                         1);
     lumped.push_back(lowest_frequency(elements + 3, MassOperator::Form::lumped) / exact - 1);
   }
   EXPECT_LT(std::abs(consistent[2]), 1e-5);
@@ -127,9 +128,9 @@ TEST(ShellMotion, FallsWithGravity) {
 }
 
 TEST(ShellMotion, MassDampingSlowsItExponentially) {
-  SimulatedCase sim(beam(7, "velocity = [0, 0, 2]\n", "mass_damping = 1.5\n"),
-                    {"world.gravity=[0,0,0]", "time.relative_tolerance=1e-7",
-                     "time.position_tolerance=1e-8"});
+  SimulatedCase sim(
+      beam(7, "velocity = [0, 0, 2]\n", "mass_damping = 1.5\n"),
+      {"world.gravity=[0,0,0]", "time.relative_tolerance=1e-7", "time.position_tolerance=1e-8"});
   const std::vector<double> y = sim.advance_to(0.8);
   for (const Vec3& v : StateView::of(y).velocity)
     EXPECT_LT((v - Vec3(0, 0, 2 * std::exp(-1.5 * 0.8))).norm(), 1e-5);
@@ -226,8 +227,8 @@ class NewtonSystem : public testing::TestWithParam<std::string> {};
 TEST_P(NewtonSystem, IsThatOfTheRates) {
   const std::string more = GetParam();
   for (const char* preconditioner : {"block_jacobi", "multigrid"}) {
-    SimulatedCase sim(beam(8, shaken, more), {"time.preconditioner=\"" +
-                                              std::string(preconditioner) + "\""});
+    SimulatedCase sim(beam(8, shaken, more),
+                      {"time.preconditioner=\"" + std::string(preconditioner) + "\""});
     Dynamics& dynamics = sim.dynamics();
     constexpr double time = 0.4, gamma = 3e-3;
     std::vector<double> y = dynamics.initial_state();
@@ -275,8 +276,7 @@ double ratio_of_errors(const std::string& name, double step) {
       state({"time.relative_tolerance=1e-9", "time.position_tolerance=1e-10"});
   double error[2];
   for (const int i : {0, 1})
-    error[i] = position_difference(
-        state(method(name, {key("step", step / (1 + i))})), exact);
+    error[i] = position_difference(state(method(name, {key("step", step / (1 + i))})), exact);
   EXPECT_LT(error[1], 1e-2) << name;
   return error[0] / error[1];
 }
@@ -289,9 +289,8 @@ TEST(ShellMotion, StepsConvergeWithTheirOrder) {
 
 TEST(ShellMotion, TolerancesAreKept) {
   const auto state = [](const std::string& name, double tolerance) {
-    return SimulatedCase(beam(6, clamp),
-                         method(name, {key("relative_tolerance", tolerance),
-                                       key("position_tolerance", 0.1 * tolerance)}))
+    return SimulatedCase(beam(6, clamp), method(name, {key("relative_tolerance", tolerance),
+                                                       key("position_tolerance", 0.1 * tolerance)}))
         .advance_to(0.5);
   };
   const std::vector<double> exact = state("cvode", 1e-9);
@@ -316,9 +315,9 @@ TEST(ShellMotion, KeepsItsEnergy) {
     return std::abs(now.total() - start) / now.kinetic;
   };
   EXPECT_LT(drift(method("verlet"), 1.3), 1e-2);
-  EXPECT_LT(drift(method("cvode", {"time.relative_tolerance=1e-7", "time.position_tolerance=1e-8"}),
-                  1.3),
-            1e-3);
+  EXPECT_LT(
+      drift(method("cvode", {"time.relative_tolerance=1e-7", "time.position_tolerance=1e-8"}), 1.3),
+      1e-3);
 }
 
 // A step of verlet beyond the limit of stability is refused, and the limit is that of M^-1 K.
