@@ -70,6 +70,7 @@ struct LinearSolverOptions {
   std::vector<int> threads{1};
   double tolerance = 1e-4;       // relative residual
   double bending_stiffness = 0;  // N m
+  double shell_thickness = 0;    // m, of a steel shell in place of cloth; 0: cloth
   int repeats = 7;
 };
 int run_linear_solver(const LinearSolverOptions& options);

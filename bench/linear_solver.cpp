@@ -17,9 +17,7 @@ namespace {
 
 using namespace sim;
 
-std::unique_ptr<const Scene> sheet(int n, int threads, const std::string& preconditioner,
-                                   double bending_stiffness) {
-  Case source = parse_case(R"(
+constexpr const char* sheet = R"(
 [contact]
 enabled = false
 [material.cloth]
@@ -30,27 +28,56 @@ name = "sheet"
 shape = { type = "rectangle", size = [1.0, 1.0], resolution = [2, 2] }
 [[body.pin]]
 corners = ["last_first", "last_last"]
-)",
-                           "sheet.toml", {"time.preconditioner=\"" + preconditioner + "\""});
+)";
+
+// A quarter of a cylinder, clamped at one end.
+constexpr const char* shell = R"(
+[contact]
+enabled = false
+[material.steel]
+model = "shell"
+youngs_modulus = 2.1e11
+poisson_ratio = 0.3
+shell_thickness = 1e-3
+volume_density = 7850
+[[body]]
+name = "shell"
+shape = { type = "cylinder", radius = 0.5, length = 1.0, angle_deg = 90, resolution = [4, 4] }
+[[body.pin]]
+edges = ["first_row"]
+clamp = true
+)";
+
+std::unique_ptr<const Scene> scene_of(int n, int threads, const std::string& preconditioner,
+                                      const LinearSolverOptions& options) {
+  const bool is_shell = options.shell_thickness > 0;
+  Case source = parse_case(is_shell ? shell : sheet, "scene.toml",
+                           {"time.preconditioner=\"" + preconditioner + "\""});
   source.compute.threads = threads;
-  source.material[0].bending_stiffness = bending_stiffness;
+  if (is_shell) {
+    source.material[0].shell_thickness = options.shell_thickness;
+  } else {
+    source.material[0].bending_stiffness = options.bending_stiffness;
+  }
   source.body[0].shape.resolution = {n, n};
   return build_scene(source);
 }
 
-// A sheet that bulges by a tenth of its size, which stretches it everywhere, with the right-hand
-// side of the first Newton iteration of a step from there.
+// A sheet that bulges by a tenth of its size, which stretches it everywhere, or a shell that bulges
+// by its thickness, with the right-hand side of the first Newton iteration of a step from there.
 struct Problem {
-  Problem(int n, int threads, const std::string& preconditioner, double bending_stiffness)
-      : scene(sheet(n, threads, preconditioner, bending_stiffness)),
+  Problem(int n, int threads, const std::string& preconditioner,
+          const LinearSolverOptions& options)
+      : scene(scene_of(n, threads, preconditioner, options)),
         dynamics(*scene, statistics),
         system(dynamics) {
     std::vector<double> state = dynamics.initial_state();
     auto* x = reinterpret_cast<Vec3*>(state.data());
+    const double size = options.shell_thickness > 0 ? 10 * options.shell_thickness : 1;
     constexpr double pi = std::numbers::pi;
     for (int i = 0; i < dynamics.particle_count(); ++i) {
       if (scene->pinned[i] != 0) continue;
-      x[i].z() += std::cos(pi * x[i].x()) * std::cos(pi * x[i].y()) *
+      x[i].z() += size * std::cos(pi * x[i].x()) * std::cos(pi * x[i].y()) *
                   (0.1 + 0.002 * std::sin(17 * x[i].x() + 7 * x[i].y()));
     }
     rate.resize(state.size());
@@ -92,8 +119,8 @@ class Measurement {
   explicit Measurement(const LinearSolverOptions& options) : options_(options) {}
 
   void run(int n, int threads) {
-    Problem jacobi(n, threads, "block_jacobi", options_.bending_stiffness);
-    Problem multigrid(n, threads, "multigrid", options_.bending_stiffness);
+    Problem jacobi(n, threads, "block_jacobi", options_);
+    Problem multigrid(n, threads, "multigrid", options_);
     for (double gamma : options_.gammas) {
       Row first{n, gamma, gamma * jacobi.system.highest_frequency(), threads};
       Row second = first;
@@ -167,9 +194,10 @@ class Measurement {
 int run_linear_solver(const LinearSolverOptions& options) {
   if (!options.json) {
     std::printf(
-        "a bulged sheet of n x n vertices, relative residual %g, bending stiffness %g N m; "
+        "a bulged %s of n x n vertices, relative residual %g, bending stiffness %g N m; "
         "medians of %d interleaved repeats\n%6s %9s %9s %8s  %-13s %9s %9s %9s %9s %6s\n",
-        options.tolerance, options.bending_stiffness, options.repeats, "n", "gamma", "g*omega",
+        options.shell_thickness > 0 ? "shell" : "sheet", options.tolerance,
+        options.bending_stiffness, options.repeats, "n", "gamma", "g*omega",
         "threads", "method", "once ms", "set-up ms", "solve ms", "sum ms", "iterations");
   }
   Measurement measurement(options);

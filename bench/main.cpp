@@ -123,6 +123,9 @@ void add_linear_solver(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--bending", options.bending_stiffness, "Bending stiffness, N m")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  sub.add_option("--shell", options.shell_thickness,
+                 "Thickness of a steel shell in place of the sheet, m")
+      ->check(CLI::PositiveNumber);
   sub.add_option("--repeats", options.repeats, "Passes; times are medians over them")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();

@@ -137,7 +137,7 @@ std::unique_ptr<Force> make_drag_force(const Scene& scene) {
     const SceneBody& body = scene.bodies[b];
     const auto& normal = body.material->normal_drag;
     const auto& tangential = body.material->tangential_drag;
-    if (density.is_zero() || (normal.is_zero() && tangential.is_zero())) continue;
+    if (body.spline || density.is_zero() || (normal.is_zero() && tangential.is_zero())) continue;
     for (int q = 0; q < quad_count(body); ++q) {
       for (int& corner : quads.emplace_back(quad_corners(body, q))) corner += body.first_particle;
     }

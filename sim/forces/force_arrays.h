@@ -21,6 +21,7 @@ std::unique_ptr<Force> make_clamp_force(
 std::unique_ptr<Force> make_support_force(const Scene& scene);  // springs of sliding supports
 std::unique_ptr<Force> make_tie_force(const Scene& scene);      // springs of ties
 std::unique_ptr<Force> make_drag_force(const Scene& scene);     // wind on triangles
+std::unique_ptr<Force> make_shell_drag_force(const Scene& scene);  // wind on spline shells
 std::unique_ptr<Force> make_load_force(const Scene& scene);     // loads from outside
 
 }  // namespace weft::sim

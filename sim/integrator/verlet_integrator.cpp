@@ -7,7 +7,6 @@
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/one_step_integrator.h"
 #include "sim/integrator/verlet_steps.h"
-#include "sim/motion/particle_masses.h"
 #include "sim/motion/spectral_estimate.h"
 
 namespace weft::sim {
@@ -164,8 +163,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   // -h^2 M^-1 K a. It never exceeds the highest frequency, and reaches it once an unstable
   // vibration outweighs all else.
   double shown_frequency(double h) const {
-    const VibrationProducts seen = vibration_products(scene().mass, before_acceleration_,
-                                                      start_acceleration_, end_acceleration_);
+    const VibrationProducts seen = dynamics().mass().vibration(
+        before_acceleration_, start_acceleration_, end_acceleration_, dynamics().threads());
     return seen.bent > 0 ? std::sqrt(seen.bent / seen.all) / h : 0;
   }
 

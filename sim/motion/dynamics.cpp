@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "sim/case/time_methods.h"
 #include "sim/motion/particle_masses.h"
 
 namespace weft::sim {
@@ -26,11 +27,22 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
     : Dynamics(scene, statistics, std::move(forces),
                scene.source.contact.enabled ? choose_search(scene) : ChosenSearch{}) {}
 
+namespace {
+
+// The mass of an equilibrium only steers the search for it.
+MassOperator::Form mass_form(const Scene& scene) {
+  return traits_of(scene.source.time.method).finds_equilibria() ? MassOperator::Form::lumped
+                                                                : MassOperator::Form::consistent;
+}
+
+}  // namespace
+
 Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
                    std::vector<std::unique_ptr<Force>> forces, ChosenSearch search)
     : scene_(scene),
       statistics_(statistics),
       threads_(scene.threads),
+      mass_(scene, mass_form(scene)),
       forces_(std::move(forces)),
       pins_move_(std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                              [&](const PrescribedMotion& held) {
@@ -46,8 +58,10 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   if (scene.source.contact.enabled) contact_.emplace(scene, statistics, std::move(search));
   std::vector<std::vector<int>> neighbours(scene.dynamic_particles);
   for (const auto& force : forces_) force->add_couplings(neighbours);
+  mass_.add_couplings(neighbours);
   const auto pattern = std::make_shared<const BlockPattern>(neighbours);
   for (const auto& force : forces_) force->attach(*pattern);
+  mass_.attach(pattern);
   stiffness_ = BlockMatrix(pattern);
   add_mass_damping();
   has_damping_ = !mass_damping_.empty() || std::ranges::any_of(forces_, [](const auto& force) {
@@ -270,7 +284,7 @@ std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const 
   ++statistics_.counters.force_evaluations;
   const Kinematics state = kinematics(time, y);
   if (auto fault = sum_forces(time, state, acceleration)) return fault;
-  if (divide_by_mass(state, acceleration)) return std::nullopt;
+  if (divide_by_mass(time, state, acceleration)) return std::nullopt;
   return fault_of_first_not_finite(acceleration);
 }
 
@@ -295,11 +309,7 @@ std::optional<ContactFault> Dynamics::net_forces(double time, std::span<const do
   ++statistics_.counters.force_evaluations;
   const Kinematics state = kinematics(time, y);
   if (auto fault = sum_forces(time, state, force)) return fault;
-  const Vec3 gravity = load_.value_or(1) * gravity_;
-  for (std::size_t i = 0; i < force.size(); ++i) {
-    const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
-    force[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);
-  }
+  add_weight_and_damping(state, force);
   if (std::ranges::all_of(force, [](const Vec3& f) { return f.allFinite(); })) return std::nullopt;
   return fault_of_first_not_finite(force);
 }
@@ -336,7 +346,37 @@ void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
   }
 }
 
-bool Dynamics::divide_by_mass(const Kinematics& state, std::span<Vec3> force) const {
+void Dynamics::add_weight_and_damping(const Kinematics& state, std::span<Vec3> force) const {
+  const Vec3 gravity = load_.value_or(1) * gravity_;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
+    if (mass_.is_diagonal()) {
+      force[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);
+      continue;
+    }
+    force[i] += scene_.mass[i] * gravity;
+    if (damping == 0) continue;
+    force[i] -= damping * mass_.row_product(static_cast<int>(i), state.velocity.data());
+  }
+}
+
+// M_ff a_f = F_f - M_fp a_p, with f for free and p for held particles.
+void Dynamics::solve_for_accelerations(double time, std::span<Vec3> force) {
+  if (pins_move_ && !load_) {
+    coupled_.assign(force.size(), Vec3::Zero());
+    find_accelerations_of_pins(time, coupled_);
+    for (std::size_t i = 0; i < force.size(); ++i)
+      force[i] -= mass_.row_product(static_cast<int>(i), coupled_.data());
+  }
+  mass_.solve(force);
+}
+
+bool Dynamics::divide_by_mass(double time, const Kinematics& state, std::span<Vec3> force) {
+  if (!mass_.is_diagonal()) {
+    add_weight_and_damping(state, force);
+    solve_for_accelerations(time, force);
+    return std::ranges::all_of(force, [](const Vec3& each) { return each.allFinite(); });
+  }
   const Vec3 gravity = load_.value_or(1) * gravity_;
   double sum = accelerate(scene_.mass, gravity, force);
   for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
@@ -383,13 +423,26 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
     }
     if (membrane && hardness_ != 1) stiffness_.scale(hardness_);
   }
+  add_mass_damping(into);
+}
+
+void Dynamics::add_mass_damping(const Derivatives& into) {
   BlockMatrix& matrix = into.is_joined() ? stiffness_ : damping_;
-  for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
-    if (mass_damping_[i] == 0) continue;
-    const double damping = mass_damping_[i] * scene_.mass[i];
-    matrix.upper_block(matrix.pattern().upper_diagonal(static_cast<int>(i))).diagonal().array() +=
-        into.is_joined() ? into.inverse_gamma * damping : damping;
-    if (into.is_joined()) damping_product_[i] += damping * into.along[i];
+  const BlockPattern& pattern = matrix.pattern();
+  const double factor = into.is_joined() ? into.inverse_gamma : 1;
+  for (std::size_t particle = 0; particle < mass_damping_.size(); ++particle) {
+    const double rate = mass_damping_[particle];
+    if (rate == 0) continue;
+    const int i = static_cast<int>(particle), diagonal = pattern.diagonal_slot(i);
+    const int end = mass_.is_diagonal() ? diagonal + 1 : pattern.row_end(i);
+    for (int slot = diagonal; slot < end; ++slot) {
+      matrix.upper_block(pattern.upper(i, slot)).diagonal().array() +=
+          factor * (rate * mass_.at(i, slot));
+    }
+    if (!into.is_joined()) continue;
+    damping_product_[i] += mass_.is_diagonal()
+                               ? Vec3(rate * scene_.mass[i] * into.along[i])
+                               : Vec3(rate * mass_.row_product(i, into.along.data()));
   }
 }
 
@@ -426,7 +479,7 @@ Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y)
   const PhaseTimer timer(statistics_.phases.energies);
   const Kinematics state = kinematics(time, y);
   Energies energies;
-  energies.kinetic = 0.5 * mass_product(scene_.mass, state.velocity, state.velocity);
+  energies.kinetic = 0.5 * mass_.product(state.velocity, state.velocity, threads_);
   energies.gravitational = -gravity_.dot(mass_moment(scene_.mass, state.position));
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
@@ -473,11 +526,30 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::v
   for (const auto& each : forces_) {
     if (!each->is_external()) each->add_forces(state, std::span(force).first(count), threads_);
   }
-  if (!contact_) return;
-  // A fault would leave no pairs in reach. None is expected: the state has been accepted.
-  static_cast<void>(evaluate_contact(time));
-  contact_->add_forces(force);
-  contact_->find_loaded_obstacles(loaded);
+  if (contact_) {
+    // A fault would leave no pairs in reach. None is expected: the state has been accepted.
+    static_cast<void>(evaluate_contact(time));
+    contact_->add_forces(force);
+    contact_->find_loaded_obstacles(loaded);
+  }
+  if (!mass_.is_diagonal() && pins_move_)
+    subtract_coupled_inertia(time, state, std::span(force).first(count));
+}
+
+// Free particles f gain the energy v_f M_ff v_f / 2 + v_f M_fp v_p + U, without that of the pins p
+// alone. With the rate r of mass damping its change is at most -(F_p - M_pf (a_f - r v_f)) . v_p.
+void Dynamics::subtract_coupled_inertia(double time, const Kinematics& state,
+                                        std::span<Vec3> force) {
+  std::vector<Vec3> inertia(force.begin(), force.end());
+  for (const auto& each : forces_) {
+    if (each->is_external()) each->add_forces(state, inertia, threads_);
+  }
+  add_weight_and_damping(state, inertia);
+  solve_for_accelerations(time, inertia);
+  for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
+    if (scene_.pinned[i] == 0) inertia[i] -= mass_damping_[i] * state.velocity[i];
+  }
+  for (const int i : held_) force[i] -= mass_.row_product(i, inertia.data());
 }
 
 void Dynamics::find_force_parts(double time, std::span<const double> y, ForceParts& parts) {
@@ -490,11 +562,7 @@ void Dynamics::find_force_parts(double time, std::span<const double> y, ForcePar
   add_forces(state, parts.own);
   parts.outer.clear();
   for (const auto& each : forces_) each->list_outer_forces(state, parts.outer);
-  const Vec3 gravity = load_.value_or(1) * gravity_;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
-    parts.own[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);
-  }
+  add_weight_and_damping(state, parts.own);
   parts.contact.assign(count, Vec3::Zero());
   parts.friction.assign(count, Vec3::Zero());
   parts.obstacles.assign(scene_.bodies.size(), {});
@@ -504,12 +572,30 @@ void Dynamics::find_force_parts(double time, std::span<const double> y, ForcePar
     contact_->add_forces(parts.contact, parts.friction);
     contact_->add_wrenches(position_, parts.obstacles);
   }
-  parts.support.assign(count, Vec3::Zero());
-  find_accelerations_of_pins(time, parts.support);
-  for (const int i : held_) {
-    parts.support[i] =
-        scene_.mass[i] * parts.support[i] - parts.own[i] - parts.contact[i] - parts.friction[i];
+  find_forces_of_pins(time, parts);
+}
+
+// A pin exerts M a - F on what it holds. With the consistent mass of shells, the accelerations of
+// free particles take part in M a.
+void Dynamics::find_forces_of_pins(double time, ForceParts& parts) {
+  const auto force = [&](int i) {
+    return Vec3(parts.own[i] + parts.contact[i] + parts.friction[i]);
+  };
+  parts.support.assign(parts.own.size(), Vec3::Zero());
+  if (mass_.is_diagonal() || held_.empty()) {
+    find_accelerations_of_pins(time, parts.support);
+    for (const int i : held_) {
+      parts.support[i] =
+          scene_.mass[i] * parts.support[i] - parts.own[i] - parts.contact[i] - parts.friction[i];
+    }
+    return;
   }
+  std::vector<Vec3> acceleration(parts.own.size());
+  for (int i = 0; i < particle_count(); ++i) acceleration[i] = force(i);
+  solve_for_accelerations(time, acceleration);
+  find_accelerations_of_pins(time, acceleration);
+  for (const int i : held_)
+    parts.support[i] = mass_.row_product(i, acceleration.data()) - force(i);
 }
 
 // Sets the accelerations (m/s^2) of moving pins; others keep what they have.

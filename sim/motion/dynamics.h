@@ -14,6 +14,7 @@
 #include "sim/forces/force.h"
 #include "sim/forces/varying_numbers.h"
 #include "sim/matrix/block_matrix.h"
+#include "sim/motion/mass_operator.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/time_curve.h"
 
@@ -85,6 +86,9 @@ class Dynamics {
   const Scene& scene() const { return scene_; }
   int particle_count() const { return scene_.dynamic_particles; }
   int threads() const { return threads_; }
+  // M, with the consistent mass of shells in motion; equilibria have lumped masses.
+  const MassOperator& mass() const { return mass_; }
+  MassOperator& mass() { return mass_; }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
   // Work of one evaluation of the forces, in the unit of work.h.
@@ -201,7 +205,8 @@ class Dynamics {
   bool varies() const { return varies_; }
   // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
   // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor external
-  // ones. Not counted in the statistics' force evaluations. `loaded` are the particles of obstacles
+  // ones. Those on moving pins of shells include the inertia of the free particles that the mass
+  // couples to them. Not counted in the statistics' force evaluations. `loaded` are the particles of obstacles
   // on which there are forces, in order. Both lists must be empty or come from an earlier call.
   void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
                           std::vector<int>& loaded);
@@ -235,7 +240,14 @@ class Dynamics {
   void set_time(double time);
   // Turns forces (N) into accelerations (m/s^2), which are zero for held particles. Returns true if
   // all are finite.
-  bool divide_by_mass(const Kinematics& state, std::span<Vec3> force) const;
+  bool divide_by_mass(double time, const Kinematics& state, std::span<Vec3> force);
+  // The same with the consistent mass of shells. Forces include weight and mass damping.
+  void solve_for_accelerations(double time, std::span<Vec3> force);
+  // Adds the weight and mass damping (N) of a state to the forces.
+  void add_weight_and_damping(const Kinematics& state, std::span<Vec3> force) const;
+  void add_mass_damping(const Derivatives& into);
+  void find_forces_of_pins(double time, ForceParts& parts);
+  void subtract_coupled_inertia(double time, const Kinematics& state, std::span<Vec3> force);
   void assemble(double time, std::span<const double> y, Definiteness definiteness,
                 const Derivatives& into);
   void note_place(double time, std::span<const double> y, Definiteness definiteness, double gamma);
@@ -259,6 +271,7 @@ class Dynamics {
   const Scene& scene_;
   Statistics& statistics_;
   int threads_ = 1;
+  MassOperator mass_;
   std::vector<std::unique_ptr<Force>> forces_;
   bool pins_move_ = false;
   std::vector<int> held_;  // dynamic particles that are pinned
@@ -276,6 +289,7 @@ class Dynamics {
   bool varies_ = false;
   Vec3 gravity_;                           // m/s^2, at the time set
   std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
+  std::vector<Vec3> coupled_;              // scratch: accelerations of pins of shells
   std::vector<Vec3> position_, velocity_;  // of all particles, if the state's own do not suffice
   std::vector<RigidPose> poses_;           // of the obstacles that move
   Placing path_start_, path_end_;          // of a path, where obstacles move

@@ -20,8 +20,9 @@ ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double
     if (is_pin) moved_.insert(moved_.end(), held.particles.begin(), held.particles.end());
     obstacles_move_ |= !is_pin;
   }
-  counts_external_ = dynamics.has_loads() || (dynamics.has_external_forces() &&
-                                              (is_moved() || !scene.source.world.wind.is_zero()));
+  counts_external_ = dynamics.has_loads() || has_moving_supports(scene) ||
+                     (dynamics.has_external_forces() &&
+                      (is_moved() || !scene.source.world.wind.is_zero()));
   gravity_varies_ = scene.source.world.gravity.varies();
   for (const MotionEvent& event : SceneCurves(scene.source).events()) {
     if (event.jumps) jumps_.push_back(event.time);
@@ -144,15 +145,24 @@ void ExternalWork::measure(double time, std::span<const double> y) {
   if (dynamics_.contact() != nullptr)
     dynamics_.contact()->obstacles().find_poses(time, false, poses_);
   held_kinetic_energy_ = held_gravitational_energy_ = 0;
+  const MassOperator& inertia = dynamics_.mass();
+  std::vector<Vec3> held_velocity(inertia.is_diagonal() ? 0 : scene.dynamic_particles,
+                                  Vec3::Zero());
   const Vec3 gravity = dynamics_.gravity(time);
   for (std::size_t i = 0; i < moved_.size(); ++i) {
     const int particle = moved_[i];
     force_[i] = all_forces_[particle];
     place_[i] = position_[particle];
     const double mass = scene.mass[particle];
-    held_kinetic_energy_ += 0.5 * mass * velocity_[particle].squaredNorm();
     held_gravitational_energy_ -= mass * gravity.dot(place_[i]);
+    if (inertia.is_diagonal()) {
+      held_kinetic_energy_ += 0.5 * mass * velocity_[particle].squaredNorm();
+    } else {
+      held_velocity[particle] = velocity_[particle];
+    }
   }
+  if (!held_velocity.empty())
+    held_kinetic_energy_ = 0.5 * inertia.product(held_velocity, held_velocity, 1);
 }
 
 }  // namespace weft::sim

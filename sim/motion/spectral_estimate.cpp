@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "sim/motion/particle_masses.h"
+#include "sim/base/parallel.h"
 
 namespace weft::sim {
 
@@ -53,9 +53,32 @@ int place_of_largest(const std::vector<Vec3>& vectors) {
   return static_cast<int>(largest - vectors.begin());
 }
 
+// Returns the spectral radius of M^-1 A, where M couples particles: power iterations whose vectors
+// have length 1 in the norm of M.
+Spectrum coupled_spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) {
+  MassOperator& mass = dynamics.mass();
+  const int threads = dynamics.threads();
+  std::vector<Vec3> vector = alternating_vectors(dynamics.scene()), product(vector.size());
+  double radius = 0;
+  for (int k = 0; k < iterations; ++k) {
+    for (std::size_t i = 0; i < vector.size(); ++i) {
+      if (dynamics.scene().pinned[i] != 0) vector[i].setZero();
+    }
+    const double length = std::sqrt(mass.product(vector, vector, threads));
+    if (length == 0) return {};
+    for (Vec3& each : vector) each /= length;
+    matrix.multiply(vector, product, threads);
+    vector = product;
+    mass.solve(vector);
+    radius = std::sqrt(std::max(0.0, dot(vector, product, threads)));
+  }
+  return {radius, place_of_largest(vector)};
+}
+
 // Returns the spectral radius of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues
 // as M^-1 A.
-Spectrum spectral_radius(const Dynamics& dynamics, const BlockMatrix& matrix) {
+Spectrum spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) {
+  if (!dynamics.mass().is_diagonal()) return coupled_spectral_radius(dynamics, matrix);
   const Scene& scene = dynamics.scene();
   const int count = dynamics.particle_count();
   std::vector<Vec3> vector = alternating_vectors(scene), scaled(count), product(count);
@@ -131,14 +154,14 @@ FrequencyTracker::FrequencyTracker(Dynamics& dynamics, double t, std::span<const
 
 void FrequencyTracker::follow(double t, std::span<const double> y,
                               std::span<const Vec3> acceleration) {
-  const std::vector<double>& mass = dynamics_.scene().mass;
+  const MassOperator& mass = dynamics_.mass();
   std::copy(y.begin(), y.end(), moved_.begin());
   Eigen::Map<Eigen::ArrayXd>(moved_.data(), components(vibration_).size()) +=
       amplitude_ * components(vibration_);
   if (dynamics_.acceleration(t, moved_, change_)) return;
   components(change_) = (components(acceleration) - components(change_)) / amplitude_;  // M^-1 K u
-  const double before = mass_product(mass, vibration_, vibration_);
-  const double after = mass_product(mass, change_, change_);
+  const double before = mass.product(vibration_, vibration_, dynamics_.threads());
+  const double after = mass.product(change_, change_, dynamics_.threads());
   frequency_ = before > 0 ? std::pow(after / before, 0.25) : 0;
   track_direction_of(change_);
 }

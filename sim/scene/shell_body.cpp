@@ -1,22 +1,17 @@
 #include "sim/scene/shell_body.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "sim/case/case_error.h"
 #include "sim/scene/patch_joints.h"
-#include "sim/scene/spline_surface.h"
+#include "sim/scene/spline_sampling.h"
 
 namespace weft::sim {
 
 namespace {
-
-// Points of the sampled surface per element and axis.
-constexpr int samples_per_element = 2;
 
 void require_control_points(const SceneBody& body, const BodyCase& from) {
   const int degree = body.material->spline_degree;
@@ -29,62 +24,6 @@ void require_control_points(const SceneBody& body, const BodyCase& from) {
                     "expected at least " + std::to_string(least) + " x " + std::to_string(least) +
                         " with spline_degree = " + std::to_string(degree));
   }
-}
-
-// The parameters of the samples along an axis.
-std::vector<double> sample_parameters(const SplineAxis& axis, bool is_closed) {
-  std::vector<double> parameters;
-  const int count = samples_per_element * axis.elements() + (is_closed ? 0 : 1);
-  for (int i = 0; i < count; ++i)
-    parameters.push_back(static_cast<double>(i) / samples_per_element);
-  return parameters;
-}
-
-// Numbers the samples of all patches. Samples at the same point of a seam are the same sums of
-// particles, up to rounding: they are one point.
-class SeamPoints {
- public:
-  int number_of(std::span<const SurfaceMap::Share> shares) {
-    std::vector<std::pair<int, long long>> key;
-    for (const auto& [particle, weight] : shares)
-      key.emplace_back(particle, std::llround(1e9 * weight));
-    std::sort(key.begin(), key.end());
-    return numbers_.try_emplace(std::move(key), std::ssize(numbers_)).first->second;
-  }
-
- private:
-  std::map<std::vector<std::pair<int, long long>>, int> numbers_;
-};
-
-// Largest distance (m) of a surface from the triangles between its samples: h^2 / 8 times the
-// largest second derivative, along either axis and across, as that of bilinear interpolation. The
-// second derivatives of a spline lie between those at its knots and ends, here taken at the
-// samples.
-double largest_deviation(const SceneBody& body) {
-  double largest = 0;
-  const double spacing = 1.0 / samples_per_element;
-  for (std::size_t p = 0; p < body.spline->patches().size(); ++p) {
-    const auto& [u, v] = body.spline->patches()[p];
-    const bsi::Patch& patch = body.atlas.patches()[p];
-    for (const double at_v : sample_parameters(v, patch.wrap_v)) {
-      for (const double at_u : sample_parameters(u, patch.wrap_u)) {
-        const SplineBasis bu = u.at(at_u), bv = v.at(at_v);
-        const std::vector<int> control =
-            body.spline->control_points(body.atlas, static_cast<int>(p), bu.element, bv.element);
-        Vec3 uu = Vec3::Zero(), vv = Vec3::Zero(), uv = Vec3::Zero();
-        for (int j = 0, node = 0; j <= u.degree(); ++j) {
-          for (int i = 0; i <= u.degree(); ++i, ++node) {
-            const Vec3& x = body.rest[control[node]];
-            uu += bu.second[i] * bv.value[j] * x;
-            uv += bu.slope[i] * bv.slope[j] * x;
-            vv += bu.value[i] * bv.second[j] * x;
-          }
-        }
-        largest = std::max(largest, uu.norm() + 2 * uv.norm() + vv.norm());
-      }
-    }
-  }
-  return spacing * spacing / 8 * largest;
 }
 
 // Gauss points per element and axis by which masses are integrated.
@@ -156,34 +95,9 @@ std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from) {
 }
 
 void sample_shell(SceneBody& body) {
-  std::vector<bsi::Patch> patches;
-  std::vector<SplineSurface::Place> places;
-  for (std::size_t p = 0; p < body.spline->patches().size(); ++p) {
-    const auto& [u, v] = body.spline->patches()[p];
-    bsi::Patch patch = body.atlas.patches()[p];
-    const std::vector<double> along_u = sample_parameters(u, patch.wrap_u);
-    const std::vector<double> along_v = sample_parameters(v, patch.wrap_v);
-    patch.rows = static_cast<int>(along_v.size());
-    patch.cols = static_cast<int>(along_u.size());
-    patches.push_back(patch);
-    for (const double at_v : along_v) {
-      for (const double at_u : along_u) places.push_back({static_cast<int>(p), at_u, at_v});
-    }
-  }
-  const SurfaceMap of_texels = body.spline->map_to(body.atlas, places);
-  SeamPoints seams;
-  std::vector<int> point_of_texel, first_share{0};
-  std::vector<SurfaceMap::Share> shares;
-  for (int texel = 0; texel < of_texels.point_count(); ++texel) {
-    const std::span<const SurfaceMap::Share> own = of_texels.shares(texel);
-    point_of_texel.push_back(seams.number_of(own));
-    if (point_of_texel.back() + 1 < static_cast<int>(first_share.size())) continue;
-    shares.insert(shares.end(), own.begin(), own.end());
-    first_share.push_back(static_cast<int>(shares.size()));
-  }
-  body.sampled.emplace(bsi::Atlas(std::move(patches), std::move(point_of_texel)),
-                       SurfaceMap(std::move(first_share), std::move(shares)), body.rest);
-  body.thickness += 2 * largest_deviation(body);
+  SplineSampling sampling(body.atlas, *body.spline);
+  body.sampled.emplace(std::move(sampling.atlas), std::move(sampling.map), body.rest);
+  body.thickness += 2 * deviation_from_samples(body.atlas, *body.spline, body.rest);
 }
 
 std::vector<BesideBorder> rows_beside_borders(const SceneBody& body, std::span<const int> held) {

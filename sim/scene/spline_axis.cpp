@@ -124,6 +124,17 @@ SplineBasis SplineAxis::at(double parameter) const {
   return at(element, parameter);
 }
 
+// The NURBS Book, equation 3.3.
+SplineAxis::DifferenceFactors SplineAxis::difference_factors(int element) const {
+  DifferenceFactors factors;
+  for (int i = 0; i < degree_; ++i) {
+    const double end = knot(element + i + degree_ + 1);
+    factors.first[i] = degree_ / (end - knot(element + i + 1));
+    if (i + 1 < degree_) factors.second[i] = (degree_ - 1) / (end - knot(element + i + 2));
+  }
+  return factors;
+}
+
 // A closed axis has its points at the maxima of the basis functions.
 double SplineAxis::image_parameter(int point) const {
   if (!is_closed_) return static_cast<double>(point) * elements() / (control_points_ - 1);

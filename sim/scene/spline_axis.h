@@ -46,6 +46,14 @@ class SplineAxis {
   // The functions at a parameter within an element or at its ends.
   SplineBasis at(int element, double parameter) const;
 
+  // Factors of differences of the control points of an element. Differences of neighbours times
+  // `first` are control points of the derivative; differences of these times `second` are those of
+  // the second derivative.
+  struct DifferenceFactors {
+    std::array<double, highest_spline_degree> first{}, second{};
+  };
+  DifferenceFactors difference_factors(int element) const;
+
   // The parameter of an image's points, by number.
   double image_parameter(int point) const;
   // Returns the control points whose curve passes through the image's points, as a matrix: row i

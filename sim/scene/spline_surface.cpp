@@ -1,5 +1,7 @@
 #include "sim/scene/spline_surface.h"
 
+#include <map>
+
 namespace weft::sim {
 
 SplineSurface::SplineSurface(const bsi::Atlas& atlas, int degree) : degree_(degree) {
@@ -67,9 +69,11 @@ SurfaceMap SplineSurface::map_to(const bsi::Atlas& atlas, std::span<const Place>
   std::vector<SurfaceMap::Share> shares;
   for (const Place& place : places) {
     const Point point = at(atlas, place);
+    std::map<int, double> weights;  // a collapsed border has one particle for a row of points
     for (std::size_t i = 0; i < point.value.size(); ++i) {
-      if (point.value[i] != 0) shares.push_back({point.control_points[i], point.value[i]});
+      if (point.value[i] != 0) weights[point.control_points[i]] += point.value[i];
     }
+    for (const auto& [particle, weight] : weights) shares.push_back({particle, weight});
     first_share.push_back(static_cast<int>(shares.size()));
   }
   return {std::move(first_share), std::move(shares)};

@@ -45,15 +45,18 @@ void DirectSolver::Implementation::assemble(double gamma) {
   entries.clear();
   const BlockMatrix &stiffness = dynamics.stiffness(), &damping = dynamics.damping();
   const BlockPattern& pattern = stiffness.pattern();
+  const MassOperator& mass = dynamics.mass();
   for (int i = 0; i < pattern.rows(); ++i) {
     for (int slot = pattern.row_begin(i); slot < pattern.row_end(i); ++slot) {
       if (pattern.column(slot) > i) break;
       add_block(i, pattern.column(slot), gamma * gamma * stiffness.block(i, slot));
       if (dynamics.has_damping())
         add_block(i, pattern.column(slot), gamma * damping.block(i, slot));
+      if (!mass.is_diagonal() && pattern.column(slot) < i)
+        add_block(i, pattern.column(slot), mass.at(i, slot) * Mat3::Identity());
     }
-    const double mass = dynamics.scene().mass[i];
-    for (int axis = 0; axis < 3; ++axis) entries.push_back({3 * i + axis, 3 * i + axis, mass});
+    const double own_mass = mass.at(i, pattern.diagonal_slot(i));
+    for (int axis = 0; axis < 3; ++axis) entries.push_back({3 * i + axis, 3 * i + axis, own_mass});
   }
   if (dynamics.contact() != nullptr) {
     dynamics.contact()->visit_blocks(
@@ -89,8 +92,11 @@ void DirectSolver::Implementation::compress(int size) {
 Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const StateView& b) const {
   const int count = dynamics.particle_count();
   std::vector<Vec3> product(count), position(b.position.begin(), b.position.end());
+  std::vector<Vec3> velocity(b.velocity.begin(), b.velocity.end());
   for (int i = 0; i < count; ++i) {
-    if (dynamics.scene().pinned[i] != 0) position[i].setZero();
+    if (dynamics.scene().pinned[i] == 0) continue;
+    position[i].setZero();
+    velocity[i].setZero();
   }
   dynamics.stiffness().multiply(position, product, dynamics.threads());
   for (Vec3& p : product) p *= -gamma;
@@ -102,7 +108,8 @@ Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const Sta
   for (int i = 0; i < count; ++i) {
     const bool held = dynamics.scene().pinned[i] != 0;
     result.segment<3>(3 * i) =
-        held ? Vec3(Vec3::Zero()) : Vec3(product[i] + dynamics.scene().mass[i] * b.velocity[i]);
+        held ? Vec3(Vec3::Zero())
+             : Vec3(product[i] + dynamics.mass().row_product(i, velocity.data()));
   }
   return result;
 }

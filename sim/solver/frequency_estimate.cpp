@@ -43,7 +43,7 @@ double FrequencyEstimate::highest() {
     if (!(size > 0)) break;
     for (Vec3& v : direction) v /= size;
     dynamics_.stiffness().multiply(direction, product, threads);
-    for (int i = 0; i < count; ++i) product[i] /= scene.mass[i];
+    dynamics_.mass().solve(product);
     square = dot(direction, product, threads);
     direction.swap(product);
   }

@@ -4,56 +4,28 @@
 #include <cmath>
 
 #include "sim/base/parallel.h"
+#include "sim/scene/spline_surface.h"
+#include "sim/solver/coarse_axis.h"
 
 namespace weft::sim {
 
 namespace {
 
-// The nodes of a level along one axis of a patch.
-struct Axis {
-  int quads = 0;      // of the patch along this axis
-  int intervals = 0;  // of the level along this axis
-  bool wraps = false;
-
-  int nodes() const { return wraps ? intervals : intervals + 1; }
-  bool can_be_coarsened() const {
-    return intervals == quads ? quads >= 4 : intervals % 2 == 0 && intervals >= 4;
-  }
-  // Returns the texel of node j, or `quads` for the node after the last of a wrapped axis. Halves
-  // are rounded towards the middle of the axis. Hence an axis and its mirror image across a seam
-  // keep equal texels.
-  int texel(int j) const {
-    const auto rounded = [&](int i) {
-      return (2 * i * static_cast<long>(quads) + intervals) / (2L * intervals);
-    };
-    return static_cast<int>(2 * j <= intervals ? rounded(j) : quads - rounded(intervals - j));
-  }
-};
-
-// Returns the number of intervals on the next coarser level. Below the finest level it is half.
-// From the finest level it is 2, 3 or (4 .. 7) 2^k, whichever is nearest to half the quads by
-// ratio. Such numbers can be halved often.
-int fewer_intervals(const Axis& axis) {
-  if (axis.intervals != axis.quads) return axis.intervals / 2;
-  int best = axis.quads >= 5 ? 3 : 2;
-  const auto distance = [&](int m) { return std::abs(std::log(0.5 * axis.quads / m)); };
-  for (int scale = 1; scale <= axis.quads / 4; scale *= 2) {
-    for (int m = 4 * scale; m < 8 * scale; m += scale) {
-      if (distance(m) < distance(best)) best = m;
-    }
-  }
-  return best;
-}
-
 // A patch on one level.
 struct LevelImage {
-  Axis rows, cols;
+  CoarseAxis rows, cols;
   std::vector<int> node;  // rows.nodes() x cols.nodes(); -1: no free finer node depends on it
 
   int at(int row, int col) const {
     return node[static_cast<std::size_t>(row % rows.nodes()) * cols.nodes() + col % cols.nodes()];
   }
 };
+
+CoarseAxis axis_of(int quads, int points, bool wraps, const SceneBody& body) {
+  if (!body.spline) return {quads, quads, wraps};
+  const int degree = body.spline->degree(), elements = wraps ? points : points - degree;
+  return {elements, elements, wraps, degree};
+}
 
 std::vector<LevelImage> images_of(const Scene& scene) {
   std::vector<LevelImage> images;
@@ -62,8 +34,8 @@ std::vector<LevelImage> images_of(const Scene& scene) {
     const std::vector<bsi::Patch>& patches = body.atlas.patches();
     for (std::size_t p = 0; p < patches.size(); ++p) {
       LevelImage& image = images.emplace_back();
-      image.rows = {patches[p].quad_rows(), patches[p].quad_rows(), patches[p].wrap_v};
-      image.cols = {patches[p].quad_cols(), patches[p].quad_cols(), patches[p].wrap_u};
+      image.rows = axis_of(patches[p].quad_rows(), patches[p].rows, patches[p].wrap_v, body);
+      image.cols = axis_of(patches[p].quad_cols(), patches[p].cols, patches[p].wrap_u, body);
       const int first = body.atlas.first_texel(static_cast<int>(p));
       for (int i = 0; i < patches[p].texel_count(); ++i) {
         image.node.push_back(body.first_particle + body.atlas.particle_of_texel(first + i));
@@ -71,28 +43,6 @@ std::vector<LevelImage> images_of(const Scene& scene) {
     }
   }
   return images;
-}
-
-// The coarse nodes around a node of the fine axis: the index of the one before or at it, and the
-// interpolation weight of the next one.
-struct Place {
-  int before = 0;
-  double weight_after = 0;
-};
-
-std::vector<Place> places(const Axis& fine, const Axis& coarse) {
-  std::vector<Place> result;
-  int j = 0;
-  for (int i = 0; i < fine.nodes(); ++i) {
-    const int texel = fine.texel(i);
-    while (j + 1 < coarse.nodes() && coarse.texel(j + 1) <= texel) ++j;
-    const int start = coarse.texel(j);
-    // A node at the end of an open axis has weight 0: no coarse node follows it.
-    const double weight =
-        texel == start ? 0 : (texel - start) / static_cast<double>(coarse.texel(j + 1) - start);
-    result.push_back({j, weight});
-  }
-  return result;
 }
 
 // Makes the next coarser level of the `fine` images. `count` is the number of their nodes; `fixed`
@@ -114,14 +64,16 @@ class Coarsening {
     double weight = 0;
   };
 
-  // Numbers the nodes that the coarser image keeps.
+  // Numbers the nodes of the coarser image by the fine nodes that they keep or, of a spline, that are
+  // nearest to them.
   void keep(const LevelImage& fine) {
     LevelImage& coarse = images_.emplace_back(LevelImage{fine.rows, fine.cols, {}});
     if (fine.rows.can_be_coarsened() && fine.cols.can_be_coarsened()) {
-      coarse.rows.intervals = fewer_intervals(fine.rows);
-      coarse.cols.intervals = fewer_intervals(fine.cols);
+      coarse.rows = fine.rows.coarser();
+      coarse.cols = fine.cols.coarser();
     }
-    const std::vector<int> rows = kept(fine.rows, coarse.rows), cols = kept(fine.cols, coarse.cols);
+    const std::vector<int> rows = fine.rows.nearest_nodes(coarse.rows),
+                           cols = fine.cols.nearest_nodes(coarse.cols);
     for (int row : rows) {
       for (int col : cols) {
         const int node = fine.at(row, col);
@@ -131,46 +83,30 @@ class Coarsening {
     }
   }
 
-  // Returns the indices, on the fine axis, of the nodes that the coarse axis keeps.
-  static std::vector<int> kept(const Axis& fine, const Axis& coarse) {
-    std::vector<int> result;
-    int i = 0;
-    for (int j = 0; j < coarse.nodes(); ++j) {
-      while (fine.texel(i) < coarse.texel(j)) ++i;
-      result.push_back(i);
-    }
-    return result;
-  }
-
-  // Sets the parents of the free fine nodes, from which they are interpolated. A kept node is its
-  // own parent. Any other has the corners of the coarse quad around it. If several images contain a
-  // node, the first decides.
+  // Sets the parents of the free fine nodes, from which they are interpolated. A texel that is kept
+  // is its own parent. Any other node has the products of its shares along both axes. If several
+  // images contain a node, the first decides.
   void find_parents(const LevelImage& fine, const LevelImage& coarse) {
-    const std::vector<Place> rows = places(fine.rows, coarse.rows),
-                             cols = places(fine.cols, coarse.cols);
+    const auto rows = fine.rows.shares(coarse.rows), cols = fine.cols.shares(coarse.cols);
     for (int row = 0; row < fine.rows.nodes(); ++row) {
       for (int col = 0; col < fine.cols.nodes(); ++col) {
         const int node = fine.at(row, col);
         if (node < 0 || !parents_of_[node].empty() || (!fixed_.empty() && fixed_[node] != 0))
           continue;
-        if (number_[node] >= 0) {
+        if (fine.rows.degree == 0 && number_[node] >= 0) {
           parents_of_[node] = {{number_[node], 1.0}};
           continue;
         }
-        for (int corner = 0; corner < 4; ++corner) {
-          const int down = corner / 2, right = corner % 2;
-          const double weight = (down == 1 ? rows[row].weight_after : 1 - rows[row].weight_after) *
-                                (right == 1 ? cols[col].weight_after : 1 - cols[col].weight_after);
-          if (weight == 0) continue;
-          add(parents_of_[node], coarse.at(rows[row].before + down, cols[col].before + right),
-              weight);
+        for (const auto& [coarse_row, along_rows] : rows[row]) {
+          for (const auto& [coarse_col, along_cols] : cols[col])
+            add(parents_of_[node], coarse.at(coarse_row, coarse_col), along_rows * along_cols);
         }
       }
     }
   }
 
-  // Adds a parent. Two corners may be the same node on a short wrapped axis; their weights then
-  // add up.
+  // Adds a parent. Two nodes may be the same one on a short wrapped axis, or where a row is a point;
+  // their weights then add up.
   static void add(std::vector<Parent>& parents, int node, double weight) {
     if (node < 0) return;
     const auto same = std::find_if(parents.begin(), parents.end(),

@@ -1,11 +1,8 @@
 // Coarser images of the dynamic bodies and the interpolations between levels: the geometry of
 // multigrid.
 //
-// On a level with m intervals, an axis of `quads` quads keeps the texels round(j quads / m), j = 0
-// .. m. These include both ends, and the lengths of the intervals differ by at most one texel. On
-// the first coarse level m is near quads / 2. From there on m halves, so every level keeps texels
-// of the finer one for any size of image. Both axes of a patch are coarsened together, as long as
-// both can be.
+// Every level keeps texels of the finer one, or knots of its splines, for any size of image
+// (coarse_axis.h). Both axes of a patch are coarsened together, as long as both can be.
 #pragma once
 
 #include <span>
@@ -21,9 +18,10 @@ struct Prolongation {
   int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
   int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
 
-  // Rows by fine node: the coarse nodes from which it is interpolated (at most four, ascending),
-  // with bilinear weights. Distances are measured in texels. A fixed node has none. The weights sum
-  // to 1, unless coarse nodes are left out because only fixed nodes depend on them.
+  // Rows by fine node: the coarse nodes from which it is interpolated (ascending), with weights. At
+  // most four have bilinear weights, with distances in texels; of splines, up to sixteen control
+  // points have those of knot insertion. A fixed node has none. The weights sum to 1, unless coarse
+  // nodes are left out because only fixed nodes depend on them.
   std::vector<int> row_start, column;
   std::vector<float> weight;
   // The transpose, by coarse node: the fine nodes interpolated from it, at least one, ascending.

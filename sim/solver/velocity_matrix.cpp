@@ -17,16 +17,22 @@ void VelocityMatrix::form(double gamma) {
   if (damped_.is_empty()) damped_ = BlockMatrix(pattern());
   parallel_chunks(pattern()->rows(), threads(), [&](int first, int last) {
     damped_.set_rows(first, last, gamma * gamma, dynamics_.stiffness(), gamma, dynamics_.damping());
-    for (int row = first; row < last; ++row)
-      damped_.upper_block(pattern()->upper_diagonal(row)).diagonal().array() += scene().mass[row];
+    for (int row = first; row < last; ++row) add_mass(row, damped_);
   });
+}
+
+void VelocityMatrix::add_mass(int row, BlockMatrix& matrix) const {
+  const MassOperator& mass = dynamics_.mass();
+  const int diagonal = pattern()->diagonal_slot(row);
+  const int end = mass.is_diagonal() ? diagonal + 1 : pattern()->row_end(row);
+  for (int slot = diagonal; slot < end; ++slot)
+    matrix.upper_block(pattern()->upper(row, slot)).diagonal().array() += mass.at(row, slot);
 }
 
 Mat3 VelocityMatrix::block(int row, int slot) const {
   if (dynamics_.has_damping()) return damped_.block(row, slot);
   Mat3 result = gamma_ * gamma_ * dynamics_.stiffness().block(row, slot);
-  if (slot == pattern()->diagonal_slot(row))
-    result.diagonal().array() += dynamics_.scene().mass[row];
+  result.diagonal().array() += dynamics_.mass().at(row, slot);
   return result;
 }
 
@@ -38,6 +44,8 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
   const bool is_damped = dynamics_.has_damping();
   const BlockMatrix& stored = is_damped ? damped_ : dynamics_.stiffness();
   const double factor = is_damped ? 1 : gamma_ * gamma_;
+  const MassOperator& mass = dynamics_.mass();
+  const bool is_lumped = mass.is_diagonal();
   if (there.block_count() != here.block_count()) matrix.set_zero();
   parallel_chunks(here.rows(), dynamics_.threads(), [&](int first, int last) {
     for (int row = first; row < last; ++row) {
@@ -46,8 +54,8 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
       for (int slot = diagonal; slot < here.row_end(row); ++slot, ++target, ++upper) {
         while (there.column(target) != here.column(slot)) ++target;
         Nine sum = factor * Numbers(stored.upper_block(upper).data());
-        if (slot == diagonal && !is_damped)
-          for (int i : {0, 4, 8}) sum[i] += dynamics_.scene().mass[row];
+        if (!is_damped && (slot == diagonal || !is_lumped))
+          for (int i : {0, 4, 8}) sum[i] += mass.at(row, slot);
         Eigen::Map<Eigen::Array<float, 9, 1>>(matrix.upper_block(there.upper(row, target)).data()) =
             sum.cast<float>();
       }
@@ -70,10 +78,11 @@ void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) con
     damped_.multiply(in, out, threads());
   } else {
     const BlockMatrix& stiffness = dynamics_.stiffness();
+    const MassOperator& mass = dynamics_.mass();
     const double square = gamma_ * gamma_;
     parallel_chunks(static_cast<int>(in.size()), threads(), [&](int first, int last) {
       for (int i = first; i < last; ++i)
-        out[i] = scene().mass[i] * in[i] + square * stiffness.row_product(i, in.data());
+        out[i] = mass.row_product(i, in.data()) + square * stiffness.row_product(i, in.data());
     });
   }
   add_contact_product(in, out);

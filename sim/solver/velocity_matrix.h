@@ -47,6 +47,8 @@ class VelocityMatrix {
   void multiply(std::span<const Vec3> in, std::span<Vec3> out) const;
 
  private:
+  void add_mass(int row, BlockMatrix& matrix) const;
+
   const Dynamics& dynamics_;
   BlockMatrix damped_;  // A without contact; unused without D
   std::vector<int> pinned_;

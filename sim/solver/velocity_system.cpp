@@ -40,15 +40,26 @@ StateView VelocitySystem::with_free_positions(const StateView& right) {
   return {free_position_, right.velocity};
 }
 
+// Returns the velocities, with zeros for pinned particles if the mass couples these to free ones.
+// Forces take the accelerations of pins from the time.
+std::span<const Vec3> VelocitySystem::with_free_velocities(std::span<const Vec3> velocity) {
+  if (dynamics_.mass().is_diagonal()) return velocity;
+  free_velocity_.assign(velocity.begin(), velocity.end());
+  matrix_.clear_pinned(free_velocity_);
+  return free_velocity_;
+}
+
 // Forms M b_v - gamma K b_x, contact included. If the stored stiffness includes D
 // (Dynamics::assemble_joined()), subtracting damping_product() removes the share of D.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
+  const MassOperator& mass = dynamics_.mass();
   const double gamma = matrix_.gamma();
+  const std::span<const Vec3> velocity = with_free_velocities(right.velocity);
   dynamics_.stiffness().multiply(right.position, right_side_, dynamics_.threads());
   parallel_chunks(dynamics_.particle_count(), dynamics_.threads(), [&](int first, int last) {
     for (int i = first; i < last; ++i)
-      right_side_[i] = scene.mass[i] * right.velocity[i] - gamma * right_side_[i];
+      right_side_[i] = mass.row_product(i, velocity.data()) - gamma * right_side_[i];
   });
   const std::span<const Vec3> damping = dynamics_.damping_product();
   for (std::size_t i = 0; i < damping.size(); ++i) right_side_[i] -= damping[i];

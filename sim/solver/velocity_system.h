@@ -50,6 +50,7 @@ class VelocitySystem {
                  Outcome& outcome);
   void form_right_side(const StateView& right);
   StateView with_free_positions(const StateView& right);
+  std::span<const Vec3> with_free_velocities(std::span<const Vec3> velocity);
   void complete_correction(const StateView& right, std::span<double> correction) const;
 
   Dynamics& dynamics_;
@@ -60,6 +61,7 @@ class VelocitySystem {
   std::unique_ptr<DirectSolver> direct_;  // made at first use
   std::vector<Vec3> right_side_;          // M b_v - gamma K b_x
   std::vector<Vec3> free_position_;       // b_x, with zeros for pinned particles; used if pins move
+  std::vector<Vec3> free_velocity_;       // b_v, with zeros for them; used if the mass couples
 };
 
 }  // namespace weft::sim

@@ -1,21 +1,40 @@
 #include "sim/trajectory/recorded_images.h"
 
+#include "sim/scene/spline_surface.h"
+
 namespace weft::sim {
+
+namespace {
+
+SurfaceMap map_to_image(const SceneBody& body) {
+  if (!body.spline) return {};
+  return body.spline->map_to(body.atlas, body.spline->image_places(body.atlas));
+}
+
+}  // namespace
 
 RecordedImages::RecordedImages(const Scene& scene, const RecordedChannels& channels)
     : scene_(scene),
       channels_(channels),
       recorded_(recorded_bodies(scene)),
       components_(recorded_.size()),
+      is_velocity_(recorded_.size()),
       positions_(recorded_.size()),
       fields_(recorded_.size()),
       position_memory_(recorded_.size()),
-      field_memory_(recorded_.size()) {
+      field_memory_(recorded_.size()),
+      point_memory_(recorded_.size()),
+      velocity_memory_(recorded_.size()) {
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
-    for (const ChannelPlace& place : channels.fields(scene.bodies[recorded_[i].body]))
+    const SceneBody& body = scene.bodies[recorded_[i].body];
+    maps_.push_back(map_to_image(body));
+    for (const ChannelPlace& place : channels.fields(body)) {
       components_[i].push_back(place.dataset->components);
+      is_velocity_[i].push_back(place.channel->id == ChannelId::velocity);
+    }
     fields_[i].resize(components_[i].size());
     field_memory_[i].resize(components_[i].size());
+    velocity_memory_[i].resize(components_[i].size());
   }
 }
 
@@ -29,6 +48,7 @@ std::vector<TrajectoryBody> RecordedImages::bodies() const {
     written.moves = body.moves;
     written.is_obstacle = body.is_obstacle;
     written.thickness = body.thickness;
+    written.spline_degree = body.spline ? body.spline->degree() : 0;
     for (const auto& [channel, dataset, path] : channels_.fields(body)) {
       written.fields.push_back({dataset->name, dataset->units, channel->name, dataset->components});
     }
@@ -43,8 +63,11 @@ std::vector<TrajectoryBody> RecordedImages::bodies() const {
 const std::vector<std::span<const Vec3>>& RecordedImages::positions(std::span<const Vec3> all) {
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     const SceneBody& body = scene_.bodies[recorded_[i].body];
+    const std::span<const Vec3> particles =
+        all.subspan(body.first_particle, body.particle_count());
     positions_[i] = recorded_[i].of_recorded(
-        all.subspan(body.first_particle, body.particle_count()), 1, position_memory_[i]);
+        maps_[i].points_of(particles, body.particle_count(), point_memory_[i]), 1,
+        position_memory_[i]);
   }
   return positions_;
 }
@@ -53,11 +76,23 @@ const std::vector<std::vector<std::span<const double>>>& RecordedImages::fields(
   const auto& values = channels_.field_values();
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     for (std::size_t f = 0; f < fields_[i].size(); ++f) {
-      fields_[i][f] = recorded_[i].of_recorded(values[recorded_[i].order][f], components_[i][f],
-                                               field_memory_[i][f]);
+      fields_[i][f] = recorded_[i].of_recorded(on_image(i, f, values[recorded_[i].order][f]),
+                                               components_[i][f], field_memory_[i][f]);
     }
   }
   return fields_;
+}
+
+// Returns the values of a field at the points of the image; velocities of shells are mapped there.
+std::span<const double> RecordedImages::on_image(std::size_t i, std::size_t field,
+                                                 std::span<const double> values) {
+  if (maps_[i].is_identity() || is_velocity_[i][field] == 0) return values;
+  static_assert(sizeof(Vec3) == 3 * sizeof(double));
+  const std::size_t count = values.size() / 3;
+  const std::span<const Vec3> velocities(reinterpret_cast<const Vec3*>(values.data()), count);
+  const std::span<const Vec3> points =
+      maps_[i].points_of(velocities, static_cast<int>(count), velocity_memory_[i][field]);
+  return {points[0].data(), values.size()};
 }
 
 }  // namespace weft::sim

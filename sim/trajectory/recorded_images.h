@@ -1,4 +1,6 @@
-// The images of a trajectory: those of the bodies that the case records, whole or in part.
+// The images of a trajectory: those of the bodies that the case records, whole or in part. Images of
+// shells hold points of their surfaces and the velocities of these; their forces of contact are those
+// on control points.
 #pragma once
 
 #include <span>
@@ -26,15 +28,24 @@ class RecordedImages {
   const std::vector<std::vector<std::span<const double>>>& fields();
 
  private:
+  std::span<const double> on_image(std::size_t body, std::size_t field,
+                                   std::span<const double> values);
+
   const Scene& scene_;
   const RecordedChannels& channels_;
   std::vector<RecordedBody> recorded_;
   std::vector<std::vector<int>> components_;  // by body and field
+  std::vector<std::vector<char>> is_velocity_;
   std::vector<std::span<const Vec3>> positions_;
   std::vector<std::vector<std::span<const double>>> fields_;
   // Values of bodies that are recorded in part: positions by body, fields by body and field.
   std::vector<std::vector<Vec3>> position_memory_;
   std::vector<std::vector<std::vector<double>>> field_memory_;
+  // Points of shells: positions by body, velocities by body and field.
+  std::vector<std::vector<Vec3>> point_memory_;
+  std::vector<std::vector<std::vector<Vec3>>> velocity_memory_;
+  // Of shells, from control points to the points of their images; the identity of other bodies.
+  std::vector<SurfaceMap> maps_;
 };
 
 }  // namespace weft::sim

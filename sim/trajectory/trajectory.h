@@ -43,6 +43,7 @@ struct TrajectoryBody {
   bool moves = true;  // false: positions are written once, not per frame
   bool is_obstacle = false;
   double thickness = 0;                      // m
+  int spline_degree = 0;  // of a shell, whose images hold points of its surface. 0: no shell
   std::vector<TrajectoryField> fields = {};  // only for bodies that move
   // Rows and columns of the body's images that the atlas shows, in increasing order. Empty: all.
   std::vector<int> part_rows = {}, part_cols = {};
@@ -73,7 +74,8 @@ struct RunEnd {
 //                            attributes to 64 KiB
 //   /time[N]                 float64, s; extended last: the commit mark
 //   /body/NAME               attributes: moves, obstacle, thickness_m, wrap_u, wrap_v (one integer,
-//                            or one per patch); part_rows, part_cols if recorded in part
+//                            or one per patch); part_rows, part_cols if recorded in part;
+//                            spline_degree of a shell
 //   /body/NAME/position      float32 or float64, m: [N, rows, cols, 3], or [N, patches, rows, cols,
 //                            3] for more than one patch; without N if the body does not move
 //   /body/NAME/FIELD         float32, on request: the shape of the positions, without the last

@@ -8,6 +8,7 @@
 
 #include "sim/base/hdf5_handle.h"
 #include "sim/case/channels.h"
+#include "sim/scene/spline_axis.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -77,6 +78,7 @@ struct TrajectoryReader::Implementation {
   void read_header();
   void read_end();
   TrajectoryBody read_body(const std::string& name) const;
+  void read_spline(hid_t group, TrajectoryBody& body) const;
   std::vector<TrajectoryField> read_fields(hid_t group, std::size_t axes) const;
   void find_records(const std::string& group, const std::string& channel);
   std::vector<int> read_particles(hid_t group, std::size_t texels) const;
@@ -258,7 +260,21 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   } catch (const std::invalid_argument& error) {
     access.reject("body " + name + ": " + error.what());
   }
+  read_spline(group.get(), body);
   return body;
+}
+
+// Reads the degree of a shell, for which its images must have enough control points.
+void TrajectoryReader::Implementation::read_spline(hid_t group, TrajectoryBody& body) const {
+  if (H5Aexists(group, "spline_degree") <= 0) return;
+  const std::vector<int> degree = access.read_integers(group, "spline_degree");
+  if (degree.size() != 1 || degree[0] < 2 || degree[0] > highest_spline_degree)
+    access.reject("body " + body.name + " has a spline_degree that is neither 2 nor 3");
+  const bsi::Patch& patch = body.atlas.patches().front();
+  if (!body.is_part() &&
+      std::min(patch.rows, patch.cols) < SplineAxis::least_control_points(degree[0]))
+    access.reject("body " + body.name + " is too small for a spline");
+  body.spline_degree = degree[0];
 }
 
 // Reads the first `count` entries of a list. The list may have grown longer since frames were

@@ -311,6 +311,8 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
   access.write_attribute(group.get(), "thickness_m", body.thickness);
   access.write_attribute(group.get(), "wrap_u", wrap_u);
   access.write_attribute(group.get(), "wrap_v", wrap_v);
+  if (body.spline_degree > 0)
+    access.write_attribute(group.get(), "spline_degree", std::vector<int>{body.spline_degree});
   if (body.is_part()) {
     access.write_attribute(group.get(), "part_rows", body.part_rows);
     access.write_attribute(group.get(), "part_cols", body.part_cols);

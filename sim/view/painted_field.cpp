@@ -81,7 +81,7 @@ void PaintedField::find_extremes(const std::vector<int>& frames) {
 void PaintedField::paint(int frame, RenderedBody& body) const {
   body.places.clear();
   if (!fields_[body.index]) return;
-  for (const double value : values(body.index, frame)) {
+  for (const double value : body.surface.values(values(body.index, frame))) {
     body.places.push_back(legend_.scale.place_of(value));
   }
   body.colour_map = &legend_.scale.map();

@@ -255,7 +255,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
       } else if (options.surface_of_level) {
         reduce_to_level(reader, frame, *options.surface_of_level, body);
       }
-      add_surfaces(reader, body, surfaces);
+      add_surfaces(body, surfaces);
     }
     for (const gpu::DrawnSurface& surface : surfaces) {
       report.triangles += static_cast<std::int64_t>(surface.triangles.size());

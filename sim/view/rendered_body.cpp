@@ -35,7 +35,7 @@ bool rebuild_pyramid(const TrajectoryReader& reader, int frame, RenderedBody& bo
   if (!body.moves && body.pyramid) return false;
   const TrajectoryBody& recorded = reader.bodies()[body.index];
   if (!body.pyramid) {
-    body.pyramid.emplace(recorded.atlas, bsi::PyramidParts{.tangents = false, .spheres = true});
+    body.pyramid.emplace(body.surface.atlas(), bsi::PyramidParts{.tangents = false, .spheres = true});
   }
   if (body.pyramid->rebuild(body.positions)) {
     throw std::runtime_error("cannot draw frame " + std::to_string(frame) + " so: body '" +
@@ -59,13 +59,13 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
   int coloured = 0;
   for (int index = 0; index < static_cast<int>(reader.bodies().size()); ++index) {
     const TrajectoryBody& body = reader.bodies()[index];
-    RenderedBody& rendered = bodies.emplace_back();
+    RenderedBody& rendered = bodies.emplace_back(body);
     rendered.index = index;
     rendered.moves = body.moves;
     rendered.is_obstacle = body.is_obstacle;
     rendered.most_deviation = most[index];
     try {
-      rendered.mesh = bsi::build_mesh(body.atlas);
+      rendered.mesh = rendered.surface.mesh();
     } catch (const std::invalid_argument& error) {
       throw FileError(path + ": body '" + body.name + "': " + error.what());
     }
@@ -80,7 +80,7 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
 
 void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body) {
   if (!body.moves && !body.positions.empty()) return;
-  body.positions = reader.positions(body.index, frame);
+  body.positions = body.surface.points(reader.positions(body.index, frame));
   for (const Vec3& position : body.positions) {
     if (position.allFinite()) continue;
     throw std::runtime_error("cannot draw frame " + std::to_string(frame) + ": body '" +
@@ -117,7 +117,7 @@ std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame
   return spheres_of_level(*body.pyramid, level);
 }
 
-void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
+void add_surfaces(RenderedBody& body,
                   std::vector<gpu::DrawnSurface>& surfaces) {
   const auto add_spheres = [&](const SphereSurface& spheres, const gpu::Colour& colour) {
     if (spheres.triangles.empty()) return;
@@ -150,7 +150,7 @@ void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
   // Grid lines are placed by the first frame in which the body is drawn: their cells are square
   // there.
   if (!body.is_obstacle && body.lines.empty()) {
-    body.lines = gpu::grid_lines(reader.bodies()[body.index].atlas, body.positions);
+    body.lines = gpu::grid_lines(body.surface.atlas(), body.positions);
   }
   surface.positions = body.positions;
   surface.triangles = body.mesh.triangles;

@@ -12,6 +12,7 @@
 #include "bsi/sphere.h"
 #include "gpu/renderer.h"
 #include "sim/trajectory/trajectory.h"
+#include "sim/view/recorded_surface.h"
 
 namespace weft::sim {
 
@@ -24,14 +25,18 @@ struct SphereSurface {
 
 // A body as drawn: parts that are the same in all frames, and its shape in one frame.
 struct RenderedBody {
+  explicit RenderedBody(const TrajectoryBody& body) : surface(body) {}
+
+  RecordedSurface surface;
   int index = 0;
   bool moves = true;
   bool is_obstacle = false;
   bsi::Mesh mesh;
   std::vector<std::array<int, 2>> lines;
   gpu::SurfaceColours colours;
-  std::vector<Vec3> positions;
-  // Places in `colour_map` (0 .. 1), by particle. A body without places has its own `colours`.
+  std::vector<Vec3> positions;  // m, by particle of the surface
+  // Places in `colour_map` (0 .. 1), by particle of the surface. A body without places has its own
+  // `colours`.
   std::vector<float> places;
   const gpu::ColourMap* colour_map = nullptr;
   std::optional<bsi::Pyramid> pyramid;  // built when first needed
@@ -74,7 +79,7 @@ std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame
 
 // Appends the surfaces by which the body is drawn. They refer to the body's data, which must
 // outlive them.
-void add_surfaces(const TrajectoryReader& reader, RenderedBody& body,
+void add_surfaces(RenderedBody& body,
                   std::vector<gpu::DrawnSurface>& surfaces);
 
 }  // namespace weft::sim

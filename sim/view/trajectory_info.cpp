@@ -13,9 +13,29 @@
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/crossings.h"
 #include "sim/view/field_values.h"
+#include "sim/view/recorded_surface.h"
 
 namespace weft::sim {
 namespace {
+
+bool all_finite(std::span<const Vec3> positions) {
+  return std::ranges::all_of(positions, [](const Vec3& p) { return p.allFinite(); });
+}
+
+std::optional<SurfaceDeviation> find_deviation(const TrajectoryReader& reader, int index) {
+  const TrajectoryBody& body = reader.bodies()[index];
+  const RecordedSurface surface(body);
+  if (!surface.is_curved()) return std::nullopt;
+  SurfaceDeviation deviation;
+  for (int frame = 0; frame < (body.moves ? reader.frames() : 1); ++frame) {
+    const std::vector<Vec3> image = reader.positions(index, frame);
+    const double now = all_finite(image) ? surface.deviation(image) : 0;
+    if (now <= deviation.largest) continue;
+    deviation.largest = now;
+    deviation.time = body.moves ? reader.time(frame) : 0;
+  }
+  return deviation;
+}
 
 BodySummary summarise_body(const TrajectoryReader& reader, int index) {
   const TrajectoryBody& body = reader.bodies()[index];
@@ -33,7 +53,8 @@ BodySummary summarise_body(const TrajectoryReader& reader, int index) {
   summary.part_cols = body.part_cols;
   if (body.moves && reader.frames() == 0) return summary;
   const std::vector<Vec3> positions = reader.positions(index, std::max(0, reader.frames() - 1));
-  summary.is_finite = std::ranges::all_of(positions, [](const Vec3& p) { return p.allFinite(); });
+  summary.is_finite = all_finite(positions);
+  summary.deviation = find_deviation(reader, index);
   summary.has_bounds = summary.is_finite;
   if (!summary.is_finite) return summary;
   summary.lower = summary.upper = positions.front();
@@ -78,6 +99,18 @@ std::string describe_end(const TrajectorySummary& summary) {
   if (summary.status == "killed") return "killed: the process that wrote the file did not end it";
   if (summary.status == "unknown") return "unknown: the file is of an earlier version of Weft";
   return printable(summary.status + (summary.reason.empty() ? "" : ": " + summary.reason));
+}
+
+std::string deviation_text(const BodySummary& body) {
+  const auto& [largest, time] = *body.deviation;
+  const double covered = 0.5 * body.thickness;
+  std::string text = "          its surface is within " + rounded_text(largest) +
+                     " m of the triangles that contact keeps apart (at " + rounded_text(time) +
+                     " s); ";
+  if (largest <= covered)
+    return text + "half its thickness, " + rounded_text(covered) + " m, covers that\n";
+  return text + "half its thickness covers " + rounded_text(covered) +
+         " m of that: a finer image or a larger thickness would cover all\n";
 }
 
 std::string size_of(const BodySummary& body) {
@@ -136,12 +169,13 @@ std::string to_text(const RecordSummary& record) {
 }
 
 std::vector<bsi::Mesh> build_meshes(const std::string& path,
-                                    const std::vector<TrajectoryBody>& bodies) {
+                                    const std::vector<TrajectoryBody>& bodies,
+                                    const std::vector<RecordedSurface>& surfaces) {
   std::vector<bsi::Mesh> meshes;
   meshes.reserve(bodies.size());
   for (const TrajectoryBody& body : bodies) {
     try {
-      meshes.push_back(bsi::build_mesh(body.atlas));
+      meshes.push_back(surfaces[meshes.size()].mesh());
     } catch (const std::invalid_argument& error) {
       throw FileError(path + ": body " + body.name + ": " + error.what());
     }
@@ -267,6 +301,7 @@ std::string to_text(const TrajectorySummary& summary) {
       text << "          part: " << range_text(body.part_rows, "rows") << ", "
            << range_text(body.part_cols, "columns") << '\n';
     }
+    if (body.deviation) text << deviation_text(body);
     if (!body.is_finite) text << "          not finite at the last frame\n";
     if (body.has_bounds) {
       text << "          from " << to_text(body.lower) << " to " << to_text(body.upper) << " m\n";
@@ -320,6 +355,10 @@ std::string to_json(const TrajectorySummary& summary) {
       entry["part_rows"] = body.part_rows;
       entry["part_cols"] = body.part_cols;
     }
+    if (body.deviation) {
+      entry["surface_deviation_m"] = body.deviation->largest;
+      entry["surface_deviation_time_s"] = body.deviation->time;
+    }
     if (body.has_bounds) {
       entry["lower_m"] = to_array(body.lower);
       entry["upper_m"] = to_array(body.upper);
@@ -351,9 +390,10 @@ std::vector<FrameCrossings> count_crossings(const std::string& path) {
     throw FileError(path + ": crossings cannot be counted: only a part of body " +
                     in_quotes(part->name) + " is recorded");
   }
-  const std::vector<bsi::Mesh> meshes = build_meshes(path, bodies);
+  const std::vector<RecordedSurface> recorded(bodies.begin(), bodies.end());
+  const std::vector<bsi::Mesh> meshes = build_meshes(path, bodies, recorded);
   const auto place = [&](int body, int triangle) {
-    return CrossingPlace{bodies[body].name, bodies[body].atlas.quad_address(triangle / 2)};
+    return CrossingPlace{bodies[body].name, recorded[body].atlas().quad_address(triangle / 2)};
   };
   std::vector<FrameCrossings> result;
   std::vector<std::vector<Vec3>> positions(bodies.size());
@@ -363,6 +403,7 @@ std::vector<FrameCrossings> count_crossings(const std::string& path) {
       if (f == 0 || bodies[b].moves) {
         positions[b] = reader.positions(static_cast<int>(b), f);
         require_judgeable(path, bodies[b], f, positions[b]);
+        positions[b] = recorded[b].points(std::move(positions[b]));
       }
       surfaces.push_back({positions[b], meshes[b].triangles, !bodies[b].is_obstacle});
     }

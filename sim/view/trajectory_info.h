@@ -1,6 +1,7 @@
 // The summary of a trajectory that `weft info` prints.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,13 @@
 #include "sim/view/field_extremes.h"
 
 namespace weft::sim {
+
+// How far the curved surface of a shell leaves the triangles that contact keeps apart, over all
+// frames: an upper bound (m), and the first time (s) at which it is reached. Curved surfaces keep
+// apart while it is no more than half the thickness of contact.
+struct SurfaceDeviation {
+  double largest = 0, time = 0;
+};
 
 struct BodySummary {
   std::string name;
@@ -19,6 +27,7 @@ struct BodySummary {
   double thickness = 0;  // m
   // Rows and columns of the body's images that are recorded. Empty: all.
   std::vector<int> part_rows, part_cols;
+  std::optional<SurfaceDeviation> deviation;  // of shells recorded as a whole
   // Bounds at the last frame (m). has_bounds is false if a moving body has no frame yet, or if a
   // position is not finite.
   bool has_bounds = false, is_finite = true;
@@ -49,8 +58,8 @@ struct TrajectorySummary {
   std::vector<SeriesSummary> series;
 };
 
-// Reads everything except the positions before the last frame. Reads one frame of one field at a
-// time. Throws FileError.
+// Reads everything except the positions before the last frame; of shells it reads them all. Reads
+// one frame of one field at a time. Throws FileError.
 TrajectorySummary summarise_trajectory(const std::string& path);
 // Returns the summary as text for people.
 std::string to_text(const TrajectorySummary& summary);
@@ -72,7 +81,8 @@ struct FrameCrossings {
 
 // Counts the intersecting pairs of triangles in the positions on disk, exactly
 // (sim/view/crossings.h). Returns one entry per frame. Obstacles are checked neither against each
-// other nor against themselves, because they may be built from overlapping parts.
+// other nor against themselves, because they may be built from overlapping parts. Shells have the
+// triangles of RecordedSurface, and their texels are those of its image.
 //
 // Throws FileError, also for a file that cannot be judged: it has no frame, only obstacles, a body
 // recorded only in part, or a position that is not finite or beyond the range of float32. The

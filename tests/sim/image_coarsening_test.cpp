@@ -16,6 +16,15 @@ std::unique_ptr<const Scene> scene_of(const std::string& shape, const std::strin
       "test.toml", {}));
 }
 
+std::unique_ptr<const Scene> shell_of(const std::string& shape, const std::string& pin = "") {
+  return build_scene(parse_case(
+      "[contact]\nenabled = false\n[material.solid]\nmodel = \"shell\"\nyoungs_modulus = 1e6\n"
+      "poisson_ratio = 0.3\nshell_thickness = 0.01\nvolume_density = 1000\n[[body]]\nname = "
+      "\"body\"\nshape = " +
+          shape + "\n" + pin,
+      "test.toml", {}));
+}
+
 std::string sheet(int rows, int cols) {
   return "{ type = \"rectangle\", size = [1.0, 1.0], resolution = [" + std::to_string(rows) + ", " +
          std::to_string(cols) + "] }";
@@ -82,6 +91,38 @@ TEST(ImageCoarsening, ReproducesConstantsOnClosedAndSewnSurfaces) {
     SCOPED_TRACE(shape);
     expect_reproduced(*scene_of(shape), [](int) { return 1.0; });
   }
+}
+
+// Every level of a shell has the control points of splines on fewer knots, and interpolates with
+// weights that sum to 1.
+TEST(ImageCoarsening, HalvesTheKnotsOfShells) {
+  for (const char* shape :
+       {"{ type = \"rectangle\", size = [1, 1], resolution = [17, 35] }",
+        "{ type = \"cylinder\", radius = 0.3, length = 1.0, resolution = [19, 23] }",
+        "{ type = \"torus\", major_radius = 0.5, minor_radius = 0.2, resolution = [16, 29] }",
+        "{ type = \"sphere\", radius = 0.5, resolution = [13] }"}) {
+    SCOPED_TRACE(shape);
+    const auto scene = shell_of(shape);
+    const auto levels = coarsen_images(*scene);
+    EXPECT_GE(levels.size(), 2U);
+    int count = scene->dynamic_particles;
+    for (const Prolongation& p : levels) {
+      ASSERT_EQ(p.fine_count(), count);
+      EXPECT_LT(p.coarse_count(), 0.7 * count);
+      for (int i = 0; i < p.fine_count(); ++i) {
+        EXPECT_LE(p.row_start[i + 1] - p.row_start[i], 16);
+        double sum = 0;
+        for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k) sum += p.weight[k];
+        EXPECT_NEAR(sum, 1, 1e-6);
+      }
+      count = p.coarse_count();
+    }
+  }
+  // 14 x 32 elements, 7 x 16, and 3 x 8 without a level between, as 7 cannot be halved.
+  const auto levels =
+      coarsen_images(*shell_of("{ type = \"rectangle\", size = [1, 1], "
+                               "resolution = [17, 35] }"));
+  EXPECT_EQ(levels[0].coarse_count(), 10 * 19);
 }
 
 TEST(ImageCoarsening, HalvesDownToAFewNodesAPatch) {

@@ -110,6 +110,10 @@ Eigen::MatrixXd dense(const Scene& scene, const Map& map) {
   return result;
 }
 
+const std::string shell =
+    "model = \"shell\"\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\nshell_thickness = 1e-2\n"
+    "volume_density = 1000\n";
+
 std::vector<Setting> settings() {
   const std::string pins = "[[body.pin]]\ncorners = [\"last_first\", \"last_last\"]\n";
   const std::string touching = "range = 0.004\nfriction = 0.3";
@@ -130,6 +134,13 @@ std::vector<Setting> settings() {
            R"({ type = "torus", major_radius = 0.5, minor_radius = 0.2, resolution = [12, 15] })"},
       {.shape = R"({ type = "sphere", radius = 0.5, resolution = [7] })",
        .material = "bending_stiffness = 1e-3"},
+      // Shells: open, quadratic and damped; closed and clamped.
+      {.shape = sheet(11, 14),
+       .more = pins,
+       .material = shell + "spline_degree = 2\nstiffness_damping = 1e-3\nmass_damping = 1.0"},
+      {.shape = R"({ type = "cylinder", radius = 0.3, length = 1.0, resolution = [11, 13] })",
+       .more = "[[body.pin]]\nedges = [\"first_row\"]\nclamp = true\n",
+       .material = shell},
       // A sheet on an obstacle.
       {.shape = sheet(13, 13),
        .more = "[[obstacle]]\nname = \"floor\"\nposition = [0, 0, -0.0025]\nshape = " + sheet(4, 4),
@@ -144,31 +155,35 @@ std::vector<Setting> settings() {
 
 // The matrix is formed for several gammas from the same K and D.
 TEST(VelocityMatrix, IsTheSumOfMassDampingAndStiffness) {
-  for (const char* damping : {"", "stiffness_damping = 1e-3\nmass_damping = 1.0"}) {
-    DeformedScene deformed({.shape = sheet(7, 9), .material = damping});
-    const Dynamics& dynamics = deformed.dynamics();
-    VelocityMatrix matrix(dynamics);
-    for (const double gamma : {0.1, 0.003}) {
-      matrix.form(gamma);
-      const Eigen::MatrixXd expected = dense(deformed.scene(), [&](const auto& in, auto& out) {
-        dynamics.stiffness().multiply(in, out, 1);
-        std::vector<Vec3> damped(in.size(), Vec3::Zero());
-        if (dynamics.has_damping()) dynamics.damping().multiply(in, damped, 1);
-        for (std::size_t i = 0; i < in.size(); ++i)
-          out[i] = deformed.scene().mass[i] * in[i] + gamma * damped[i] + gamma * gamma * out[i];
-      });
-      const double rounding = 1e-14 * expected.norm();
-      const Eigen::MatrixXd product =
-          dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
-      EXPECT_LT((product - expected).norm(), rounding) << damping;
-      SingleBlockMatrix copy(matrix.pattern());
-      matrix.copy_to(copy);
-      for (int row = 0; row < copy.pattern().rows(); ++row) {
-        for (int slot = copy.pattern().row_begin(row); slot < copy.pattern().row_end(row); ++slot) {
-          const Mat3 block = expected.block<3, 3>(3 * row, 3 * copy.pattern().column(slot));
-          EXPECT_LT((matrix.block(row, slot) - block).norm(), rounding) << damping;
-          EXPECT_LT((copy.block(row, slot).cast<double>() - block).norm(), 1e-6 * block.norm())
-              << damping;
+  for (const std::string damping : {"", "stiffness_damping = 1e-3\nmass_damping = 1.0"}) {
+    for (const std::string& model : {std::string(), shell}) {
+      DeformedScene deformed({.shape = sheet(7, 9), .material = model + damping});
+      const Dynamics& dynamics = deformed.dynamics();
+      VelocityMatrix matrix(dynamics);
+      for (const double gamma : {0.1, 0.003}) {
+        matrix.form(gamma);
+        const Eigen::MatrixXd expected = dense(deformed.scene(), [&](const auto& in, auto& out) {
+          dynamics.stiffness().multiply(in, out, 1);
+          std::vector<Vec3> damped(in.size(), Vec3::Zero());
+          if (dynamics.has_damping()) dynamics.damping().multiply(in, damped, 1);
+          for (int i = 0; i < dynamics.particle_count(); ++i)
+            out[i] = dynamics.mass().row_product(i, in.data()) + gamma * damped[i] +
+                     gamma * gamma * out[i];
+        });
+        const double rounding = 1e-14 * expected.norm();
+        const Eigen::MatrixXd product =
+            dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
+        EXPECT_LT((product - expected).norm(), rounding) << damping;
+        SingleBlockMatrix copy(matrix.pattern());
+        matrix.copy_to(copy);
+        for (int row = 0; row < copy.pattern().rows(); ++row) {
+          for (int slot = copy.pattern().row_begin(row); slot < copy.pattern().row_end(row);
+               ++slot) {
+            const Mat3 block = expected.block<3, 3>(3 * row, 3 * copy.pattern().column(slot));
+            EXPECT_LT((matrix.block(row, slot) - block).norm(), rounding) << damping;
+            EXPECT_LT((copy.block(row, slot).cast<double>() - block).norm(), 1e-6 * block.norm())
+                << damping;
+          }
         }
       }
     }
@@ -291,10 +306,13 @@ DenseSystem dense_system(DeformedScene& deformed, double gamma) {
   DenseSystem system;
   system.a = dense(deformed.scene(), [&](const auto& in, auto& out) { matrix.multiply(in, out); });
   const std::vector<double> b = deformed.right_side(gamma);
-  system.right = Eigen::Map<const Eigen::VectorXd>(b.data() + b.size() / 2, system.a.rows());
+  const auto* const velocity = reinterpret_cast<const Vec3*>(b.data() + b.size() / 2);
+  system.right.resize(system.a.rows());
   for (int i = 0; i < deformed.scene().dynamic_particles; ++i) {
-    system.right.segment<3>(3 * i) *= deformed.scene().mass[i];
-    if (deformed.scene().pinned[i] != 0) system.a.diagonal().segment<3>(3 * i).setOnes();
+    system.right.segment<3>(3 * i) = deformed.dynamics().mass().row_product(i, velocity);
+    if (deformed.scene().pinned[i] == 0) continue;
+    system.right.segment<3>(3 * i).setZero();
+    system.a.diagonal().segment<3>(3 * i).setOnes();
   }
   return system;
 }

@@ -1,0 +1,66 @@
+// The mass matrix in the equations of motion, with its products and its inverse.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sim/matrix/block_matrix.h"
+#include "sim/motion/particle_masses.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// The mass matrix M of the dynamic particles (mass_matrix.h), the same for each of the three axes.
+// Scenes without shells have a diagonal M, whose functions cost what those of particle_masses.h do.
+// With shells, M is stored beside a pattern of blocks, one number per upper block.
+class MassOperator {
+ public:
+  // Lumped: the masses of the scene on the diagonal, shells included. Equilibria need no more.
+  enum class Form : std::uint8_t { lumped, consistent };
+  // The scene must outlive the object.
+  MassOperator(const Scene& scene, Form form);
+  ~MassOperator();
+  MassOperator(const MassOperator&) = delete;
+  MassOperator& operator=(const MassOperator&) = delete;
+
+  bool is_diagonal() const { return is_diagonal_; }
+  // Adds the pairs of particles that M couples.
+  void add_couplings(std::vector<std::vector<int>>& neighbours) const;
+  // Takes a pattern that contains these pairs. Must be called once, before all functions below.
+  void attach(std::shared_ptr<const BlockPattern> pattern);
+
+  // Returns the entry (kg) at a slot of a row of the pattern.
+  double at(int row, int slot) const {
+    if (is_diagonal_) return slot == pattern_->diagonal_slot(row) ? scene_.mass[row] : 0;
+    return entries_[pattern_->upper(row, slot)];
+  }
+  // Returns row `row` of M `in`.
+  Vec3 row_product(int row, const Vec3* in) const {
+    return is_diagonal_ ? Vec3(scene_.mass[row] * in[row]) : coupled_product(row, in);
+  }
+  // out = M in.
+  void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
+  // Returns a . M b.
+  double product(std::span<const Vec3> a, std::span<const Vec3> b, int threads) const;
+  // As vibration_products() of particle_masses.h, with this M.
+  VibrationProducts vibration(std::span<const Vec3> before, std::span<const Vec3> a,
+                              std::span<const Vec3> after, int threads) const;
+  // Replaces forces on the free particles by M^-1 times these, where M has their rows and columns
+  // alone; others become zero. With shells, the first call factorises that M, and each costs two
+  // passes over the factor, on one thread.
+  void solve(std::span<Vec3> force);
+
+ private:
+  class Factor;
+  Vec3 coupled_product(int row, const Vec3* in) const;
+
+  const Scene& scene_;
+  bool is_diagonal_;
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::vector<double> entries_;  // kg, by upper block of the pattern; empty if diagonal
+  std::unique_ptr<Factor> factor_;
+};
+
+}  // namespace weft::sim

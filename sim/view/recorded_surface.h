@@ -1,0 +1,43 @@
+// The surface of a recorded body in triangles.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sim/scene/spline_sampling.h"
+#include "sim/trajectory/trajectory.h"
+
+namespace weft::sim {
+
+// Of a shell these are the triangles on which contact acts: between samples of the spline through
+// the points of its image. Any other body, and a shell of which only a part is recorded, has the
+// triangles of its image.
+class RecordedSurface {
+ public:
+  explicit RecordedSurface(const TrajectoryBody& body);
+
+  // Throws std::invalid_argument as bsi::build_mesh().
+  bsi::Mesh mesh() const { return bsi::build_mesh(atlas()); }
+  const bsi::Atlas& atlas() const { return sampled_ ? sampled_->sampling.atlas : image_; }
+  // Returns the points of atlas(), by particle, for those of an image (m).
+  std::vector<Vec3> points(std::vector<Vec3> image) const;
+  // Returns the values at these points for one value per particle of an image.
+  std::vector<double> values(std::vector<double> image) const;
+  // Returns an upper bound (m) of the distance of the curved surface from these triangles; 0 without
+  // a spline.
+  double deviation(std::span<const Vec3> image) const;
+  bool is_curved() const { return sampled_.has_value(); }
+
+ private:
+  struct Sampled {
+    Sampled(const bsi::Atlas& image, int degree) : surface(image, degree), sampling(image, surface) {}
+    SplineSurface surface;
+    SplineSampling sampling;
+  };
+  std::vector<Vec3> on_samples(std::span<const Vec3> image) const;
+
+  bsi::Atlas image_;
+  std::optional<Sampled> sampled_;
+};
+
+}  // namespace weft::sim
