@@ -71,8 +71,8 @@ struct Field {
   // The field applies only where the Choice `switch_key` of the same table has one of these values.
   std::string switch_key;
   std::vector<std::string> switch_values;
-  std::string excluded_by;  // key of the same table that must be absent
-  bool takes_gust = false;  // a vector that varies: a gust, too
+  std::vector<std::string> excluded_by;  // keys of the same table that must be absent
+  bool takes_gust = false;               // a vector that varies: a gust, too
 
   Field& with_default(std::string text);
   Field& needed();
@@ -106,6 +106,10 @@ Table describe(OutputPartCase& target);
 Table describe(OutputCase& target);
 Table describe(ComputeCase& target);
 Table describe(IncludeCase& target);
+Table describe(StretchCurveCase& target);
+Table describe(OrthotropicMembraneCase& target);
+Table describe(MeasuredMembraneCase& target);
+Table describe(OrthotropicBendingCase& target);
 Table describe(MaterialCase& target);
 Table describe(ShapeCase& target);
 Table describe(StartCase& target);
@@ -135,8 +139,11 @@ bool varies(const Field& field);
 std::vector<std::string> keys_that_vary();
 
 // True if the field has no switch, or if the switch has one of the values that the field belongs
-// to.
+// to, and itself applies.
 bool applies(const Field& field, const Table& table);
+// Returns the field whose switch rules this one out: itself, or its switch or the switch of that.
+// Precondition: the field does not apply.
+const Field& ruled_out_by(const Field& field, const Table& table);
 
 // The values that a field takes: `a number > 0 (s)`, `an array of 3 numbers (m)`, `one of "a",
 // "b"`.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sim/case/case_error.h"
+#include "sim/scene/cloth_laws.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/shell_body.h"
 
@@ -20,8 +21,7 @@ constexpr double largest_stray = 1e-6;
 
 double support_stiffness(const MaterialCase& material) {
   if (material.is_shell()) return hardness * material.youngs_modulus * material.shell_thickness;
-  return hardness *
-         std::max(material.membrane_stiffness, material.structural_stiffness.value_or(0));
+  return hardness * largest_membrane_stiffness(material);
 }
 
 void require_plane(const SceneBody& body, const PinCase& pin, std::span<const int> held,
