@@ -22,12 +22,20 @@ set(weft_bsi_headers
 set(weft_materials_headers
   bending.h
   contact.h
+  curved_bending.h
   drag.h
+  fabric_membrane.h
   hinge.h
+  measured_stretch.h
   membrane.h
+  orthotropic_membrane.h
   spring.h
+  stretch_curve.h
   # included
+  jet.h
   lanes.h
+  orthotropic_moduli.h
+  strain_map.h
   types.h)
 set(weft_gpu_headers
   colour_map.h

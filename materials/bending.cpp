@@ -49,4 +49,40 @@ Mat3 triangle_bending_modulus(const Nodes3& rest, const std::array<bool, 3>& has
   return modulus;
 }
 
+StrainMapOf<double> bending_map(const Nodes3& rest, const Vec3& warp,
+                                const std::array<bool, 3>& has_angle,
+                                const OrthotropicModuli& moduli) {
+  const Nodes3 edges = opposite_edges(rest);
+  const Vec3 area_vector = edges.col(0).cross(edges.col(1));
+  const double double_area = area_vector.norm();
+  assert(double_area > 0);
+  const Vec3 normal = area_vector / double_area;
+  const Vec3 first = (warp - normal.dot(warp) * normal).normalized();
+  const Vec3 second = normal.cross(first);
+  Mat3 map;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 outward = edges.col(i).cross(normal);  // m_i times the length l_i
+    const double a = first.dot(outward), b = second.dot(outward);
+    map.col(i) = Vec3(a * a, b * b, 2 * a * b) / (double_area * outward.norm());
+  }
+  // Each border edge in turn takes the angle of least energy for those that are left.
+  const Mat3 stiffness = moduli.matrix();
+  for (int k = 0; k < 3; ++k) {
+    if (has_angle[k]) continue;
+    const Vec3 column = map.col(k);
+    const double own = column.dot(stiffness * column);
+    map -= column * ((column.transpose() * stiffness * map) / own);
+    map.col(k).setZero();
+  }
+  return {map, 0.5 * double_area};
+}
+
+Mat3 triangle_bending_modulus(const Nodes3& rest, const Vec3& warp,
+                              const std::array<bool, 3>& has_angle,
+                              const OrthotropicModuli& moduli) {
+  if (!has_angle[0] && !has_angle[1] && !has_angle[2]) return Mat3::Zero();
+  const auto [map, area] = bending_map(rest, warp, has_angle, moduli);
+  return area * map.transpose() * moduli.matrix() * map;
+}
+
 }  // namespace weft::materials

@@ -23,6 +23,7 @@
 
 #include <array>
 
+#include "materials/strain_map.h"
 #include "materials/types.h"
 
 namespace weft::materials {
@@ -34,5 +35,18 @@ namespace weft::materials {
 // Called once per triangle, at set-up.
 Mat3 triangle_bending_modulus(const Nodes3& rest, const std::array<bool, 3>& has_angle,
                               double stiffness, double poisson_ratio);
+
+// The same for an orthotropic plate, whose axis 1 lies along `warp`, a direction that is not normal
+// to the triangle, and whose axis 2 is a quarter turn further, counter-clockwise as the nodes:
+//   W = A/2 kappa : D : kappa,  D over (kappa_11, kappa_22, 2 kappa_12).
+Mat3 triangle_bending_modulus(const Nodes3& rest, const Vec3& warp,
+                              const std::array<bool, 3>& has_angle,
+                              const OrthotropicModuli& moduli);
+// Returns the map from the angles t to the curvature (kappa_11, kappa_22, 2 kappa_12) in these
+// axes, for laws that are not linear (curved_bending.h). Angles of border edges count as the values
+// that minimise the W above, so their columns are zero.
+StrainMapOf<double> bending_map(const Nodes3& rest, const Vec3& warp,
+                                const std::array<bool, 3>& has_angle,
+                                const OrthotropicModuli& moduli);
 
 }  // namespace weft::materials

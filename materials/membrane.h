@@ -1,6 +1,9 @@
 // Triangle springs (Delingette 2008): the St. Venant-Kirchhoff membrane in squared edge lengths.
 // The energy is W = sum_i k_i/4 q_i^2 + sum_(i<j) c_ij/2 q_i q_j = 1/2 q^T C q with q_i = l_i^2 -
 // L_i^2. Kelvin-Voigt damping replaces q by q + beta q' in the force.
+//
+// The functions take any `Membrane` with the members of TriangleMembraneOf, such as
+// OrthotropicMembraneOf (orthotropic_membrane.h), whose C differs.
 #pragma once
 
 #include <array>
@@ -48,9 +51,8 @@ std::array<Real, 3> squared_lengths(const NodesOf<Real, 3>& edges) {
 }
 
 // Returns q, m^2.
-template <class Real>
-Vec3Of<Real> squared_length_changes(const TriangleMembraneOf<Real>& membrane,
-                                    const NodesOf<Real, 3>& edges) {
+template <class Real, class Membrane>
+Vec3Of<Real> squared_length_changes(const Membrane& membrane, const NodesOf<Real, 3>& edges) {
   const auto& rest = membrane.rest_squared_length;
   const auto now = squared_lengths(edges);
   return {now[0] - rest[0], now[1] - rest[1], now[2] - rest[2]};
@@ -65,16 +67,16 @@ Vec3Of<Real> squared_length_rates(const NodesOf<Real, 3>& edges, const NodesOf<R
 }
 
 // Returns the energy, J.
-template <class Real>
-Real membrane_energy(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& x) {
+template <class Real, class Membrane>
+Real membrane_energy(const Membrane& membrane, const NodesOf<Real, 3>& x) {
   const Vec3Of<Real> change = squared_length_changes(membrane, opposite_edges(x));
   return 0.5 * dot(change, membrane.times_modulus(change));
 }
 
 // Returns the tensions s = C (q + beta q'), one per edge, N/m. Edge i pulls its ends together with
 // 2 s_i e_i.
-template <class Real>
-Vec3Of<Real> edge_tensions(const TriangleMembraneOf<Real>& membrane, const NodesOf<Real, 3>& edges,
+template <class Real, class Membrane>
+Vec3Of<Real> edge_tensions(const Membrane& membrane, const NodesOf<Real, 3>& edges,
                            const NodesOf<Real, 3>& v) {
   const Vec3Of<Real> rates = squared_length_rates(edges, v);
   return membrane.times_modulus(squared_length_changes(membrane, edges) +
@@ -95,18 +97,17 @@ NodesOf<Real, 3> pulls_of(const Vec3Of<Real>& tensions, const NodesOf<Real, 3>& 
 }
 
 // Returns the forces on the three nodes as columns, N.
-template <class Real>
-NodesOf<Real, 3> membrane_forces(const TriangleMembraneOf<Real>& membrane,
-                                 const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v) {
+template <class Real, class Membrane>
+NodesOf<Real, 3> membrane_forces(const Membrane& membrane, const NodesOf<Real, 3>& x,
+                                 const NodesOf<Real, 3>& v) {
   const NodesOf<Real, 3> edges = opposite_edges(x);
   return pulls_of(edge_tensions(membrane, edges, v), edges);
 }
 
 // Returns the undamped forces of a quad's two triangles on its corners, N. The triangles have the
 // nodes 0, 1, 2 and 1, 3, 2. Shared terms are computed once.
-template <class Real>
-NodesOf<Real, 4> undamped_membrane_forces(const TriangleMembraneOf<Real>& one,
-                                          const TriangleMembraneOf<Real>& other,
+template <class Real, class Membrane>
+NodesOf<Real, 4> undamped_membrane_forces(const Membrane& one, const Membrane& other,
                                           const NodesOf<Real, 4>& x) {
   const Vec3Of<Real> diagonal = x.col(2) - x.col(1);
   const Vec3Of<Real> to0 = x.col(0) - x.col(2), from0 = x.col(1) - x.col(0);
@@ -132,8 +133,8 @@ NodesOf<Real, 4> undamped_membrane_forces(const TriangleMembraneOf<Real>& one,
 
 // Returns G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness without
 // the stress part. Times beta it is exactly -d forces / d v, N s/m.
-template <class Real>
-StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real>& membrane,
+template <class Real, class Membrane>
+StencilMatrix<Real, 3> membrane_material_stiffness(const Membrane& membrane,
                                                    const NodesOf<Real, 3>& x) {
   const NodesOf<Real, 3> edges = opposite_edges(x);
   // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i. Node a therefore has
@@ -156,9 +157,9 @@ StencilMatrix<Real, 3> membrane_material_stiffness(const TriangleMembraneOf<Real
 }
 
 // Returns the forces -G C G^T u (N) of a displacement u (m), whose node values are columns.
-template <class Real>
-NodesOf<Real, 3> membrane_material_pulls(const TriangleMembraneOf<Real>& membrane,
-                                         const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& u) {
+template <class Real, class Membrane>
+NodesOf<Real, 3> membrane_material_pulls(const Membrane& membrane, const NodesOf<Real, 3>& x,
+                                         const NodesOf<Real, 3>& u) {
   const NodesOf<Real, 3> edges = opposite_edges(x);
   return pulls_of(membrane.times_modulus(squared_length_rates(edges, u)), edges);
 }
@@ -179,10 +180,9 @@ void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
 }
 
 // Returns -d forces / d x with the stress of (x, v) (exact without damping), symmetric, N/m.
-template <class Real>
-StencilMatrix<Real, 3> membrane_stiffness(const TriangleMembraneOf<Real>& membrane,
-                                          const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
-                                          bool pull_only = false) {
+template <class Real, class Membrane>
+StencilMatrix<Real, 3> membrane_stiffness(const Membrane& membrane, const NodesOf<Real, 3>& x,
+                                          const NodesOf<Real, 3>& v, bool pull_only = false) {
   StencilMatrix<Real, 3> result = membrane_material_stiffness(membrane, x);
   add_membrane_stress(edge_tensions(membrane, opposite_edges(x), v), pull_only, result);
   return result;

@@ -39,6 +39,32 @@ Mat3Of<Real> outer(const Vec3Of<Real>& a, const Vec3Of<Real>& b) {
   return a * b.transpose();
 }
 
+// A symmetric 3 x 3 matrix, row by row from its diagonal.
+template <class Real>
+struct Symmetric3Of {
+  std::array<Real, 6> entries;
+
+  static constexpr int index(int i, int j) {
+    return i <= j ? i * 3 - i * (i + 1) / 2 + j : index(j, i);
+  }
+  const Real& operator()(int i, int j) const { return entries[index(i, j)]; }
+  Real& operator()(int i, int j) { return entries[index(i, j)]; }
+  Symmetric3Of scaled(const Real& factor) const {
+    Symmetric3Of result = *this;
+    for (Real& entry : result.entries) entry *= factor;
+    return result;
+  }
+  Symmetric3Of& operator+=(const Symmetric3Of& other) {
+    for (std::size_t i = 0; i < entries.size(); ++i) entries[i] += other.entries[i];
+    return *this;
+  }
+  Vec3Of<Real> operator*(const Vec3Of<Real>& a) const {
+    const auto& c = entries;
+    return {c[0] * a[0] + c[1] * a[1] + c[2] * a[2], c[1] * a[0] + c[3] * a[1] + c[4] * a[2],
+            c[2] * a[0] + c[4] * a[1] + c[5] * a[2]};
+  }
+};
+
 // A symmetric matrix over the nodes of a stencil, as its 3x3 blocks on and above the diagonal.
 template <class Real, int nodes>
 struct StencilMatrix {

@@ -76,8 +76,39 @@ struct ContactCase {
 enum class MaterialModel { cloth, shell };
 enum class MembraneModel { triangles, springs };
 
+// Force per width against strain, straight between the points of the table and beyond them.
+struct StretchCurveCase {
+  std::vector<double> strains;   // increasing, with 0
+  std::vector<double> tensions;  // N/m, one per strain; they do not fall, and are 0 at 0
+};
+
+// Stiffness along warp, weft and in shear: a constant or a curve for each.
+struct OrthotropicMembraneCase {
+  std::optional<double> warp_stiffness, weft_stiffness;  // Young's moduli times thickness, N/m
+  std::optional<double> shear_modulus;                   // times thickness, N/m
+  double poisson_ratio = 0;  // contraction along the weft under a pull along the warp
+  std::optional<StretchCurveCase> warp_curve, weft_curve, shear_curve;
+
+  bool has_curves() const { return warp_curve || weft_curve || shear_curve; }
+};
+
+// Stiffness by strain and bias angle, each with six entries in N/m (materials/measured_stretch.h):
+// without stretch, then stretched by a sixth at 0, 22.5, 45, 67.5 and 90 degrees to the warp.
+struct MeasuredMembraneCase {
+  std::vector<double> warp, coupling, weft, shear;
+  double factor = 1;  // of all of them
+};
+
+// Bending stiffness along the warp, at 45 degrees and along the weft.
+struct OrthotropicBendingCase {
+  std::vector<double> warp, bias, weft;  // N m, at each of the curvatures
+  std::vector<double> curvatures;        // 1/m, increasing from 0; one stiffness needs none
+  double factor = 1;                     // of all of them
+};
+
 struct MaterialCase {
-  std::string name;  // of [material.NAME]
+  std::string name;    // of [material.NAME]
+  std::string preset;  // name of the preset that it begins with (material_presets.h); empty: none
   MaterialModel model = MaterialModel::cloth;
   double density = 0.2;  // kg/m^2, > 0; cloth
   MembraneModel membrane = MembraneModel::triangles;
@@ -97,7 +128,14 @@ struct MaterialCase {
   Varying<double> normal_drag = 0.0;           // coefficient
   Varying<double> tangential_drag = 0.0;       // coefficient
 
+  std::optional<OrthotropicMembraneCase> orthotropic_membrane;  // instead of membrane_stiffness
+  std::optional<MeasuredMembraneCase> measured_membrane;        // instead of membrane_stiffness
+  std::optional<OrthotropicBendingCase> orthotropic_bending;    // instead of bending_stiffness
+
   bool is_shell() const { return model == MaterialModel::shell; }
+  // True if its membrane is isotropic, made of triangles or springs.
+  bool has_isotropic_membrane() const { return !orthotropic_membrane && !measured_membrane; }
+  bool resists_bending() const { return bending_stiffness > 0 || orthotropic_bending; }
   double area_density() const { return is_shell() ? volume_density * shell_thickness : density; }
 };
 
@@ -199,6 +237,7 @@ struct BodyCase {
   Vec3 velocity{0, 0, 0};              // m/s
   Vec3 angular_velocity_deg{0, 0, 0};  // degrees/s about the body's centre
   std::optional<double> thickness;     // m; default 1e-3, of a shell shell_thickness
+  double warp_angle_deg = 0;           // of the warp to the rows of the image, towards columns
   bool control_net = false;            // of a shell: the image holds its control points
   bool self_contact = true;
   std::vector<PinCase> pin;

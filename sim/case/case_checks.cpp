@@ -10,6 +10,7 @@
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
 #include "sim/case/channels.h"
+#include "sim/case/fabric_checks.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/case/static_checks.h"
 #include "sim/case/support_checks.h"
@@ -39,6 +40,7 @@ class Checker {
     tolerances();
     names();
     materials();
+    check_fabrics(case_, locations_);
     check_static(case_, locations_);
     check_loads_and_supports(case_, locations_);
     supports();
@@ -254,10 +256,11 @@ class Checker {
 
   void clamp(const PinCase& pin, const BodyCase& body, const std::string& path) const {
     const auto material = std::ranges::find(case_.material, body.material, &MaterialCase::name);
-    if (!pin.clamp || material->is_shell() || material->bending_stiffness > 0) return;
+    if (!pin.clamp || material->is_shell() || material->resists_bending()) return;
     fail(join_path(path, "clamp"),
          "a clamp of body " + in_quotes(body.name) + ", whose material does not resist bending",
-         "expected bending_stiffness > 0 in " + heading(join_path("material", body.material)));
+         "expected bending_stiffness > 0 or orthotropic_bending in " +
+             heading(join_path("material", body.material)));
   }
 
   void tie(const TieCase& target, const std::string& path) const {

@@ -69,6 +69,7 @@ struct FieldSchema {
   Json operator()(const std::string*) const {
     Json schema{{"type", "string"}};
     if (field.identifier) schema["pattern"] = identifier_pattern;
+    if (!field.names.empty()) schema["enum"] = field.names;
     return schema;
   }
   Json operator()(const Vec3* value) const {
@@ -136,12 +137,15 @@ Json switch_schema(const Table& table, const Field& switch_field, const std::str
   Json needed = Json::array();
   Json forbidden = Json::object();
   for (const Field& field : table.fields) {
-    if (field.switch_key != switch_field.key) continue;
-    const bool belongs = std::find(field.switch_values.begin(), field.switch_values.end(), value) !=
-                         field.switch_values.end();
+    const Field* by = &field;  // the field that the switch rules, which may be this one's switch
+    while (!by->switch_key.empty() && by->switch_key != switch_field.key)
+      by = table.find(by->switch_key);
+    if (by->switch_key.empty()) continue;
+    const bool belongs = std::find(by->switch_values.begin(), by->switch_values.end(), value) !=
+                         by->switch_values.end();
     if (!belongs) {
       forbidden[field.key] = false;
-    } else if (field.required) {
+    } else if (field.required && by == &field) {
       needed.push_back(field.key);
     }
   }
@@ -158,9 +162,8 @@ void add_key_rules(const Table& table, Json& schema) {
         schema["allOf"].push_back(switch_schema(table, field, value));
       }
     }
-    if (!field.excluded_by.empty()) {
-      schema["dependentSchemas"][field.excluded_by]["properties"][field.key] = false;
-    }
+    for (const std::string& other : field.excluded_by)
+      schema["dependentSchemas"][other]["properties"][field.key] = false;
   }
 }
 
@@ -195,7 +198,7 @@ std::string meaning_cell(const Field& field) {
     values += (values.empty() ? "" : ", ") + code(toml_string(value));
   }
   if (!values.empty()) text += " Only with " + code(field.switch_key) + " = " + values + '.';
-  if (!field.excluded_by.empty()) text += " Not with " + code(field.excluded_by) + '.';
+  for (const std::string& other : field.excluded_by) text += " Not with " + code(other) + '.';
   return text;
 }
 

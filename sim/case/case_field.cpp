@@ -59,7 +59,7 @@ Field& Field::only_for(std::string choice_key, std::vector<std::string> values) 
 }
 
 Field& Field::not_with(std::string key_that_excludes) {
-  excluded_by = std::move(key_that_excludes);
+  excluded_by.push_back(std::move(key_that_excludes));
   return *this;
 }
 
@@ -82,10 +82,16 @@ std::vector<std::string> Table::keys() const {
 
 bool applies(const Field& field, const Table& table) {
   if (field.switch_key.empty()) return true;
-  const auto& choice = std::get<Choice>(table.find(field.switch_key)->member);
+  const Field& by = *table.find(field.switch_key);
+  const auto& choice = std::get<Choice>(by.member);
   const std::string& chosen = choice.names[choice.get()];
-  return std::find(field.switch_values.begin(), field.switch_values.end(), chosen) !=
-         field.switch_values.end();
+  return applies(by, table) && std::find(field.switch_values.begin(), field.switch_values.end(),
+                                         chosen) != field.switch_values.end();
+}
+
+const Field& ruled_out_by(const Field& field, const Table& table) {
+  const Field& by = *table.find(field.switch_key);
+  return applies(by, table) ? field : ruled_out_by(by, table);
 }
 
 namespace {
@@ -115,6 +121,7 @@ struct ExpectedText {
   std::string operator()(const double*) const { return "a number" + limits(); }
   std::string operator()(const std::optional<double>*) const { return "a number" + limits(); }
   std::string operator()(const std::string*) const {
+    if (!field.names.empty()) return "one of " + quoted_list(field.names);
     return field.identifier ? "a name of letters, digits, _ and -" : "a string";
   }
   std::string operator()(const Vec3*) const { return "an array of 3 numbers" + limits(); }

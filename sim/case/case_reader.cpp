@@ -8,6 +8,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
 #include "sim/case/case_writer.h"
+#include "sim/case/material_presets.h"
 
 namespace weft::sim {
 
@@ -47,9 +48,15 @@ Case parse_case(const std::string& text, const std::string& path,
     if (changes_includes(each)) apply_override(root, each);
   }
   merge_includes(root, path);
+  // Overrides that choose presets come before the others, which may change an entry of a preset.
   for (const std::string& each : overrides) {
-    if (!changes_includes(each)) apply_override(root, each);
+    if (changes_presets(each)) apply_override(root, each);
   }
+  add_presets(root);
+  for (const std::string& each : overrides) {
+    if (!changes_includes(each) && !changes_presets(each)) apply_override(root, each);
+  }
+  remove_overridden_presets(root);
 
   Case result;
   result.path = path;

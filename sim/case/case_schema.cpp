@@ -1,6 +1,7 @@
 #include "sim/case/case_schema.h"
 #include "sim/case/channels.h"
 #include "sim/case/field_makers.h"
+#include "sim/case/material_presets.h"
 #include "sim/case/time_methods.h"
 
 namespace weft::sim {
@@ -211,10 +212,15 @@ Table describe(IncludeCase& target) {
 }
 
 Table describe(MaterialCase& target) {
-  auto& [name, model, density, membrane, membrane_stiffness, poisson_ratio, structural, shear, bend,
-         bending_stiffness, youngs_modulus, shell_thickness, volume_density, spline_degree,
-         mass_damping, stiffness_damping, bending_damping, normal_drag, tangential_drag] = target;
+  auto& [name, preset, model, density, membrane, membrane_stiffness, poisson_ratio, structural,
+         shear, bend, bending_stiffness, youngs_modulus, shell_thickness, volume_density,
+         spline_degree, mass_damping, stiffness_damping, bending_damping, normal_drag,
+         tangential_drag, orthotropic_membrane, measured_membrane, orthotropic_bending] = target;
   Table result{{
+      field("preset", &preset,
+            "Published material whose values hold for all keys that the case does not give; weft "
+            "info --materials lists them.")
+          .out_of(preset_names()),
       field("model",
             choice(&model, {{MaterialModel::cloth, "cloth"}, {MaterialModel::shell, "shell"}}),
             "cloth: a membrane with bending of its own, on the triangles of the image. shell: a "
@@ -223,14 +229,17 @@ Table describe(MaterialCase& target) {
       field("membrane",
             choice(&membrane,
                    {{MembraneModel::triangles, "triangles"}, {MembraneModel::springs, "springs"}}),
-            "Stretching: isotropic triangles, or springs along rows, columns and diagonals.")
+            "Stretching: triangles, isotropic or woven, or springs along rows, columns and "
+            "diagonals.")
           .only_for("model", {"cloth"}),
       field("membrane_stiffness", &membrane_stiffness, "N/m", not_negative,
             "Young's modulus times thickness.")
-          .only_for("model", {"cloth"}),
+          .only_for("model", {"cloth"})
+          .not_with("orthotropic_membrane")
+          .not_with("measured_membrane"),
       field("poisson_ratio", &poisson_ratio, "", {-1, 1, true, true},
-            "Poisson's ratio. Of cloth: in the plane, of triangles and of bending. Of a shell: of "
-            "the solid, at most 0.5."),
+            "Poisson's ratio. Of cloth: in the plane, of isotropic triangles and of bending. Of a "
+            "shell: of the solid, at most 0.5."),
       field("structural_stiffness", &structural, "N/m", not_negative,
             "Springs along rows and columns.")
           .with_default("3/4 of membrane_stiffness")
@@ -243,7 +252,8 @@ Table describe(MaterialCase& target) {
           .only_for("membrane", {"springs"}),
       field("bending_stiffness", &bending_stiffness, "N m", not_negative,
             "Bending stiffness of the plate.")
-          .only_for("model", {"cloth"}),
+          .only_for("model", {"cloth"})
+          .not_with("orthotropic_bending"),
       field("youngs_modulus", &youngs_modulus, "Pa", positive, "Young's modulus of the solid.")
           .needed()
           .only_for("model", {"shell"}),
@@ -266,6 +276,20 @@ Table describe(MaterialCase& target) {
             "Drag coefficient of air that moves across the surface."),
       field("tangential_drag", &tangential_drag, "", not_negative,
             "Drag coefficient of air that moves along the surface."),
+      field("orthotropic_membrane", table(&orthotropic_membrane),
+            "Stretching of woven triangles, whose stiffness differs along warp, weft and in shear. "
+            "body.warp_angle_deg is the direction of the warp.")
+          .only_for("membrane", {"triangles"}),
+      field("measured_membrane", table(&measured_membrane),
+            "Stretching of triangles with measured coefficients, which depend on the stretch and "
+            "its angle to the warp. Each has six values: without stretch, and stretched by a sixth "
+            "at 0, 22.5, 45, 67.5 and 90 degrees. docs/theory.md has the law.")
+          .only_for("membrane", {"triangles"})
+          .not_with("orthotropic_membrane"),
+      field("orthotropic_bending", table(&orthotropic_bending),
+            "Bending whose stiffness differs along the warp, at 45 degrees to it and along the "
+            "weft, and may depend on the curvature.")
+          .only_for("model", {"cloth"}),
   }};
   result.name = &name;
   return result;
@@ -393,7 +417,7 @@ Table describe(StartCase& target) {
 
 Table describe(BodyCase& target) {
   auto& [name, shape, material, start, stretch, position, rotation, velocity, angular_velocity,
-         thickness, control_net, self_contact, pin, location] = target;
+         thickness, warp_angle, control_net, self_contact, pin, location] = target;
   Table result{{
       field("name", &name, "Name, unique among bodies and obstacles.")
           .needed()
@@ -418,6 +442,9 @@ Table describe(BodyCase& target) {
       field("thickness", &thickness, "m", not_negative,
             "Thickness in contact: two surfaces stay farther apart than the mean of theirs.")
           .with_default("1e-3; of a shell its shell_thickness"),
+      field("warp_angle_deg", &warp_angle, "degrees", any,
+            "Of woven cloth: angle of the warp to the rows of the image, towards its columns. The "
+            "weft is a quarter turn further."),
       field("control_net", &control_net,
             "Of a shell: takes the points of the image as the control points of its surface, "
             "instead of points on it."),

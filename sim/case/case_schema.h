@@ -72,8 +72,8 @@ struct Field {
   // Without a switch_key it always applies.
   std::string switch_key;
   std::vector<std::string> switch_values;
-  std::string excluded_by;  // key of the same table that excludes this one
-  bool takes_gust = false;  // a vector that varies may also be a gust
+  std::vector<std::string> excluded_by;  // keys of the same table that must be absent
+  bool takes_gust = false;               // a vector that varies may also be a gust
 
   Field& with_default(std::string text);
   Field& needed();
@@ -107,6 +107,10 @@ Table describe(OutputPartCase& target);
 Table describe(OutputCase& target);
 Table describe(ComputeCase& target);
 Table describe(IncludeCase& target);
+Table describe(StretchCurveCase& target);
+Table describe(OrthotropicMembraneCase& target);
+Table describe(MeasuredMembraneCase& target);
+Table describe(OrthotropicBendingCase& target);
 Table describe(MaterialCase& target);
 Table describe(ShapeCase& target);
 Table describe(StartCase& target);
@@ -135,8 +139,12 @@ bool varies(const Field& field);
 // Returns the keys that may vary in time: "world.wind", "material.NAME.mass_damping", ...
 std::vector<std::string> keys_that_vary();
 
-// True if the field applies in `table`: it has no switch, or the switch has one of its values.
+// True if the field applies in `table`: it has no switch, or the switch itself applies and has one
+// of its values.
 bool applies(const Field& field, const Table& table);
+// Returns the field whose switch rules this one out: itself, or its switch or the switch of that.
+// Precondition: the field does not apply.
+const Field& ruled_out_by(const Field& field, const Table& table);
 
 // Returns the values that a field allows, in words: `a number > 0 (s)`, `an array of 3 numbers
 // (m)`, `one of "a", "b"`.

@@ -68,6 +68,7 @@ class ValueReader {
   }
   void operator()(std::string* target) const {
     *target = string(node_, in_quotes(field_.key));
+    if (!field_.names.empty()) name_index(node_, in_quotes(field_.key), field_.names);
     if (field_.identifier && !is_identifier(*target)) fail_value(node_, in_quotes(*target));
   }
   void operator()(Vec3* target) const {
@@ -311,16 +312,18 @@ void refuse_misplaced_keys(const Table& target, const std::string& path,
     const std::string place = join_path(path, field.key);
     if (!locations.given(place)) continue;
     if (!applies(field, target)) {
-      const auto& choice = std::get<Choice>(target.find(field.switch_key)->member);
+      const Field& by = ruled_out_by(field, target);
+      const auto& choice = std::get<Choice>(target.find(by.switch_key)->member);
       throw CaseError(
           locations.key(place),
-          in_quotes(field.key) + " does not belong to " + field.switch_key + " = " +
+          in_quotes(field.key) + " does not belong to " + by.switch_key + " = " +
               in_quotes(choice.names[choice.get()]),
-          "expected only with " + field.switch_key + " = " + quoted_list(field.switch_values));
+          "expected only with " + by.switch_key + " = " + quoted_list(by.switch_values));
     }
-    if (!field.excluded_by.empty() && locations.given(join_path(path, field.excluded_by))) {
+    for (const std::string& other : field.excluded_by) {
+      if (!locations.given(join_path(path, other))) continue;
       throw CaseError(locations.key(place),
-                      in_quotes(field.key) + " does not go with " + in_quotes(field.excluded_by),
+                      in_quotes(field.key) + " does not go with " + in_quotes(other),
                       "expected only one of the two");
     }
   }

@@ -15,6 +15,7 @@ namespace weft::sim {
 namespace {
 
 constexpr std::string_view override_prefix = "--set ";
+constexpr std::string_view preset_prefix = "preset \"";
 constexpr int most_key_parts = 1000;
 // Largest size of a case file (bytes). Such a file can hold a hundred thousand keyframes, and
 // toml++ parses it in two seconds.
@@ -80,7 +81,8 @@ const toml::key* first_key_beside(const std::vector<std::string>& allowed,
 SourceLocation location_of(const toml::source_region& source) {
   SourceLocation where;
   if (source.path) where.file = *source.path;
-  if (where.file.starts_with(override_prefix)) return where;
+  if (where.file.starts_with(override_prefix) || where.file.starts_with(preset_prefix))
+    return where;
   where.line = static_cast<int>(source.begin.line);
   where.column = static_cast<int>(source.begin.column);
   return where;

@@ -1,5 +1,6 @@
 #include "sim/case/case_writer.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -42,7 +43,10 @@ struct ValueText {
   std::string operator()(const std::optional<double>* value) const {
     return *value ? toml_number(**value) : "";
   }
-  std::string operator()(const std::string* value) const { return toml_string(*value); }
+  // A name out of a list may be absent.
+  std::string operator()(const std::string* value) const {
+    return value->empty() && !field.names.empty() ? "" : toml_string(*value);
+  }
   std::string operator()(const Vec3* value) const { return vector_text(*value); }
   std::string operator()(const std::optional<Vec3>* value) const {
     return *value ? (*this)(&**value) : "";
@@ -80,12 +84,14 @@ bool is_table(const Field& field) {
          std::holds_alternative<TableList>(field.member);
 }
 
-// True if the key that excludes this one has a value.
+// True if a key that rules this one out has a value.
 bool is_excluded(const Field& field, const Table& table) {
-  if (field.excluded_by.empty()) return false;
-  const Field& other = *table.find(field.excluded_by);
-  const auto* list = std::get_if<TableList>(&other.member);
-  return list != nullptr ? list->size() > 0 : !value_text(other).empty();
+  return std::ranges::any_of(field.excluded_by, [&](const std::string& key) {
+    const Field& other = *table.find(key);
+    if (const auto* list = std::get_if<TableList>(&other.member)) return list->size() > 0;
+    if (const auto* member = std::get_if<TableMember>(&other.member)) return member->present();
+    return !value_text(other).empty();
+  });
 }
 
 void write_table(const Table& table, const std::string& header, std::string& text);

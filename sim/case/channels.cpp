@@ -114,9 +114,9 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
              " is made of springs";
     }
     case ChannelId::bending_moment:
-      if (first_body(source, [](const MaterialCase& m) { return m.bending_stiffness > 0; }))
-        return "";
-      hint = "expected a material with bending_stiffness > 0, or no " + in_quotes(channel.name);
+      if (first_body(source, [](const MaterialCase& m) { return m.resists_bending(); })) return "";
+      hint = "expected a material with bending_stiffness > 0 or orthotropic_bending, or no " +
+             in_quotes(channel.name);
       return name + " would be zero: no body resists bending";
     case ChannelId::contact_force:
     case ChannelId::friction_force:

@@ -34,7 +34,7 @@ constexpr double obstacle_contact = 900;
 
 bool bends(const Case& source, const BodyCase& body) {
   return std::ranges::any_of(source.material, [&](const MaterialCase& material) {
-    return material.name == body.material && material.bending_stiffness > 0;
+    return material.name == body.material && material.resists_bending();
   });
 }
 

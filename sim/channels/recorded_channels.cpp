@@ -134,7 +134,7 @@ void RecordedChannels::place_surface(int b, double time, std::span<const Vec3> p
     for (const ClampedBy& each : clamped) edges.push_back(*each.edge);
     std::vector<char> held = triangles_at_clamps(dynamics.scene(), b);
     for (const ClampedEdge& edge : edges) held[edge.triangle] = 0;
-    const bool has_energy = has(ChannelId::body_energy) && material.bending_stiffness > 0;
+    const bool has_energy = has(ChannelId::body_energy) && material.resists_bending();
     surface.tensors.emplace(body, bends_ || has_energy, scene_.threads, edges, held);
     surface.clamped = std::move(clamped);
   }

@@ -51,6 +51,10 @@ std::array<double, 2> rotation_of(const Eigen::Matrix2d& gradient) {
   return {cosine / size, sine / size};
 }
 
+PlaneTensor difference(const PlaneTensor& a, const PlaneTensor& b) {
+  return {a.xx - b.xx, a.xy - b.xy, a.yy - b.yy};
+}
+
 // Returns the double contraction a : b.
 double product(const PlaneTensor& a, const PlaneTensor& b) {
   return a.xx * b.xx + 2 * a.xy * b.xy + a.yy * b.yy;
@@ -113,6 +117,9 @@ SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads,
     Eigen::Matrix2d edges;
     edges << length, side.dot(other) / length, 0, double_area / length;
     triangles_.push_back({nodes, edges.inverse(), 0.5 * double_area});
+    const Vec3 warp = warp_direction(body, static_cast<int>(triangles_.size()) - 1).normalized();
+    triangles_.back().warp_cosine = warp.dot(side) / length;
+    triangles_.back().warp_sine = warp.dot(side.cross(other).cross(side)) / (double_area * length);
     for (const int node : nodes) ++first_around_[node + 1];
   }
   for (std::size_t i = 1; i < first_around_.size(); ++i) first_around_[i] += first_around_[i - 1];
@@ -123,6 +130,8 @@ SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads,
   }
   placed_.resize(triangles_.size());
   tensors_.resize(triangles_.size());
+  if (!body.material->has_isotropic_membrane()) stretch_law_ = stretch_law(*body.material);
+  if (body.material->orthotropic_bending) bending_law_ = bending_law(*body.material);
   // The mesh of the body itself may have no edges.
   if (bends) add_hinges(bsi::build_mesh(body.atlas), clamped, held);
 }
@@ -161,7 +170,16 @@ void SurfaceTensors::add_hinges(const bsi::Mesh& mesh, std::span<const ClampedEd
     }
     clamp(clamped, static_cast<int>(t), hinges);
     for (int i = 0; i < 3; ++i) has_angle[i] = hinges.across[i] >= 0;
-    complete(rest, body_.material->poisson_ratio, has_angle, hinges.curvature);
+    if (bending_law_) {
+      const Mat3 map = materials::bending_map(rest, warp_direction(body_, static_cast<int>(t)),
+                                              has_angle, flat_bending_moduli(*body_.material))
+                           .map;
+      for (int i = 0; i < 3; ++i)
+        hinges.curvature[i] = turned({map(0, i), 0.5 * map(2, i), map(1, i)}, triangle.warp_cosine,
+                                     triangle.warp_sine);
+    } else {
+      complete(rest, body_.material->poisson_ratio, has_angle, hinges.curvature);
+    }
     for (int i = 0; i < 3; ++i) {
       const bool is_ghost = hinges.across[i] >= body_.particle_count();
       if (has_angle[i] && !is_ghost)
@@ -255,17 +273,76 @@ PlaneTensor SurfaceTensors::in_space(int t, const PlaneTensor& at_rest) const {
   return turned(at_rest, cosine, sine);
 }
 
+// Returns dw/de, in the axes of the triangle, plus `damping_time` (s) times the law's moduli times
+// the rate of the strain, which changes to `moved` in a second.
+template <class Law>
+PlaneTensor SurfaceTensors::stress_by(const Law& law, int t, const PlaneTensor& strain,
+                                      const PlaneTensor& moved, double damping_time) const {
+  const Triangle& triangle = triangles_[t];
+  const auto along_warp = [&](const PlaneTensor& tensor) {
+    const PlaneTensor own = turned(tensor, triangle.warp_cosine, -triangle.warp_sine);
+    return std::array{own.xx, own.yy, 2 * own.xy};
+  };
+  const std::array<double, 3> e = along_warp(strain);
+  std::array<double, 3> stress = materials::energy_jet<1>(law, e).first;
+  if (damping_time > 0) {
+    const std::array<double, 3> rate = along_warp(difference(moved, strain));
+    const Vec3 viscous = law.semi_definite_moduli(e) * Vec3(rate[0], rate[1], rate[2]);
+    for (int i = 0; i < 3; ++i) stress[i] += damping_time * viscous[i];
+  }
+  return turned({stress[0], stress[2], stress[1]}, triangle.warp_cosine, triangle.warp_sine);
+}
+
+template <class Law>
+double SurfaceTensors::energy_by(const Law& law, int t, const PlaneTensor& strain) const {
+  const PlaneTensor own = turned(strain, triangles_[t].warp_cosine, -triangles_[t].warp_sine);
+  return law.energy(std::array{own.xx, own.yy, 2 * own.xy});
+}
+
+PlaneTensor SurfaceTensors::tension_of(int t) const {
+  if (!stretch_law_) return membrane_moduli().response(strain_of(t, damping_.membrane));
+  return std::visit(
+      [&](const auto& law) {
+        return stress_by(law, t, strain_of(t, 0), strain_of(t, 1), damping_.membrane);
+      },
+      *stretch_law_);
+}
+
+PlaneTensor SurfaceTensors::moment_of(int t) const {
+  if (!bending_law_) {
+    const PlateModuli moduli{body_.material->bending_stiffness, body_.material->poisson_ratio};
+    return moduli.response(curvature_of(t, damping_.bending));
+  }
+  return std::visit(
+      [&](const auto& law) {
+        return stress_by(law, t, curvature_of(t, 0), curvature_of(t, 1), damping_.bending);
+      },
+      *bending_law_);
+}
+
+double SurfaceTensors::stretch_energy_of(int t) const {
+  const PlaneTensor strain = strain_of(t, 0);
+  if (!stretch_law_) return 0.5 * product(strain, membrane_moduli().response(strain));
+  return std::visit([&](const auto& law) { return energy_by(law, t, strain); }, *stretch_law_);
+}
+
+double SurfaceTensors::bending_energy_of(int t) const {
+  const PlaneTensor curvature = curvature_of(t, 0);
+  if (bending_law_)
+    return std::visit([&](const auto& law) { return energy_by(law, t, curvature); }, *bending_law_);
+  const PlateModuli moduli{body_.material->bending_stiffness, body_.material->poisson_ratio};
+  return 0.5 * product(curvature, moduli.response(curvature));
+}
+
 void SurfaceTensors::find_strain(PrincipalValues& values) const {
   average([&](int t) { return in_space(t, strain_of(t, 0)); }, values);
 }
 
 void SurfaceTensors::find_stress(PrincipalValues& values) const {
-  const PlateModuli moduli = membrane_moduli();
   average(
       [&](int t) {
         const Eigen::Matrix2d& f = placed_[t].gradient;
-        const Eigen::Matrix2d second_piola =
-            matrix_of(moduli.response(strain_of(t, damping_.membrane)));
+        const Eigen::Matrix2d second_piola = matrix_of(tension_of(t));
         return plane_tensor(f * second_piola * f.transpose() / f.determinant());
       },
       values);
@@ -276,25 +353,16 @@ void SurfaceTensors::find_curvature(PrincipalValues& values) const {
 }
 
 void SurfaceTensors::find_moment(PrincipalValues& values) const {
-  const MaterialCase& material = *body_.material;
-  const PlateModuli moduli{material.bending_stiffness, material.poisson_ratio};
-  average([&](int t) { return in_space(t, moduli.response(curvature_of(t, damping_.bending))); },
-          values);
+  average([&](int t) { return in_space(t, moment_of(t)); }, values);
 }
 
 double SurfaceTensors::elastic_energy() const {
-  const PlateModuli membrane = membrane_moduli();
-  const PlateModuli bending{body_.material->bending_stiffness, body_.material->poisson_ratio};
+  const bool bends = body_.material->resists_bending();
   return parallel_sum(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
     double sum = 0;
     for (int t = first; t < last; ++t) {
-      const PlaneTensor strain = strain_of(t, 0);
-      double density = product(strain, membrane.response(strain));
-      if (bending.stiffness > 0) {
-        const PlaneTensor curvature = curvature_of(t, 0);
-        density += product(curvature, bending.response(curvature));
-      }
-      sum += 0.5 * triangles_[t].area * density;
+      const double density = stretch_energy_of(t) + (bends ? bending_energy_of(t) : 0);
+      sum += triangles_[t].area * density;
     }
     return sum;
   });

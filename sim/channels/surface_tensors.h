@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "materials/types.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/cloth_laws.h"
 
 namespace weft::sim {
 
@@ -76,8 +76,9 @@ class SurfaceTensors {
  private:
   struct Triangle {
     std::array<int, 3> nodes{};
-    Eigen::Matrix2d inverse_edges;  // of the rest edges 0->1, 0->2 in the rest plane, 1/m
-    double area = 0;                // at rest, m^2
+    Eigen::Matrix2d inverse_edges;          // of the rest edges 0->1, 0->2 in the rest plane, 1/m
+    double area = 0;                        // at rest, m^2
+    double warp_cosine = 1, warp_sine = 0;  // of the angle from the first edge to the warp
   };
   // The edges of a triangle that bend. A border edge has no angle of its own. It takes the angle of
   // least energy, which depends on the other angles. `curvature` of the other edges includes this.
@@ -100,6 +101,17 @@ class SurfaceTensors {
   PlateModuli membrane_moduli() const;
   PlaneTensor strain_of(int triangle, double damping_time) const;
   PlaneTensor curvature_of(int triangle, double damping_time) const;
+  // Return the second Piola-Kirchhoff tension and the moment, with damping, and the energies per
+  // area, in the rest plane.
+  PlaneTensor tension_of(int triangle) const;
+  PlaneTensor moment_of(int triangle) const;
+  double stretch_energy_of(int triangle) const;
+  double bending_energy_of(int triangle) const;
+  template <class Law>
+  PlaneTensor stress_by(const Law& law, int triangle, const PlaneTensor& strain,
+                        const PlaneTensor& moved, double damping_time) const;
+  template <class Law>
+  double energy_by(const Law& law, int triangle, const PlaneTensor& strain) const;
   PlaneTensor in_space(int triangle, const PlaneTensor& at_rest) const;
   template <class TensorOf>
   void average(const TensorOf& tensor_of, PrincipalValues& values) const;
@@ -108,6 +120,9 @@ class SurfaceTensors {
 
   const SceneBody& body_;
   int threads_;
+  // The laws of materials that differ by direction; empty for isotropic ones.
+  std::optional<StretchLaw> stretch_law_;
+  std::optional<BendingLaw> bending_law_;
   std::vector<Triangle> triangles_;
   std::vector<Hinges> hinges_;     // by triangle; empty unless bending
   std::vector<int> first_around_;  // by particle: index of its first triangle in around_

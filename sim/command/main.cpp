@@ -11,6 +11,7 @@
 
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/case/material_presets.h"
 #include "sim/command/bench_command.h"
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
@@ -33,6 +34,7 @@ constexpr const char* description =
   weft modes CASE -n 10                              natural frequencies about the equilibrium of a case
   weft buckling CASE -n 5                            load factors at which it buckles
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
+  weft info --materials                              the presets of materials, their values and sources
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
   weft render out/drape_torus.h5 --lod 0.5           the same with fewer triangles, exact to half a pixel
   weft render out/drape_torus.h5 --colour velocity   the same painted by a recorded field, with a legend
@@ -118,7 +120,7 @@ struct Arguments {
   RunCommand command;
   ModesCommand modes;
   std::string trajectory;
-  bool crossings = false, json = false;
+  bool crossings = false, materials = false, json = false;
   std::string pictures = "pictures";
   RenderOptions drawing;
   bool markdown = false;
@@ -231,11 +233,22 @@ std::array<double, 2> range_of(const std::string& text) {
 
 void add_info_and_render(CLI::App& app, Arguments& arguments) {
   CLI::App* info = app.add_subcommand("info", "Summarise a trajectory");
-  info->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
-  info->add_flag("--crossings", arguments.crossings,
-                 "Count the triangles that pass through each other, frame by frame, exactly");
+  CLI::Option* trajectory =
+      info->add_option("trajectory", arguments.trajectory, "HDF5 file of a run");
+  CLI::Option* crossings =
+      info->add_flag("--crossings", arguments.crossings,
+                     "Count the triangles that pass through each other, frame by frame, exactly");
+  info->add_flag("--materials", arguments.materials,
+                 "List the presets of materials, with their values and sources")
+      ->excludes(trajectory)
+      ->excludes(crossings);
   info->add_flag("--json", arguments.json, "Print one JSON object");
   info->callback([&] {
+    if (arguments.materials) {
+      std::cout << (arguments.json ? material_presets_json() : material_presets_text());
+      return;
+    }
+    if (arguments.trajectory.empty()) throw CLI::RequiredError("trajectory");
     arguments.code =
         run_guarded({.path = arguments.trajectory,
                      .json = arguments.json,

@@ -2,11 +2,12 @@
 
 #include "sim/base/parallel.h"
 #include "sim/forces/force_arrays.h"
+#include "sim/forces/force_group.h"
 #include "sim/forces/quad_hinges.h"
 #include "sim/forces/quads.h"
 #include "sim/forces/stencil_array.h"
 #include "sim/forces/varying_numbers.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/cloth_laws.h"
 
 namespace weft::sim {
 
@@ -22,31 +23,16 @@ using materials::Vec3Of;
 
 using Surroundings = std::array<int, QuadSurroundings::count>;
 
+using Modulus = materials::Symmetric3Of<Lanes>;  // of a triangle, over its hinges
+
 struct BendingQuads {
   std::vector<Surroundings> nodes;
-  std::vector<std::array<Mat3, 2>> moduli;  // of both triangles, over the hinges of each
-  VaryingNumbers damping_times;             // s
-  bool is_damped = false;                   // at any time
-};
-
-// The symmetric matrix C of a triangle, row by row from its diagonal.
-struct Modulus {
-  std::array<Lanes, 6> entries;
-
-  static constexpr int index(int i, int j) {
-    return i <= j ? materials::StencilMatrix<Lanes, 3>::index(i, j) : index(j, i);
-  }
-  const Lanes& operator()(int i, int j) const { return entries[index(i, j)]; }
-  Modulus scaled(const Lanes& factor) const {
-    Modulus result = *this;
-    for (Lanes& entry : result.entries) entry *= factor;
-    return result;
-  }
-  Vec3Of<Lanes> operator*(const Vec3Of<Lanes>& a) const {
-    const auto& c = entries;
-    return {c[0] * a[0] + c[1] * a[1] + c[2] * a[2], c[1] * a[0] + c[3] * a[1] + c[4] * a[2],
-            c[2] * a[0] + c[4] * a[1] + c[5] * a[2]};
-  }
+  // The modulus of each triangle over its hinges or, where it depends on the curvature, its map
+  // from the angles to the curvature.
+  std::vector<std::array<Mat3, 2>> moduli;
+  std::vector<std::array<materials::StrainMapOf<double>, 2>> maps;
+  VaryingNumbers damping_times;  // s
+  bool is_damped = false;        // at any time
 };
 
 using Slopes = QuadSlopes<Lanes>;
@@ -54,43 +40,103 @@ using Nodes = Slopes::Nodes;
 using Hinges = Slopes::Hinges;  // one number per hinge
 using HingeVectors = std::array<materials::HingeVectorsOf<Lanes>, hinge_count>;
 
-// The moduli and rest angles of a batch of quads.
-struct BendingBatch {
-  std::array<Modulus, 2> moduli;
+// The numbers of the hinges of triangle t, and the sum over both triangles back to the hinges.
+Vec3Of<Lanes> of_triangle(const Hinges& numbers, int t) {
+  const auto& hinges = hinged_triangles[t].hinges;
+  return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
+}
+template <class OfTriangle>
+Hinges sum_of_triangles(const OfTriangle& of_one) {
+  Hinges sum;
+  sum.fill(0);
+  for (int t = 0; t < 2; ++t) {
+    const Vec3Of<Lanes> own = of_one(t);
+    for (int i = 0; i < 3; ++i) sum[hinged_triangles[t].hinges[i]] += own[i];
+  }
+  return sum;
+}
+
+// A batch of quads whose moments are linear in the strains, the changes of the angles (rad). The
+// energy W is that of the quad's own triangles; those beyond its sides add their own share of the
+// sides' moments.
+struct LinearBending {
+  std::array<Modulus, 2> own;
   Hinges rest_angles;
 
-  Hinges strains(const HingeVectors& hinges) const {
-    Hinges strains;
-    for (int h = 0; h < hinge_count; ++h)
-      strains[h] = materials::hinge_angle(hinges[h]) - rest_angles[h];
-    return strains;
+  // Returns dW/d theta (N m) with damping, at strains and their rates.
+  Hinges moments(const Hinges& strains, const Lanes& damping_time, const Hinges& rates) const {
+    Hinges sum = strains;
+    for (int h = 0; h < hinge_count; ++h) sum[h] += damping_time * rates[h];
+    return moments(sum);
   }
-  // Returns dW/d theta, N m. W is the energy of the quad's own triangles; those beyond its sides
-  // add their own share of the sides' moments.
   Hinges moments(const Hinges& strains) const {
-    Hinges sum;
-    sum.fill(0);
-    for (int t = 0; t < 2; ++t) {
-      const Vec3Of<Lanes> own = moduli[t] * of_triangle(strains, t);
-      for (int i = 0; i < 3; ++i) sum[hinged_triangles[t].hinges[i]] += own[i];
-    }
-    return sum;
+    return sum_of_triangles([&](int t) { return own[t] * of_triangle(strains, t); });
   }
   Lanes energy(const Hinges& strains) const {
     Lanes sum = 0;
     for (int t = 0; t < 2; ++t) {
-      const Vec3Of<Lanes> own = of_triangle(strains, t);
-      sum += 0.5 * materials::dot(own, moduli[t] * own);
+      const Vec3Of<Lanes> angles = of_triangle(strains, t);
+      sum += 0.5 * materials::dot(angles, own[t] * angles);
     }
     return sum;
   }
-
- private:
-  static Vec3Of<Lanes> of_triangle(const Hinges& numbers, int t) {
-    const auto& hinges = hinged_triangles[t].hinges;
-    return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
+  // Returns the moduli of damping of each triangle.
+  const std::array<Modulus, 2>& viscosities(const Hinges& /*strains*/) const { return own; }
+  // Returns d^2 W/d theta d theta, or a semi-definite part, plus the viscosities times the damping
+  // time over gamma.
+  std::array<Modulus, 2> joined(const Hinges& /*strains*/, Definiteness /*kind*/,
+                                double inverse_gamma, const Lanes& damping_time) const {
+    const Lanes factor = 1.0 + inverse_gamma * damping_time;
+    return {own[0].scaled(factor), own[1].scaled(factor)};
   }
 };
+
+// A batch of quads whose stiffness depends on the curvature (materials/curved_bending.h).
+struct CurvedBendingBatch {
+  std::shared_ptr<const materials::CurvedBending> law;  // of all batches
+  std::array<materials::StrainMapOf<Lanes>, 2> maps;
+  Hinges rest_angles;
+
+  Hinges moments(const Hinges& strains, const Lanes& damping_time, const Hinges& rates) const {
+    const std::array<Modulus, 2> damping = viscosities(strains);
+    return sum_of_triangles([&](int t) -> Vec3Of<Lanes> {
+      return materials::law_slope(maps[t], *law, of_triangle(strains, t)) +
+             damping_time * (damping[t] * of_triangle(rates, t));
+    });
+  }
+  Hinges moments(const Hinges& strains) const {
+    return sum_of_triangles(
+        [&](int t) { return materials::law_slope(maps[t], *law, of_triangle(strains, t)); });
+  }
+  Lanes energy(const Hinges& strains) const {
+    return materials::law_energy(maps[0], *law, of_triangle(strains, 0)) +
+           materials::law_energy(maps[1], *law, of_triangle(strains, 1));
+  }
+  std::array<Modulus, 2> viscosities(const Hinges& strains) const {
+    return {materials::law_viscosity(maps[0], *law, of_triangle(strains, 0)),
+            materials::law_viscosity(maps[1], *law, of_triangle(strains, 1))};
+  }
+  std::array<Modulus, 2> joined(const Hinges& strains, Definiteness kind, double inverse_gamma,
+                                const Lanes& damping_time) const {
+    std::array<Modulus, 2> sum = viscosities(strains);
+    for (int t = 0; t < 2; ++t) {
+      const Modulus damping = sum[t].scaled(inverse_gamma * damping_time);
+      if (kind == Definiteness::exact)
+        sum[t] = materials::law_tangent(maps[t], *law, of_triangle(strains, t), false);
+      sum[t] += damping;
+    }
+    return sum;
+  }
+};
+
+// Returns theta - theta_rest of a batch.
+template <class Batch>
+Hinges strains_of(const Batch& batch, const HingeVectors& hinges) {
+  Hinges strains;
+  for (int h = 0; h < hinge_count; ++h)
+    strains[h] = materials::hinge_angle(hinges[h]) - batch.rest_angles[h];
+  return strains;
+}
 
 HingeVectors hinge_vectors(const Nodes& x) {
   HingeVectors vectors;
@@ -102,11 +148,11 @@ HingeVectors hinge_vectors(const Nodes& x) {
   return vectors;
 }
 
-// The blocks of factor * B^T C B, where B = d theta / d x.
+// The blocks of B^T C B, where B = d theta / d x.
 class ElasticBlocks {
  public:
-  ElasticBlocks(const BendingBatch& batch, const Slopes& slopes, const Lanes& factor)
-      : moduli_{batch.moduli[0].scaled(factor), batch.moduli[1].scaled(factor)}, slopes_(slopes) {
+  ElasticBlocks(const std::array<Modulus, 2>& moduli, const Slopes& slopes)
+      : moduli_(moduli), slopes_(slopes) {
     multiply<0>();
     multiply<1>();
   }
@@ -214,30 +260,52 @@ class StressBlocks {
   std::array<Stress, 6> parts_;
 };
 
+// Makes the batches of quads, without their rest angles. Lanes beyond the last quad have no
+// stiffness.
+std::vector<LinearBending> linear_batches(const BendingQuads& quads) {
+  std::vector<LinearBending> batches((quads.nodes.size() + lane_count - 1) / lane_count);
+  for (std::size_t q = 0; q < lane_count * batches.size(); ++q) {
+    for (int t = 0; t < 2; ++t) {
+      const Mat3 modulus = q < quads.moduli.size() ? quads.moduli[q][t] : Mat3(Mat3::Zero());
+      Modulus& own = batches[q / lane_count].own[t];
+      for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) own(i, j).values[q % lane_count] = modulus(i, j);
+      }
+    }
+  }
+  return batches;
+}
+std::vector<CurvedBendingBatch> curved_batches(const BendingQuads& quads,
+                                               materials::CurvedBending law) {
+  std::vector<CurvedBendingBatch> batches((quads.nodes.size() + lane_count - 1) / lane_count);
+  const auto shared = std::make_shared<const materials::CurvedBending>(std::move(law));
+  for (CurvedBendingBatch& batch : batches) batch.law = shared;
+  for (std::size_t q = 0; q < quads.maps.size(); ++q) {
+    for (int t = 0; t < 2; ++t) {
+      materials::StrainMapOf<Lanes>& map = batches[q / lane_count].maps[t];
+      for (int i = 0; i < 9; ++i)
+        map.map.data()[i].values[q % lane_count] = quads.maps[q][t].map.data()[i];
+      map.area.values[q % lane_count] = quads.maps[q][t].area;
+    }
+  }
+  return batches;
+}
+
+template <class Batch>
 class BendingForce final : public Force {
  public:
-  BendingForce(const BendingQuads& quads, const std::vector<Vec3>& rest)
+  BendingForce(const BendingQuads& quads, std::vector<Batch> batches, const std::vector<Vec3>& rest)
       : quads_(quads.nodes, static_cast<int>(rest.size())),
+        batches_(std::move(batches)),
         varying_times_(quads.damping_times),
         damping_times_(varying_times_.numbers()),
         is_damped_(quads.is_damped) {
-    batches_.resize((quads.nodes.size() + lane_count - 1) / lane_count);
-    for (std::size_t q = 0; q < lane_count * batches_.size(); ++q) {
-      for (int t = 0; t < 2; ++t) {
-        const Mat3 modulus = q < quads.moduli.size() ? quads.moduli[q][t] : Mat3(Mat3::Zero());
-        auto& entries = batches_[q / lane_count].moduli[t].entries;
-        for (int i = 0; i < 3; ++i) {
-          for (int j = i; j < 3; ++j)
-            entries[Modulus::index(i, j)].values[q % lane_count] = modulus(i, j);
-        }
-      }
-    }
     // Rest angles are computed by the operations that later compute angles: a body at rest then
     // feels no force at all.
     quads_.for_each_batch(1, [&](int first) {
-      BendingBatch& batch = batches_[first / lane_count];
+      Batch& batch = batches_[first / lane_count];
       batch.rest_angles.fill(0);
-      batch.rest_angles = batch.strains(hinge_vectors(quads_.gather(first, rest)));
+      batch.rest_angles = strains_of(batch, hinge_vectors(quads_.gather(first, rest)));
     });
   }
 
@@ -274,25 +342,23 @@ class BendingForce final : public Force {
   }
 
  private:
-  // Returns theta - theta_rest + beta theta', rad.
-  Hinges strains(int first, const HingeVectors& hinges, const Slopes& slopes,
+  // Returns dW/d theta with damping, at given strains.
+  Hinges moments(int first, const Hinges& strains, const Slopes& slopes,
                  const Kinematics& state) const {
-    Hinges strains = batches_[first / lane_count].strains(hinges);
-    if (!is_damped_) return strains;
-    const Lanes damping_times = damping_times_.batch(first);
-    const Hinges rates = slopes.along(quads_.gather(first, state.velocity));
-    for (int h = 0; h < hinge_count; ++h) strains[h] += damping_times * rates[h];
-    return strains;
+    const Batch& batch = batches_[first / lane_count];
+    if (!is_damped_) return batch.moments(strains);
+    return batch.moments(strains, damping_times_.batch(first),
+                         slopes.along(quads_.gather(first, state.velocity)));
   }
 
   WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
-    const BendingBatch& batch = batches_[first / lane_count];
-    return batch.energy(batch.strains(hinge_vectors(quads_.gather(first, position))));
+    const Batch& batch = batches_[first / lane_count];
+    return batch.energy(strains_of(batch, hinge_vectors(quads_.gather(first, position))));
   }
   WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
     const HingeVectors hinges = hinge_vectors(quads_.gather(first, state.position));
     const Slopes slopes(hinges);
-    Hinges pulls = batches_[first / lane_count].moments(strains(first, hinges, slopes, state));
+    Hinges pulls = moments(first, strains_of(batches_[first / lane_count], hinges), slopes, state);
     for (Lanes& pull : pulls) pull = -pull;
     quads_.scatter(first, slopes.times(pulls), force);
   }
@@ -300,40 +366,45 @@ class BendingForce final : public Force {
   WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
                                           const Derivatives& into,
                                           Definiteness definiteness) const {
-    const BendingBatch& batch = batches_[first / lane_count];
+    const Batch& batch = batches_[first / lane_count];
     const Nodes x = quads_.gather(first, state.position);
     const HingeVectors hinges = hinge_vectors(x);
     const Slopes slopes(hinges);
-    const ElasticBlocks elastic(batch, slopes, is_damped_ ? add_damping(first, into, slopes) : 1);
+    const Hinges strains = strains_of(batch, hinges);
+    if (is_damped_) add_damping(first, into, slopes, strains);
+    const ElasticBlocks elastic(
+        batch.joined(strains, definiteness, into.inverse_gamma,
+                     is_damped_ ? Lanes(damping_times_.batch(first)) : Lanes(0)),
+        slopes);
     if (definiteness == Definiteness::semi_definite)
       return add_elastic(first, elastic, into.stiffness);
-    Hinges moments = batch.moments(strains(first, hinges, slopes, state));
+    Hinges stress = moments(first, strains, slopes, state);
     for (int h = 0; h < hinge_count; ++h)
-      moments[h] = materials::choose(hinges[h].flat_triangle, 0.0, moments[h]);
-    const StressBlocks stress(x, moments);
+      stress[h] = materials::choose(hinges[h].flat_triangle, 0.0, stress[h]);
+    const StressBlocks stress_blocks(x, stress);
     quads_.scatter_blocks(
         first,
         [&](auto a, auto b) {
           Mat3Of<Lanes> block = elastic.block<a, b>();
-          stress.add<a, b>(block);
+          stress_blocks.add<a, b>(block);
           return block;
         },
         into.stiffness);
   }
 
-  // Adds D, the elastic blocks times beta, unless it is joined to K. Returns the factor of the
-  // elastic blocks in the stiffness.
-  Lanes add_damping(int first, const Derivatives& into, const Slopes& slopes) const {
+  // Adds D or, if it is joined to K, its product.
+  void add_damping(int first, const Derivatives& into, const Slopes& slopes,
+                   const Hinges& strains) const {
     const Lanes damping_times = damping_times_.batch(first);
-    const BendingBatch& batch = batches_[first / lane_count];
+    std::array<Modulus, 2> viscosities = batches_[first / lane_count].viscosities(strains);
     if (!into.is_joined()) {
-      add_elastic(first, ElasticBlocks(batch, slopes, damping_times), *into.damping);
-      return 1;
+      for (Modulus& each : viscosities) each = each.scaled(damping_times);
+      return add_elastic(first, ElasticBlocks(viscosities, slopes), *into.damping);
     }
-    Hinges pulls = batch.moments(slopes.along(quads_.gather(first, into.along)));
+    const Hinges rates = slopes.along(quads_.gather(first, into.along));
+    Hinges pulls = sum_of_triangles([&](int t) { return viscosities[t] * of_triangle(rates, t); });
     for (Lanes& pull : pulls) pull *= damping_times;
     quads_.scatter(first, slopes.times(pulls), into.product);
-    return 1.0 + into.inverse_gamma * damping_times;
   }
   void add_elastic(int first, const ElasticBlocks& elastic, BlockMatrix& matrix) const {
     quads_.scatter_blocks(
@@ -341,7 +412,7 @@ class BendingForce final : public Force {
   }
 
   StencilArray<QuadSurroundings::count, QuadSurroundings> quads_;
-  std::vector<BendingBatch> batches_;
+  std::vector<Batch> batches_;
   VaryingNumbers varying_times_;
   StencilNumbers damping_times_;  // s, at the time set
   bool is_damped_ = false;        // at any time
@@ -362,9 +433,28 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
   return hinges;
 }
 
+// The law of a triangle over the angles of its hinges: its modulus, or its map to the curvature.
+void add_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
+                  const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
+  const MaterialCase& material = *body.material;
+  const int t = triangle % 2;
+  if (is_held) return;  // by a clamp, which bends it
+  if (!material.orthotropic_bending) {
+    quads.moduli.back()[t] = materials::triangle_bending_modulus(
+        rest, has_angle, material.bending_stiffness, material.poisson_ratio);
+    return;
+  }
+  const Vec3 warp = warp_direction(body, triangle);
+  const materials::OrthotropicModuli moduli = flat_bending_moduli(material);
+  if (material.orthotropic_bending->warp.size() == 1) {
+    quads.moduli.back()[t] = materials::triangle_bending_modulus(rest, warp, has_angle, moduli);
+  } else {
+    quads.maps.back()[t] = materials::bending_map(rest, warp, has_angle, moduli);
+  }
+}
+
 void add_body(const Scene& scene, int index, BendingQuads& quads) {
   const SceneBody& body = scene.bodies[index];
-  const MaterialCase& material = *body.material;
   const std::vector<char> at_clamps = triangles_at_clamps(scene, index);
   const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // the body's own mesh may have no edges
   for (int q = 0; q < quad_count(body); ++q) {
@@ -372,7 +462,8 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
     nodes.fill(no_node);
     const Quad corners = quad_corners(body, q);
     for (int i = 0; i < 4; ++i) nodes[quad_corner_nodes[i]] = corners[i];
-    auto& moduli = quads.moduli.emplace_back();
+    quads.moduli.push_back({Mat3::Zero(), Mat3::Zero()});
+    quads.maps.emplace_back();
     for (int t = 0; t < 2; ++t) {
       const TriangleHinges hinges = hinges_of(mesh, 2 * q + t);
       Nodes3 rest;
@@ -382,29 +473,56 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
         if (hinged_triangles[t].hinges[i] != 0) nodes[of_hinge[3]] = hinges.across[i];
       }
       const bool is_at_clamp = !at_clamps.empty() && at_clamps[2 * q + t] != 0;
-      moduli[t] = is_at_clamp ? Mat3(Mat3::Zero())
-                              : materials::triangle_bending_modulus(rest, hinges.has_angle,
-                                                                    material.bending_stiffness,
-                                                                    material.poisson_ratio);
+      add_triangle(body, 2 * q + t, rest, hinges.has_angle, is_at_clamp, quads);
     }
     for (int& node : nodes) {
       if (node != no_node) node += body.first_particle;
     }
     quads.nodes.push_back(nodes);
   }
-  quads.damping_times.append(quad_count(body), material.bending_damping);
-  quads.is_damped |= !material.bending_damping.is_zero();
+  quads.damping_times.append(quad_count(body), body.material->bending_damping);
+  quads.is_damped |= !body.material->bending_damping.is_zero();
+}
+
+// Collects the quads of the bodies whose materials are selected.
+template <class Selects>
+BendingQuads quads_that(const Scene& scene, const Selects& selects) {
+  BendingQuads quads;
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const MaterialCase& material = *scene.bodies[b].material;
+    if (!material.is_shell() && material.resists_bending() && selects(material))
+      add_body(scene, b, quads);
+  }
+  return quads;
+}
+
+bool is_curved(const MaterialCase& material) {
+  return material.orthotropic_bending && material.orthotropic_bending->warp.size() > 1;
+}
+
+// Returns null where no body is made of the material.
+std::unique_ptr<Force> make_curved(const Scene& scene, const MaterialCase& material) {
+  const BendingQuads quads =
+      quads_that(scene, [&](const MaterialCase& each) { return each.name == material.name; });
+  if (quads.nodes.empty()) return nullptr;
+  return std::make_unique<BendingForce<CurvedBendingBatch>>(
+      quads, curved_batches(quads, std::get<materials::CurvedBending>(*bending_law(material))),
+      rest_positions(scene));
 }
 
 }  // namespace
 
 std::unique_ptr<Force> make_bending_force(const Scene& scene) {
-  BendingQuads quads;
-  for (int b = 0; b < scene.dynamic_bodies; ++b) {
-    if (scene.bodies[b].material->bending_stiffness > 0) add_body(scene, b, quads);
+  std::vector<std::unique_ptr<Force>> members;
+  const BendingQuads linear =
+      quads_that(scene, [](const MaterialCase& material) { return !is_curved(material); });
+  if (!linear.nodes.empty())
+    members.push_back(std::make_unique<BendingForce<LinearBending>>(linear, linear_batches(linear),
+                                                                    rest_positions(scene)));
+  for (const MaterialCase& material : scene.source.material) {
+    if (is_curved(material)) members.push_back(make_curved(scene, material));
   }
-  if (quads.nodes.empty()) return nullptr;
-  return std::make_unique<BendingForce>(quads, rest_positions(scene));
+  return grouped(std::move(members));
 }
 
 }  // namespace weft::sim

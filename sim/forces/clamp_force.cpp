@@ -6,7 +6,7 @@
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/moving_points.h"
 #include "sim/forces/varying_numbers.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/cloth_laws.h"
 
 namespace weft::sim {
 
@@ -30,7 +30,10 @@ struct ClampedTriangle {
   Vec3 factors{1, 1, 1};      // of the angles to the nodes across
   Vec3 rest_angles{0, 0, 0};
   Mat3 modulus = Mat3::Zero();  // N m, over the angles
-  double damping_time = 0;      // s, at the time set
+  // A law that depends on the curvature, instead of the modulus.
+  std::shared_ptr<const materials::CurvedBending> law;
+  materials::StrainMapOf<double> map;
+  double damping_time = 0;  // s, at the time set
 };
 
 // The angles of a triangle and their derivatives.
@@ -73,7 +76,8 @@ class ClampForce final : public Force {
     double sum = 0;
     for (const ClampedTriangle& triangle : triangles_) {
       const Vec3 strains = find_angles(triangle, state.position).strains;
-      sum += 0.5 * strains.dot(triangle.modulus * strains);
+      sum += triangle.law ? materials::law_energy(triangle.map, *triangle.law, strains)
+                          : 0.5 * strains.dot(triangle.modulus * strains);
     }
     return sum;
   }
@@ -130,15 +134,19 @@ class ClampForce final : public Force {
                        int /*threads*/) override {
     for (const ClampedTriangle& triangle : triangles_) {
       const Angles angles = find_angles(triangle, state.position);
-      const Eigen::Matrix<double, 3, 3 * most_nodes> moduli = triangle.modulus * angles.slopes;
+      const Mat3 viscosity = viscosity_of(triangle, angles.strains);
+      const Eigen::Matrix<double, 3, 3 * most_nodes> moduli = viscosity * angles.slopes;
       Block elastic = angles.slopes.transpose() * moduli;
       if (triangle.damping_time > 0 && !into.is_joined())
         add_blocks(triangle, triangle.damping_time * elastic, *into.damping);
       if (triangle.damping_time > 0 && into.is_joined()) {
         const Vec3 rates = angles.slopes * gathered(triangle, into.along);
-        add_pull(triangle, angles, triangle.damping_time * triangle.modulus * rates, into.product);
+        add_pull(triangle, angles, triangle.damping_time * viscosity * rates, into.product);
         elastic *= 1 + into.inverse_gamma * triangle.damping_time;
       }
+      if (triangle.law && definiteness == Definiteness::exact)
+        elastic += angles.slopes.transpose() * (tangent_of(triangle, angles.strains) - viscosity) *
+                   angles.slopes;
       if (definiteness == Definiteness::exact)
         add_stress(triangle, angles, moments_of(triangle, angles, state), elastic);
       add_blocks(triangle, elastic, into.stiffness);
@@ -178,19 +186,36 @@ class ClampForce final : public Force {
     return all;
   }
 
-  // Returns C (t + beta t'), N m.
+  static Mat3 matrix_of(const materials::Symmetric3Of<double>& entries) {
+    return Mat3::NullaryExpr([&](Eigen::Index i, Eigen::Index j) {
+      return entries(static_cast<int>(i), static_cast<int>(j));
+    });
+  }
+  // Return the moduli of damping and of the exact stiffness, N m.
+  static Mat3 viscosity_of(const ClampedTriangle& triangle, const Vec3& strains) {
+    if (!triangle.law) return triangle.modulus;
+    return matrix_of(materials::law_viscosity(triangle.map, *triangle.law, strains));
+  }
+  static Mat3 tangent_of(const ClampedTriangle& triangle, const Vec3& strains) {
+    return matrix_of(materials::law_tangent(triangle.map, *triangle.law, strains, false));
+  }
+
+  // Returns dW/dt with damping, N m; for a linear law C (t + beta t').
   Vec3 moments_of(const ClampedTriangle& triangle, const Angles& angles,
                   const Kinematics& state) const {
-    Vec3 strains = angles.strains;
+    Vec3 strains = angles.strains, rates = Vec3::Zero();
     if (triangle.damping_time > 0) {
       Values velocity = gathered(triangle, state.velocity);
       for (int i = 0; i < 3; ++i) {
         if (triangle.ghosts[i] != no_particle)
           velocity.segment<3>(3 * (i + 3)) = ghosts_.velocity(triangle.ghosts[i]);
       }
-      strains += triangle.damping_time * (angles.slopes * velocity);
+      if (!triangle.law) strains += triangle.damping_time * (angles.slopes * velocity);
+      if (triangle.law) rates = triangle.damping_time * (angles.slopes * velocity);
     }
-    return triangle.modulus * strains;
+    if (!triangle.law) return triangle.modulus * strains;
+    return materials::law_slope(triangle.map, *triangle.law, strains) +
+           viscosity_of(triangle, strains) * rates;
   }
 
   static void add_pull(const ClampedTriangle& triangle, const Angles& angles, const Vec3& moments,
@@ -263,6 +288,7 @@ bool has_clamps(const Case& source) {
   });
 }
 
+// Finds the law of a triangle over its angles.
 void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
                   ClampedTriangle& triangle) {
   Nodes3 rest;
@@ -271,8 +297,20 @@ void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
     rest.col(i) = body.rest[mesh.triangles[index][i]];
     has_angle[i] = triangle.particles[i + 3] != no_particle || triangle.ghosts[i] != no_particle;
   }
-  triangle.modulus = materials::triangle_bending_modulus(
-      rest, has_angle, body.material->bending_stiffness, body.material->poisson_ratio);
+  const MaterialCase& material = *body.material;
+  if (!material.orthotropic_bending) {
+    triangle.modulus = materials::triangle_bending_modulus(
+        rest, has_angle, material.bending_stiffness, material.poisson_ratio);
+    return;
+  }
+  const Vec3 warp = warp_direction(body, index);
+  const materials::OrthotropicModuli moduli = flat_bending_moduli(material);
+  triangle.modulus = materials::triangle_bending_modulus(rest, warp, has_angle, moduli);
+  const BendingLaw law = *bending_law(material);
+  if (const auto* curved = std::get_if<materials::CurvedBending>(&law)) {
+    triangle.law = std::make_shared<const materials::CurvedBending>(*curved);
+    triangle.map = materials::bending_map(rest, warp, has_angle, moduli);
+  }
 }
 
 }  // namespace

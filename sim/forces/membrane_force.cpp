@@ -1,11 +1,12 @@
 #include "materials/membrane.h"
 
+#include "materials/orthotropic_membrane.h"
 #include "sim/base/parallel.h"
 #include "sim/forces/force_arrays.h"
-#include "sim/forces/quads.h"
-#include "sim/forces/stencil_array.h"
+#include "sim/forces/force_group.h"
+#include "sim/forces/membrane_quads.h"
 #include "sim/forces/varying_numbers.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/cloth_laws.h"
 
 namespace weft::sim {
 
@@ -14,37 +15,47 @@ namespace {
 using materials::lane_count;
 using materials::Lanes;
 using materials::Mat3Of;
-using materials::Nodes4;
 using materials::NodesOf;
-using materials::TriangleMembrane;
+using materials::OrthotropicMembraneOf;
 using materials::TriangleMembraneOf;
-using materials::Vec3Of;
 
-using Corners = NodesOf<Lanes, 4>;
-using Quads = StencilArray<4, QuadCorners>;
+using Corners = MembraneCorners;
 
+// The membranes of some quads: isotropic ones (TriangleMembraneOf) or orthotropic ones.
+template <template <class> class MembraneOf>
 struct MembraneQuads {
   std::vector<Quad> corners;
-  std::vector<std::array<TriangleMembrane, 2>> membranes;
+  std::vector<std::array<MembraneOf<double>, 2>> membranes;
   VaryingNumbers damping_times;  // s
   bool is_damped = false;        // at any time
 };
 
+void set_modulus(int lane, const TriangleMembraneOf<double>& membrane,
+                 TriangleMembraneOf<Lanes>& batch) {
+  for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membrane.root[k];
+  batch.shear.values[lane] = membrane.shear;
+}
+void set_modulus(int lane, const OrthotropicMembraneOf<double>& membrane,
+                 OrthotropicMembraneOf<Lanes>& batch) {
+  for (std::size_t k = 0; k < 6; ++k)
+    batch.edge_modulus.entries[k].values[lane] = membrane.edge_modulus.entries[k];
+}
+
+// Membranes whose tension is linear in the Green strain.
+template <template <class> class MembraneOf>
 class MembraneForce final : public Force {
  public:
-  MembraneForce(const MembraneQuads& quads, const std::vector<Vec3>& rest)
+  MembraneForce(const MembraneQuads<MembraneOf>& quads, const std::vector<Vec3>& rest)
       : quads_(quads.corners, static_cast<int>(rest.size())),
         damping_times_(quads.damping_times),
         is_damped_(quads.is_damped) {
     membranes_.resize((quads.membranes.size() + lane_count - 1) / lane_count);
     for (std::size_t i = 0; i < quads.membranes.size(); ++i) {
-      const std::size_t lane = i % lane_count;
+      const int lane = static_cast<int>(i % lane_count);
       for (int t = 0; t < 2; ++t) {
-        const TriangleMembrane& membrane = quads.membranes[i][t];
-        TriangleMembraneOf<Lanes>& batch = membranes_[i / lane_count][t];
-        for (int k = 0; k < 3; ++k) batch.root[k].values[lane] = membrane.root[k];
-        batch.shear.values[lane] = membrane.shear;
-        batch.damping_time.values[lane] = membrane.damping_time;
+        MembraneOf<Lanes>& batch = membranes_[i / lane_count][t];
+        set_modulus(lane, quads.membranes[i][t], batch);
+        batch.damping_time.values[lane] = quads.membranes[i][t].damping_time;
       }
     }
     // Rest lengths are computed by the operations that later compute lengths: a body at rest then
@@ -64,7 +75,7 @@ class MembraneForce final : public Force {
   void set_time(const Instant& now) override {
     damping_times_.visit_changed(now, [&](int first, int last, double time) {
       for (int i = first; i < last; ++i) {
-        for (TriangleMembraneOf<Lanes>& membrane : membranes_[i / lane_count])
+        for (MembraneOf<Lanes>& membrane : membranes_[i / lane_count])
           membrane.damping_time.values[i % lane_count] = time;
       }
     });
@@ -104,9 +115,6 @@ class MembraneForce final : public Force {
   }
 
  private:
-  using QuadBlocks = materials::StencilMatrix<Lanes, 4>;
-  using TriangleBlocks = materials::StencilMatrix<Lanes, 3>;
-
   // The following functions are flattened: calls would pass all their vectors through memory.
   WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
     if (quads_.is_run(first)) return energy_of(first, quads_.gather_run(first, position));
@@ -129,7 +137,7 @@ class MembraneForce final : public Force {
   }
   WEFT_FLATTEN void add_undamped_chunk(int first, int last, std::span<const Vec3> position,
                                        std::span<Vec3> force) const {
-    Quads::RunScatter run = quads_.scatter_runs(force);
+    MembraneStencils::RunScatter run = quads_.scatter_runs(force);
     for (int batch = first; batch < last; batch += lane_count) {
       if (quads_.is_run(batch)) {
         run.add(batch, undamped_forces(batch, quads_.gather_run(batch, position)));
@@ -156,37 +164,11 @@ class MembraneForce final : public Force {
     if (is_damped_) scatter_damping(first, x, into, blocks);
     for (int t = 0; t < 2; ++t) {
       const NodesOf<Lanes, 3> nodes = triangle_nodes(x, t);
-      TriangleBlocks stress;
-      stress.blocks.fill(Mat3Of<Lanes>::Zero());
-      materials::add_membrane_stress(
-          materials::edge_tensions(membranes_[first / lane_count][t],
-                                   materials::opposite_edges(nodes), triangle_nodes(v, t)),
-          pull_only, stress);
-      add_triangle(stress, t, blocks);
+      add_stress(materials::edge_tensions(membranes_[first / lane_count][t],
+                                          materials::opposite_edges(nodes), triangle_nodes(v, t)),
+                 pull_only, t, blocks);
     }
     quads_.scatter(first, blocks, into.stiffness);
-  }
-
-  static Corners sum_of(const NodesOf<Lanes, 3>& one, const NodesOf<Lanes, 3>& other) {
-    Corners sum;
-    sum.col(0) = one.col(0);
-    sum.col(1) = one.col(1) + other.col(0);
-    sum.col(2) = one.col(2) + other.col(2);
-    sum.col(3) = other.col(1);
-    return sum;
-  }
-
-  static void add_triangle(const TriangleBlocks& triangle, int t, QuadBlocks& quad) {
-    for (int a = 0; a < 3; ++a) {
-      for (int b = a; b < 3; ++b) {
-        const int row = corners_of[t][a], column = corners_of[t][b];
-        if (row <= column) {
-          quad(row, column) += triangle(a, b);
-        } else {
-          quad(column, row) += triangle(a, b).transpose();
-        }
-      }
-    }
   }
 
   // Returns G C G^T of both triangles.
@@ -218,46 +200,69 @@ class MembraneForce final : public Force {
     blocks.scale(1.0 + into.inverse_gamma * one.damping_time);
   }
 
-  Quads quads_;
+  MembraneStencils quads_;
   // The triangles of each batch of quads. Lanes beyond the last quad have no stiffness.
-  std::vector<std::array<TriangleMembraneOf<Lanes>, 2>> membranes_;
+  std::vector<std::array<MembraneOf<Lanes>, 2>> membranes_;
   VaryingNumbers damping_times_;  // of the quads
   bool is_damped_ = false;        // at any time
 };
 
-MembraneQuads quads_of(const Scene& scene) {
-  MembraneQuads quads;
+// Returns the force of the bodies whose membrane make(material, body, triangle, its rest positions)
+// makes, where `selects` their materials; null if there are none.
+template <template <class> class MembraneOf, class Selects, class Make>
+std::unique_ptr<Force> force_of(const Scene& scene, const Selects& selects, const Make& make) {
+  MembraneQuads<MembraneOf> quads;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
     const MaterialCase& material = *body.material;
-    if (material.is_shell() || material.membrane != MembraneModel::triangles ||
-        material.membrane_stiffness == 0)
-      continue;
+    if (!selects(material)) continue;
     quads.damping_times.append(quad_count(body), material.stiffness_damping);
     quads.is_damped |= !material.stiffness_damping.is_zero();
-    for (int q = 0; q < quad_count(body); ++q) {
-      const Quad corners = quad_corners(body, q);
-      Nodes4 rest;
-      for (int i = 0; i < 4; ++i) rest.col(i) = body.rest[corners[i]];
+    for_each_quad(body, [&](int q, const Quad& corners, const auto& rest) {
+      quads.corners.push_back(corners);
       auto& membranes = quads.membranes.emplace_back();
-      for (int k = 0; k < 2; ++k) {
-        membranes[k] = materials::make_triangle_membrane(
-            triangle_nodes(rest, k), material.membrane_stiffness, material.poisson_ratio,
-            material.stiffness_damping.constant_or_zero());
-      }
-      Quad& global = quads.corners.emplace_back(corners);
-      for (int& corner : global) corner += body.first_particle;
-    }
+      for (int t = 0; t < 2; ++t) membranes[t] = make(body, 2 * q + t, rest[t]);
+    });
   }
-  return quads;
+  if (quads.corners.empty()) return nullptr;
+  return std::make_unique<MembraneForce<MembraneOf>>(quads, rest_positions(scene));
+}
+
+std::unique_ptr<Force> make_isotropic(const Scene& scene) {
+  const auto selects = [](const MaterialCase& material) {
+    return !material.is_shell() && material.membrane == MembraneModel::triangles &&
+           material.has_isotropic_membrane() && material.membrane_stiffness != 0;
+  };
+  return force_of<TriangleMembraneOf>(
+      scene, selects, [](const SceneBody& body, int /*triangle*/, const materials::Nodes3& rest) {
+        const MaterialCase& material = *body.material;
+        return materials::make_triangle_membrane(rest, material.membrane_stiffness,
+                                                 material.poisson_ratio,
+                                                 material.stiffness_damping.constant_or_zero());
+      });
+}
+
+std::unique_ptr<Force> make_orthotropic(const Scene& scene) {
+  const auto selects = [](const MaterialCase& material) {
+    return material.orthotropic_membrane && !material.orthotropic_membrane->has_curves();
+  };
+  return force_of<OrthotropicMembraneOf>(
+      scene, selects, [](const SceneBody& body, int triangle, const materials::Nodes3& rest) {
+        const MaterialCase& material = *body.material;
+        return materials::make_orthotropic_membrane(
+            rest, warp_direction(body, triangle),
+            std::get<materials::LinearLaw>(*stretch_law(material)).moduli,
+            material.stiffness_damping.constant_or_zero());
+      });
 }
 
 }  // namespace
 
 std::unique_ptr<Force> make_membrane_force(const Scene& scene) {
-  const MembraneQuads quads = quads_of(scene);
-  if (quads.corners.empty()) return nullptr;
-  return std::make_unique<MembraneForce>(quads, rest_positions(scene));
+  std::vector<std::unique_ptr<Force>> members = make_fabric_membrane_forces(scene);
+  members.insert(members.begin(), make_orthotropic(scene));
+  members.insert(members.begin(), make_isotropic(scene));
+  return grouped(std::move(members));
 }
 
 }  // namespace weft::sim

@@ -4,6 +4,7 @@
 #include "sim/case/time_methods.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/stencil_array.h"
+#include "sim/scene/cloth_laws.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/sliding_supports.h"
 
@@ -20,7 +21,7 @@ constexpr double damping_time_in_motion = 1e-4;
 
 double own_stiffness(const MaterialCase& material) {
   if (material.is_shell()) return material.youngs_modulus * material.shell_thickness;
-  return std::max(material.membrane_stiffness, material.structural_stiffness.value_or(0));
+  return largest_membrane_stiffness(material);
 }
 
 class SupportForce final : public Force {

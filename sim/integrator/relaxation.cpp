@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "sim/motion/tolerances.h"
+#include "sim/scene/cloth_laws.h"
 
 namespace weft::sim {
 
@@ -204,8 +205,7 @@ double Relaxation::least_hardness() const {
     Eigen::AlignedBox3d box;
     for (const Vec3& x : body.rest) box.extend(x);
     const double weight = material.density * goal_->acceleration * box.diagonal().norm();
-    const double stiffness =
-        std::max(material.membrane_stiffness, material.structural_stiffness.value_or(0));
+    const double stiffness = largest_membrane_stiffness(material);
     if (stiffness > 0) hardness = std::min(hardness, softest * weight / stiffness);
   }
   return hardness > 0 ? hardness : 1;

@@ -111,6 +111,7 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
     throw CaseError(from.location, "unknown material \"" + from.material + "\"");
   body.thickness = from.thickness.value_or(
       body.material->is_shell() ? body.material->shell_thickness : default_thickness);
+  body.warp_angle = from.warp_angle_deg * (std::acos(-1.0) / 180);
   refuse_flat_triangles(body, from.shape.location);
   std::vector<Vec3> start = start_shape(from, body, scene.source);
   if (body.material->is_shell()) {

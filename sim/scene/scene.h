@@ -60,7 +60,8 @@ struct SceneBody {
   bool moves = true;         // false: not dynamic, and at rest
   bool sleeps = false;       // not dynamic until something comes in reach (awake_scene.h)
   bool self_contact = false;
-  double thickness = 0;  // m
+  double thickness = 0;   // m
+  double warp_angle = 0;  // rad, of the warp to the rows of the image
   const MaterialCase* material =
       nullptr;  // points into Scene::source; null for obstacles of the case
 

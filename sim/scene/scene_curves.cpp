@@ -66,7 +66,7 @@ class CurveFinder {
     add(path + "mass_damping", material.mass_damping);
     add(path + "stiffness_damping", material.stiffness_damping);
     SceneCurve* bending = add(path + "bending_damping", material.bending_damping);
-    if (bending != nullptr && !(material.bending_stiffness > 0))
+    if (bending != nullptr && !material.resists_bending())
       bending->unused = "its bending_stiffness is 0";
     note_air(add(path + "normal_drag", material.normal_drag), material);
     note_air(add(path + "tangential_drag", material.tangential_drag), material);

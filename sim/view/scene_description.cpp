@@ -167,7 +167,7 @@ void describe_forces(const Scene& scene, std::ostream& out) {
       bodies_that(scene, [](const SceneBody& body) { return !body.dynamic && !body.is_obstacle; }),
       "skipped forces, matrix and state of", "all of it is pinned", "all of them is pinned", out);
   describe_lack(
-      scene, [](const MaterialCase& m) { return !(m.bending_stiffness > 0); }, "bending",
+      scene, [](const MaterialCase& m) { return !m.resists_bending(); }, "bending",
       "every bending_stiffness is 0", "its bending_stiffness is 0", "their bending_stiffness is 0",
       out);
   describe_lack(

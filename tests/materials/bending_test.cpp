@@ -8,9 +8,11 @@
 #include <sstream>
 #include <vector>
 
+#include "materials/curved_bending.h"
 #include "materials/hinge.h"
 #include "tests/materials/finite_difference.h"
 #include "tests/materials/hinge_hessian.h"
+#include "tests/measured_fabrics.h"
 
 namespace weft::materials {
 namespace {
@@ -89,12 +91,21 @@ class InnerTriangles {
   // The energy of Weft's model, with the change of angle from `rest_shape` to `x`.
   double energy(const std::vector<Vec3>& x, const std::vector<Vec3>& rest_shape,
                 double poisson_ratio) const {
+    return sum(x, rest_shape, [&](const Nodes3& rest, const Vec3& change) {
+      const Mat3 modulus = triangle_bending_modulus(rest, kInner, kStiffness, poisson_ratio);
+      return 0.5 * change.dot(modulus * change);
+    });
+  }
+
+  // The sum of energy_of(rest positions, changes of the angles) over the inner triangles.
+  template <class EnergyOf>
+  double sum(const std::vector<Vec3>& x, const std::vector<Vec3>& rest_shape,
+             const EnergyOf& energy_of) const {
     double total = 0;
     for (const auto& nodes : mesh_.inner) {
-      const Mat3 modulus = triangle_bending_modulus(rest(nodes), kInner, kStiffness, poisson_ratio);
       Vec3 change;
       for (int i = 0; i < 3; ++i) change[i] = angle(nodes, i, x) - angle(nodes, i, rest_shape);
-      total += 0.5 * change.dot(modulus * change);
+      total += energy_of(rest(nodes), change);
     }
     return total;
   }
@@ -149,7 +160,7 @@ struct Cylinder {
 };
 
 constexpr double kCurvature = 0.01;  // times a cell: the bending per edge
-const std::vector<double> kDegrees = {0, 15, 30, 45, 60, 90, 135};
+const std::vector<double> kDegrees = {0, 15, 30, 45, 60, 75, 90, 105, 120, 135, 150, 165};
 
 double cylinder_energy(const InnerTriangles& plate, double curvature) {
   return 0.5 * kStiffness * curvature * curvature * plate.area();
@@ -423,6 +434,173 @@ TEST(Bending, PatchOfHingesIsConsistent) {
     const auto rigid =
         rigid_velocity(x, random_matrix<Vec3>(generator), random_matrix<Vec3>(generator));
     EXPECT_LT((patch.forces(x, rigid, damping_time) - forces).norm(), 1e-12 * forces.norm());
+  }
+}
+
+// The stiffness of the axes and of 45 degrees comes out there, and in other directions the
+// formula's.
+TEST(OrthotropicBending, CylinderHasTheStiffnessOfItsDirection) {
+  const InnerTriangles plate(make_mesh("one_diagonal"));
+  const auto flat = plate.moved([](const Vec3& x) { return x; });
+  for (const auto& [warp, bias, weft] :
+       {std::array{3.0, 2.0, 1.0}, {1.0, 4.0, 2.0}, {5.0, 1.0, 2.0}, {2.0, 0.2, 1.0}}) {
+    const OrthotropicModuli moduli = bending_moduli(warp, bias, weft, 0.2);
+    const double twist = 2 * bias - 0.5 * (warp + weft);
+    for (const double warp_degrees : {0.0, 30.0}) {
+      const double radians = warp_degrees * std::numbers::pi / 180;
+      const Vec3 along(std::cos(radians), std::sin(radians), 0);
+      for (double degrees = 0; degrees < 180; degrees += 15) {
+        const auto bent = plate.moved(Cylinder{kCurvature, degrees + warp_degrees});
+        const double energy = plate.sum(bent, flat, [&](const Nodes3& rest, const Vec3& change) {
+          return 0.5 * change.dot(triangle_bending_modulus(rest, along, kInner, moduli) * change);
+        });
+        const double c = std::pow(std::cos(degrees * std::numbers::pi / 180), 2), s = 1 - c;
+        const double stiffness = warp * c * c + 2 * twist * c * s + weft * s * s;
+        EXPECT_NEAR(energy / (0.5 * stiffness * kCurvature * kCurvature * plate.area()), 1, 1e-3)
+            << degrees;
+        if (std::fmod(degrees, 45) == 0) {
+          const double of_key = degrees == 0 ? warp : degrees == 90 ? weft : bias;
+          EXPECT_NEAR(stiffness, of_key, 1e-12);
+        }
+      }
+    }
+  }
+}
+
+TEST(OrthotropicBending, ContainsIsotropicBending) {
+  std::mt19937 generator(11);
+  for (int trial = 0; trial < 400; ++trial) {
+    const Nodes3 rest = random_triangle(generator);
+    const std::array<bool, 3> has_angle = {(trial & 1) != 0, (trial & 2) != 0, (trial & 4) != 0};
+    const double nu = -0.9 + 1.8 * (trial / 400.0);
+    const Mat3 modulus =
+        triangle_bending_modulus(rest, random_matrix<Vec3>(generator), has_angle,
+                                 bending_moduli(kStiffness, kStiffness, kStiffness, nu));
+    const Mat3 isotropic = triangle_bending_modulus(rest, has_angle, kStiffness, nu);
+    EXPECT_LT((modulus - isotropic).norm(), 1e-10 * (1 + isotropic.norm()));
+  }
+}
+
+TEST(OrthotropicBending, ModuliAreSemiDefiniteWhereverItIsPossible) {
+  std::mt19937 generator(12);
+  std::uniform_real_distribution<double> stiffness(0.1, 5), ratio(-0.99, 0.99);
+  int possible = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    const double warp = stiffness(generator), bias = stiffness(generator),
+                 weft = stiffness(generator);
+    const double least = least_bias(warp, weft);
+    EXPECT_EQ(is_bending_possible(warp, bias, weft), bias > least);
+    if (bias <= least) continue;
+    ++possible;
+    const Mat3 moduli = bending_moduli(warp, bias, weft, ratio(generator)).matrix();
+    EXPECT_GE(eigenvalues(moduli)[0], -1e-12);
+  }
+  EXPECT_GT(possible, 900);
+  // The least bias is where some cylinder costs nothing.
+  const double warp = 4, weft = 1, bias = least_bias(warp, weft);
+  double least = 1;
+  for (double degrees = 0; degrees < 90; degrees += 0.01) {
+    const double c = std::pow(std::cos(degrees * std::numbers::pi / 180), 2), s = 1 - c;
+    least = std::min(least, warp * c * c + (4 * bias - warp - weft) * c * s + weft * s * s);
+  }
+  EXPECT_NEAR(least, 0, 1e-7);
+}
+
+TEST(OrthotropicBending, BorderAnglesTakeTheLeastEnergy) {
+  std::mt19937 generator(13);
+  const OrthotropicModuli moduli = bending_moduli(3, 1, 2, 0.3);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Nodes3 rest = random_triangle(generator);
+    const auto warp = random_matrix<Vec3>(generator);
+    const std::array<bool, 3> has_angle = {(trial & 1) != 0, (trial & 2) != 0, (trial & 4) != 0};
+    const Mat3 full = triangle_bending_modulus(rest, warp, kInner, moduli);
+    const Mat3 modulus = triangle_bending_modulus(rest, warp, has_angle, moduli);
+    auto angles = random_matrix<Vec3>(generator);
+    const double least = 0.5 * angles.dot(modulus * angles);
+    for (int prescribed = 0; prescribed < 20; ++prescribed) {
+      const auto other = random_matrix<Vec3>(generator);
+      for (int i = 0; i < 3; ++i) {
+        if (!has_angle[i]) angles[i] = other[i];
+      }
+      EXPECT_LE(least, 0.5 * angles.dot(full * angles) + 1e-13 * full.norm());
+    }
+    for (int i = 0; i < 3; ++i) {
+      if (has_angle[i]) continue;
+      EXPECT_EQ(modulus.col(i).norm() + modulus.row(i).norm(), 0);
+    }
+  }
+}
+
+CurvedBending curved_law(const MeasuredFabric& fabric) {
+  const std::vector<double> curvatures{0, 10, 20, 30, 40};
+  std::vector<OrthotropicModuli> moduli;
+  for (int i = 0; i < 5; ++i)
+    moduli.push_back(
+        bending_moduli(fabric.bending[0][i], fabric.bending[1][i], fabric.bending[2][i], 0.1));
+  return CurvedBending(curvatures, moduli);
+}
+
+// The moment of a cylinder is its curvature times the stiffness of the table, straight between the
+// points.
+TEST(CurvedBending, CylinderHasTheMomentOfTheTable) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    const CurvedBending law = curved_law(fabric);
+    for (int direction = 0; direction < 3; ++direction) {
+      const double angle = direction * std::numbers::pi / 4;
+      const double c = std::cos(angle), s = std::sin(angle);
+      for (const double k : {0.5, 5.0, 10.0, 14.0, 33.0, 40.0, 70.0}) {
+        const std::array<double, 3> curvature{k * c * c, k * s * s, 2 * k * c * s};
+        const auto slope = energy_jet<1>(law, curvature).first;
+        const double moment = slope[0] * c * c + slope[1] * s * s + slope[2] * 2 * c * s;
+        const double place = std::min(k / 10, 4.0);
+        const int i = std::min(static_cast<int>(place), 3);
+        const auto& table = fabric.bending[direction];
+        const double stiffness = (i + 1 - place) * table[i] + (place - i) * table[i + 1];
+        EXPECT_NEAR(moment, stiffness * k, 1e-9 * stiffness * k) << fabric.name << ' ' << k;
+      }
+    }
+  }
+}
+
+TEST(CurvedBending, MomentsAndTangentAreDerivatives) {
+  std::mt19937 generator(14);
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    const CurvedBending law = curved_law(fabric);
+    for (int trial = 0; trial < 30; ++trial) {
+      const Nodes3 rest = 0.01 * random_triangle(generator);
+      const StrainMapOf<double> map = bending_map(
+          rest, random_matrix<Vec3>(generator), {true, trial % 2 == 0, true},
+          bending_moduli(fabric.bending[0][0], fabric.bending[1][0], fabric.bending[2][0], 0.1));
+      const auto angles = random_matrix<Vec3>(generator, 0.1);
+      const auto energy = [&](const Vec3& t) { return as_matrix(law_energy(map, law, t)); };
+      const auto moments = [&](const Vec3& t) -> Eigen::MatrixXd { return law_slope(map, law, t); };
+      EXPECT_LT(relative_error(finite_difference(energy, angles, 1e-5),
+                               law_slope(map, law, angles).transpose()),
+                1e-4);
+      const auto matrix = [](const Symmetric3Of<double>& m) {
+        Mat3 full;
+        full << m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2);
+        return full;
+      };
+      const Mat3 tangent = matrix(law_tangent(map, law, angles, false));
+      EXPECT_LT(relative_error(finite_difference(moments, angles, 1e-6), tangent), 1e-3);
+      const Mat3 viscosity = matrix(law_viscosity(map, law, angles));
+      EXPECT_GT(eigenvalues(viscosity)[0], -1e-12 * viscosity.norm());
+    }
+  }
+}
+
+// A table of one stiffness for all curvatures is the linear law.
+TEST(CurvedBending, ContainsTheLinearLaw) {
+  std::mt19937 generator(15);
+  const OrthotropicModuli moduli = bending_moduli(3, 2, 1, 0.3);
+  const std::vector<double> curvatures{0, 5};
+  const CurvedBending law(curvatures, std::vector{moduli, moduli});
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto k = random_matrix<Vec3>(generator, 10);
+    const std::array<double, 3> curvature{k[0], k[1], k[2]};
+    EXPECT_NEAR(law.energy(curvature), LinearLaw{moduli}.energy(curvature),
+                1e-11 * k.squaredNorm());
   }
 }
 

@@ -5,8 +5,11 @@
 
 #include "materials/bending.h"
 #include "materials/drag.h"
+#include "materials/fabric_membrane.h"
 #include "materials/hinge.h"
 #include "materials/membrane.h"
+#include "materials/orthotropic_membrane.h"
+#include "sim/scene/cloth_laws.h"
 #include "simulated_case.h"
 
 namespace weft::sim {
@@ -125,6 +128,59 @@ TEST(Forces, MembranesAreTheSumOfTheirTriangles) {
   }
 }
 
+// Materials that differ by direction: a linear one, one by curves, a measured one.
+const std::vector<std::string> woven_membranes{
+    R"([material.cloth.orthotropic_membrane]
+warp_stiffness = 100
+weft_stiffness = 40
+shear_modulus = 8
+poisson_ratio = 0.2
+)",
+    R"([material.cloth.orthotropic_membrane]
+warp_curve = { strains = [-0.5, 0, 0.5], tensions = [-20, 0, 70] }
+weft_stiffness = 40
+shear_curve = { strains = [0, 1], tensions = [0, 8] }
+)",
+    R"([material.cloth.measured_membrane]
+warp = [50, 70, 60, 80, 90, 100]
+coupling = [5, 10, 15, 20, 25, 30]
+weft = [150, 170, 160, 180, 190, 120]
+shear = [20, 15, 10, 5, 10, 15]
+)"};
+
+TEST(Forces, WovenMembranesAreTheSumOfTheirTriangles) {
+  for (const std::string& image : images) {
+    for (const std::string& material : woven_membranes) {
+      for (const double damping : {0.0, 0.01}) {
+        SCOPED_TRACE(image + material);
+        TwoBodies bodies(image, "stiffness_damping = " + std::to_string(damping) + "\n" + material);
+        const auto expected = sum_over_bodies(
+            bodies, [&](const SceneBody& body, const Kinematics& state, std::span<Vec3> sum) {
+              const StretchLaw law = *stretch_law(*body.material);
+              for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
+                const auto& triangle = body.mesh.triangles[t];
+                const auto membrane = materials::make_fabric_membrane(
+                    nodes_of<3>(body.rest, triangle), warp_direction(body, static_cast<int>(t)),
+                    damping);
+                const Nodes3 edges =
+                    materials::opposite_edges(nodes_of<3>(state.position, triangle));
+                const Nodes3 forces = std::visit(
+                    [&](const auto& each) {
+                      return materials::pulls_of(
+                          materials::fabric_tensions(membrane, each, edges,
+                                                     nodes_of<3>(state.velocity, triangle)),
+                          edges);
+                    },
+                    law);
+                for (int i = 0; i < 3; ++i) sum[triangle[i]] += forces.col(i);
+              }
+            });
+        expect_near(bodies.forces(), expected, 1e-11);
+      }
+    }
+  }
+}
+
 // Returns the nodes of the hinge at the edge opposite node i of a triangle: the edge's ends, node
 // i, and the node across. Returns none on the border.
 std::optional<std::array<int, 4>> hinge_of(const bsi::Mesh& mesh, int triangle, int i) {
@@ -135,13 +191,15 @@ std::optional<std::array<int, 4>> hinge_of(const bsi::Mesh& mesh, int triangle, 
                     edge.opposite[edge.triangle[0] == triangle ? 1 : 0]};
 }
 
-// Adds -sum (C (theta - theta_rest + beta theta'))_i d theta_i / d x of every triangle.
-void add_bending(const SceneBody& body, const Kinematics& state, double stiffness, double damping,
+// Adds -sum moments_i d theta_i / d x of every triangle, with the moments of its angles.
+// moments_of(triangle, rest positions, edges with an angle, strains, rates) returns them.
+template <class MomentsOf>
+void add_bending(const SceneBody& body, const Kinematics& state, const MomentsOf& moments_of,
                  std::span<Vec3> sum) {
   const bsi::Mesh mesh = bsi::build_mesh(body.atlas);
   for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
     std::array<bool, 3> has_angle{};
-    Vec3 strains = Vec3::Zero();
+    Vec3 strains = Vec3::Zero(), rates = Vec3::Zero();
     std::array<Nodes4, 3> gradients;
     for (int i = 0; i < 3; ++i) {
       const auto hinge = hinge_of(mesh, t, i);
@@ -149,14 +207,12 @@ void add_bending(const SceneBody& body, const Kinematics& state, double stiffnes
       if (!hinge) continue;
       const Nodes4 x = nodes_of<4>(state.position, *hinge);
       gradients[i] = materials::hinge_gradient(x);
-      const double rate = gradients[i].cwiseProduct(nodes_of<4>(state.velocity, *hinge)).sum();
-      strains[i] = materials::hinge_angle(x) -
-                   materials::hinge_angle(nodes_of<4>(body.rest, *hinge)) + damping * rate;
+      rates[i] = gradients[i].cwiseProduct(nodes_of<4>(state.velocity, *hinge)).sum();
+      strains[i] =
+          materials::hinge_angle(x) - materials::hinge_angle(nodes_of<4>(body.rest, *hinge));
     }
     const Vec3 moments =
-        materials::triangle_bending_modulus(nodes_of<3>(body.rest, mesh.triangles[t]), has_angle,
-                                            stiffness, body.material->poisson_ratio) *
-        strains;
+        moments_of(t, nodes_of<3>(body.rest, mesh.triangles[t]), has_angle, strains, rates);
     for (int i = 0; i < 3; ++i) {
       const auto hinge = hinge_of(mesh, t, i);
       for (int k = 0; hinge && k < 4; ++k) sum[(*hinge)[k]] -= moments[i] * gradients[i].col(k);
@@ -173,9 +229,50 @@ TEST(Forces, BendingIsTheSumOfItsHinges) {
                            std::to_string(damping));
       const auto expected = sum_over_bodies(
           bodies, [&](const SceneBody& body, const Kinematics& state, std::span<Vec3> sum) {
-            add_bending(body, state, 0.5, damping, sum);
+            const auto moments_of = [&](int, const Nodes3& rest, const auto& has_angle,
+                                        const Vec3& strains, const Vec3& rates) -> Vec3 {
+              return materials::triangle_bending_modulus(rest, has_angle, 0.5,
+                                                         body.material->poisson_ratio) *
+                     (strains + damping * rates);
+            };
+            add_bending(body, state, moments_of, sum);
           });
       expect_near(bodies.forces(), expected, 1e-12);
+    }
+  }
+}
+
+// Bending that differs by direction, without and with a dependence on the curvature.
+const std::vector<std::string> woven_bendings{
+    "[material.cloth.orthotropic_bending]\nwarp = [0.5]\nbias = [0.3]\nweft = [0.2]\n",
+    "[material.cloth.orthotropic_bending]\nwarp = [0.5, 0.8, 0.6]\nbias = [0.3, 0.4, 0.5]\n"
+    "weft = [0.2, 0.3, 0.3]\ncurvatures = [0, 0.3, 1.0]\n"};
+
+TEST(Forces, WovenBendingIsTheSumOfItsHinges) {
+  for (const std::string& image : images) {
+    for (const std::string& material : woven_bendings) {
+      for (const double damping : {0.0, 0.3}) {
+        SCOPED_TRACE(image + material);
+        TwoBodies bodies(image, "membrane_stiffness = 0\nbending_damping = " +
+                                    std::to_string(damping) + "\n" + material);
+        const auto expected = sum_over_bodies(
+            bodies, [&](const SceneBody& body, const Kinematics& state, std::span<Vec3> sum) {
+              const BendingLaw law = *bending_law(*body.material);
+              const auto moments_of = [&](int t, const Nodes3& rest, const auto& has_angle,
+                                          const Vec3& strains, const Vec3& rates) -> Vec3 {
+                const auto map = materials::bending_map(rest, warp_direction(body, t), has_angle,
+                                                        flat_bending_moduli(*body.material));
+                return std::visit(
+                    [&](const auto& each) -> Vec3 {
+                      return materials::law_slope(map, each, strains) +
+                             damping * (materials::law_viscosity(map, each, strains) * rates);
+                    },
+                    law);
+              };
+              add_bending(body, state, moments_of, sum);
+            });
+        expect_near(bodies.forces(), expected, 1e-11);
+      }
     }
   }
 }
@@ -230,8 +327,12 @@ void expect_derivative(TwoBodies& bodies, int half,
 
 TEST(Forces, MatricesAreTheirDerivatives) {
   for (const std::string& image : images) {
-    for (const char* material :
-         {"membrane_stiffness = 100", "membrane_stiffness = 0\nbending_stiffness = 0.5"}) {
+    std::vector<std::string> all{"membrane_stiffness = 100",
+                                 "membrane_stiffness = 0\nbending_stiffness = 0.5"};
+    all.insert(all.end(), woven_membranes.begin(), woven_membranes.end());
+    for (const std::string& bending : woven_bendings)
+      all.push_back("membrane_stiffness = 0\n" + bending);
+    for (const std::string& material : all) {
       SCOPED_TRACE(image + " " + material);
       TwoBodies bodies(image, material);
       expect_derivative(bodies, 0, &Dynamics::stiffness);
@@ -250,22 +351,69 @@ TEST(Forces, DampingIsTheirDerivativeByTheVelocities) {
   }
 }
 
+TEST(Forces, WovenDampingIsTheDerivativeByTheVelocities) {
+  for (const std::string& image : images) {
+    for (const std::string& membrane : woven_membranes) {
+      for (const std::string& bending : woven_bendings) {
+        SCOPED_TRACE(image + membrane + bending);
+        TwoBodies bodies(image,
+                         "stiffness_damping = 0.1\nbending_damping = 0.2\n" + membrane + bending);
+        expect_derivative(bodies, 1, &Dynamics::damping);
+      }
+    }
+  }
+}
+
+// The joined matrix K + D / gamma and the product D u are those of the separate matrices.
+TEST(Forces, JoinedMatricesAreTheSum) {
+  constexpr double gamma = 0.02;
+  for (const std::string& membrane : woven_membranes) {
+    for (const std::string& bending : woven_bendings) {
+      SCOPED_TRACE(membrane + bending);
+      TwoBodies bodies(images[3],
+                       "stiffness_damping = 0.1\nbending_damping = 0.2\n" + membrane + bending);
+      for (const Definiteness kind : {Definiteness::exact, Definiteness::semi_definite}) {
+        Dynamics& dynamics = bodies.dynamics();
+        const std::vector<Vec3> along = bodies.random_vectors(), test = bodies.random_vectors();
+        std::vector<Vec3> stiff(along.size()), damped(along.size()), joined(along.size()),
+            product(along.size());
+        dynamics.assemble(0, bodies.state(), kind);
+        dynamics.stiffness().multiply(test, stiff, 1);
+        dynamics.damping().multiply(test, damped, 1);
+        dynamics.damping().multiply(along, product, 1);
+        for (std::size_t i = 0; i < along.size(); ++i) stiff[i] += damped[i] / gamma;
+        dynamics.assemble_joined(0, bodies.state(), kind, gamma, along);
+        dynamics.stiffness().multiply(test, joined, 1);
+        expect_near(joined, stiff, 1e-5);
+        expect_near({dynamics.damping_product().begin(), dynamics.damping_product().end()}, product,
+                    1e-5);
+      }
+    }
+  }
+}
+
 // The order of sums is that of the stencils, not of the threads.
 TEST(Forces, SameBitsForAnyNumberOfThreads) {
-  const std::string material =
-      "membrane_stiffness = 100\nstiffness_damping = 0.1\nbending_stiffness = 0.5\n"
-      "bending_damping = 0.2\nnormal_drag = 1\n[compute]\nthreads = ";
+  std::vector<std::string> all;
+  for (const char* laws :
+       {"membrane_stiffness = 100\nbending_stiffness = 0.5\n", woven_membranes[2].c_str()}) {
+    all.push_back(std::string("stiffness_damping = 0.1\nbending_damping = 0.2\nnormal_drag = 1\n") +
+                  laws + (laws == woven_membranes[2].c_str() ? woven_bendings[1] : ""));
+  }
   for (const std::string& image : images) {
-    SCOPED_TRACE(image);
-    TwoBodies one(image, material + "1"), two(image, material + "2");
-    EXPECT_EQ(one.forces(), two.forces());
-    one.dynamics().assemble(0, one.state());
-    two.dynamics().assemble(0, two.state());
-    const std::vector<Vec3> direction = one.random_vectors();
-    std::vector<Vec3> product(direction.size()), other(direction.size());
-    one.dynamics().stiffness().multiply(direction, product, 1);
-    two.dynamics().stiffness().multiply(direction, other, 1);
-    EXPECT_EQ(product, other);
+    for (const std::string& material : all) {
+      SCOPED_TRACE(image);
+      TwoBodies one(image, material + "[compute]\nthreads = 1"),
+          two(image, material + "[compute]\nthreads = 2");
+      EXPECT_EQ(one.forces(), two.forces());
+      one.dynamics().assemble(0, one.state());
+      two.dynamics().assemble(0, two.state());
+      const std::vector<Vec3> direction = one.random_vectors();
+      std::vector<Vec3> product(direction.size()), other(direction.size());
+      one.dynamics().stiffness().multiply(direction, product, 1);
+      two.dynamics().stiffness().multiply(direction, other, 1);
+      EXPECT_EQ(product, other);
+    }
   }
 }
 

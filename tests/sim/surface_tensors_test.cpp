@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "tests/measured_fabrics.h"
 #include "tests/sim/channel_run.h"
 
 namespace weft::sim {
@@ -168,6 +169,51 @@ TEST(SurfaceTensors, BendingDampingAddsToTheMoment) {
   }
 }
 
+// Measured cloth stretched in one direction at 45 degrees to its warp, width held: the tension
+// along the pull is the published one.
+TEST(SurfaceTensors, MeasuredClothHasThePublishedTension) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    const ChannelRun run(stretched_sheet,
+                         {"material.cloth={ preset = \"" + fabric.name + "\" }",
+                          "body.sheet.warp_angle_deg=-45", "body.sheet.stretch=[1.06, 1, 1]"});
+    const double strain = (1.06 * 1.06 - 1) / 2;
+    const auto s = published_tension(fabric, strain / 2, strain / 2, strain / 2);
+    const double along = 1.06 * (s[0] / 2 + s[1] / 2 + s[2]);  // force per length of the cut
+    const std::vector<double> major = run.field("sheet", "membrane_stress_major");
+    const std::vector<double> minor = run.field("sheet", "membrane_stress_minor");
+    const std::vector<Vec3> direction = run.vectors("sheet", "membrane_stress_direction");
+    for (std::size_t i = 0; i < major.size(); ++i) {
+      const double c = direction[i].x() * direction[i].x();
+      EXPECT_NEAR(major[i] * c + minor[i] * (1 - c), along, 1e-4 * along) << fabric.name;
+    }
+  }
+}
+
+// Cloth whose bending depends on direction and curvature, rolled along its warp, bias and weft.
+TEST(SurfaceTensors, WovenClothHasTheMomentOfItsDirection) {
+  const MeasuredFabric fabric = measured_fabrics()[6];
+  for (int direction = 0; direction < 3; ++direction) {
+    const ChannelRun run(stretched_sheet,
+                         {"material.cloth={ preset = \"" + fabric.name + "\" }",
+                          "body.sheet.shape.resolution=[19, 49]",
+                          "body.sheet.warp_angle_deg=" + std::to_string(-45 * direction),
+                          "body.sheet.start={ bend_radius = 0.2 }"});
+    const double stiffness =  // at 5 1/m, between 0 and 10
+        0.5 * (fabric.bending[direction][0] + fabric.bending[direction][1]);
+    const std::vector<double> major = run.field("sheet", "bending_moment_major");
+    const std::vector<double> minor = run.field("sheet", "bending_moment_minor");
+    const std::vector<Vec3> axis = run.vectors("sheet", "bending_moment_direction");
+    for (int row = 2; row < 17; ++row) {
+      for (int col = 2; col < 47; ++col) {
+        const int i = 49 * row + col;
+        const double across = axis[i].y() * axis[i].y();
+        EXPECT_NEAR(major[i] * (1 - across) + minor[i] * across, stiffness * 5,
+                    0.01 * stiffness * 5);
+      }
+    }
+  }
+}
+
 // A sheet bent to a cylinder of radius R at an angle to its grid: curvature 1/R along it and none
 // across, moments D/R and nu D/R. Triangles at the border have no moment across it; vertices
 // around which there are no others but these are left out.
@@ -257,6 +303,31 @@ poisson_ratio = 0.1
 [material.net]
 membrane = "springs"
 bend_stiffness = 10
+[material.woven]
+[material.woven.orthotropic_membrane]
+warp_curve = { strains = [0, 0.02, 0.1], tensions = [0, 5, 90] }
+weft_stiffness = 300
+shear_modulus = 15
+[material.woven.orthotropic_bending]
+warp = [2e-3]
+bias = [1e-3]
+weft = [1e-3]
+[material.denim]
+preset = "11oz-black-denim"
+[[body]]
+name = "woven"
+material = "woven"
+warp_angle_deg = 20
+stretch = [1.05, 1.02, 1]
+position = [0, 0, 5]
+shape = { type = "cylinder", radius = 0.2, length = 0.5, resolution = [5, 9] }
+[[body]]
+name = "denim"
+material = "denim"
+warp_angle_deg = 70
+stretch = [1.05, 1.02, 1.1]
+position = [0, 0, 7]
+shape = { type = "sphere", radius = 0.3, resolution = [4] }
 [[body]]
 name = "sheet"
 material = "cloth"
@@ -285,7 +356,7 @@ shape = { type = "rectangle", size = [1, 1], resolution = [5, 6] }
 )");
   const Energies all = run.simulation().energies();
   Vec3 sum = Vec3::Zero();
-  for (const char* body : {"sheet", "tube", "ball", "net"}) {
+  for (const char* body : {"woven", "denim", "sheet", "tube", "ball", "net"}) {
     const std::string path = std::string("body_energy/") + body + "/";
     const Vec3 energies(run.record(path + "kinetic")[0], run.record(path + "gravitational")[0],
                         run.record(path + "elastic")[0]);

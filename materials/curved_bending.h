@@ -1,0 +1,87 @@
+// Bending of cloth whose stiffness depends on its direction and on the curvature itself. The moduli
+// D over (kappa_11, kappa_22, 2 kappa_12), in the axes of warp and weft, are given at some
+// curvatures, straight in between and constant beyond the last. With K = |kappa| = sqrt(kappa :
+// kappa), which is the curvature of a cylinder, the energy per rest area is the work of the moments
+// D(K) kappa on the straight path to kappa:
+//   w = int_0^1 kappa : D(t K) t kappa dt = 1/2 kappa : D_mean(K) : kappa,
+//   D_mean(K) = 2 / K^2 int_0^K D(k) k dk.
+// A cylinder of any direction therefore has the moment B(K) K, with the stiffness B of that
+// direction (orthotropic_moduli.h).
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "materials/jet.h"
+#include "materials/orthotropic_moduli.h"
+
+namespace weft::materials {
+
+class CurvedBending {
+ public:
+  // Precondition: as many curvatures (1/m) as moduli; the first is zero, and they increase.
+  CurvedBending(std::span<const double> curvatures, std::span<const OrthotropicModuli> moduli);
+
+  // Returns w (N/m) at (kappa_11, kappa_22, 2 kappa_12), for any number type.
+  template <class Number>
+  Number energy(const std::array<Number, 3>& curvature) const {
+    using Real = decltype(value_of(curvature[0]));
+    const std::array<Number, 4> squares{curvature[0] * curvature[0],
+                                        2.0 * curvature[0] * curvature[1],
+                                        curvature[1] * curvature[1], curvature[2] * curvature[2]};
+    const Number size = root(size_squared(squares));
+    const Real k = value_of(size);
+    std::array<Real, 4> mean, slope, second;
+    for (int i = 0; i < 4; ++i) mean[i] = flat_[i], slope[i] = 0.0, second[i] = 0.0;
+    for (const Ramp& ramp : ramps_) {
+      // The mean of (k - start)_+ and its derivatives.
+      const Real beyond = larger(k - ramp.start, 0.0);
+      const Real f = beyond * beyond * (2.0 * k + ramp.start) / (3.0 * k * k);
+      const Real f_slope = 2.0 * (beyond - f) / k;
+      const Real f_second =
+          2.0 * (choose(Real(0.0) < beyond, Real(1.0), Real(0.0)) - 1.5 * f_slope) / k;
+      for (int i = 0; i < 4; ++i) {
+        mean[i] += ramp.change[i] * f;
+        slope[i] += ramp.change[i] * f_slope;
+        second[i] += ramp.change[i] * f_second;
+      }
+    }
+    Number sum(0.0);
+    for (int i = 0; i < 4; ++i) sum += composed(size, mean[i], slope[i], second[i]) * squares[i];
+    return 0.5 * sum;
+  }
+  // Returns D(K), N m.
+  template <class Real>
+  Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& curvature) const {
+    const Real k = square_root(size_squared(std::array<Real, 4>{curvature[0] * curvature[0], 0.0,
+                                                                curvature[1] * curvature[1],
+                                                                curvature[2] * curvature[2]}));
+    std::array<Real, 4> d;
+    for (int i = 0; i < 4; ++i) d[i] = flat_[i];
+    for (const Ramp& ramp : ramps_) {
+      const Real beyond = larger(k - ramp.start, 0.0);
+      for (int i = 0; i < 4; ++i) d[i] += ramp.change[i] * beyond;
+    }
+    return {{d[0], d[1], Real(0.0), d[2], Real(0.0), d[3]}};
+  }
+
+ private:
+  static constexpr double smallest = 1e-6;  // curvature below which K is smoothed, 1/m
+  // Returns K^2 from the squares of the components.
+  template <class Number>
+  static Number size_squared(const std::array<Number, 4>& squares) {
+    return squares[0] + squares[2] + 0.5 * squares[3] + Number(smallest * smallest);
+  }
+
+  // From the curvature `start` on, the moduli (warp, coupling, weft, shear) grow by `change` (N
+  // m^2) more.
+  struct Ramp {
+    double start;
+    std::array<double, 4> change;
+  };
+  std::array<double, 4> flat_;  // the moduli at zero curvature, N m
+  std::vector<Ramp> ramps_;
+};
+
+}  // namespace weft::materials

@@ -1,0 +1,53 @@
+// The membrane of a triangle of cloth whose tension is any function of its strain, by a law over
+// e = (E_11, E_22, 2 E_12) (strain_map.h, orthotropic_membrane.h). Kelvin-Voigt damping has the
+// law's semi-definite moduli V for its stiffness: the edge tensions are
+//   s = A B^T (dw/de + beta V B q').
+#pragma once
+
+#include "materials/membrane.h"
+#include "materials/strain_map.h"
+
+namespace weft::materials {
+
+template <class Real>
+struct FabricMembraneOf {
+  std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
+  StrainMapOf<Real> strains;                  // of the changes q of squared edge lengths
+  Real damping_time = 0;                      // beta, s
+};
+using FabricMembrane = FabricMembraneOf<double>;
+
+// Precondition: the rest triangle (m, columns) has an area, and `warp` is not normal to it.
+FabricMembrane make_fabric_membrane(const Nodes3& rest, const Vec3& warp, double damping_time);
+
+// Returns the energy, J.
+template <class Real, class Law>
+Real fabric_energy(const FabricMembraneOf<Real>& membrane, const Law& law,
+                   const NodesOf<Real, 3>& x) {
+  return law_energy(membrane.strains, law, squared_length_changes(membrane, opposite_edges(x)));
+}
+
+// Returns the edge tensions s, N/m (see pulls_of() in membrane.h): without damping, or with it.
+template <class Real, class Law>
+Vec3Of<Real> fabric_tensions(const FabricMembraneOf<Real>& membrane, const Law& law,
+                             const NodesOf<Real, 3>& edges) {
+  return law_slope(membrane.strains, law, squared_length_changes(membrane, edges));
+}
+template <class Real, class Law>
+Vec3Of<Real> fabric_tensions(const FabricMembraneOf<Real>& membrane, const Law& law,
+                             const NodesOf<Real, 3>& edges, const NodesOf<Real, 3>& v) {
+  const Vec3Of<Real> q = squared_length_changes(membrane, edges);
+  const Vec3Of<Real> rates = membrane.damping_time * squared_length_rates(edges, v);
+  return law_slope(membrane.strains, law, q) + law_viscosity(membrane.strains, law, q) * rates;
+}
+
+// A matrix over the edges as a `Membrane` of membrane.h, for its functions that need moduli alone.
+template <class Real>
+struct EdgeModulusOf {
+  Symmetric3Of<Real> entries;
+
+  const Real& modulus(int i, int j) const { return entries(i, j); }
+  Vec3Of<Real> times_modulus(const Vec3Of<Real>& q) const { return entries * q; }
+};
+
+}  // namespace weft::materials

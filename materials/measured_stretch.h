@@ -1,0 +1,170 @@
+// Membranes of measured cloth: the stiffness of Wang, O'Brien and Ramamoorthi 2011 (Data-driven
+// elastic models for cloth), as the simulator ARCSim interpolates it, with an energy.
+//
+// The measured tensions are S = C(s, phi) E, where E is the Green strain in the axes of warp and
+// weft and C = [11 12 0; 12 22 0; 0 0 33] over (E_11, E_22, E_12). C depends on the major principal
+// stretch lambda_1 and on its angle phi to the warp,
+//   C = (1 - s) C_0 + s C_1(phi),   s = min(6 (lambda_1 - 1), 1), 0 below,
+// where C_1 is given at phi = 0, 22.5, 45, 67.5 and 90 degrees. No energy has these tensions: their
+// work on a closed path is not zero. The energy per rest area here is their work on the straight
+// path to E,
+//   w = int_0^1 E : S(t E) dt = 1/2 E : [C_0 + h (C_1 - C_0)] : E,   h = int_0^1 2 t s(t E) dt,
+// so that E : dw/dE = E : S(E) for every strain. Stretch along one direction, with the width held,
+// therefore takes the force of S, and so does the sum of the forces of an equal stretch along warp
+// and weft.
+//
+// The tensions of Wang jump where phi jumps. Four changes make w smooth:
+// - C_1 goes through its five values as a polynomial in cos 2 phi, sum_j a_j cos 2 j phi.
+// - Equal stretch of all directions has no phi, and C_1 is the mean a_0. With q = (e_1 - e_2) /
+// (e_1
+//   + e_2) of the principal strains, a_j is multiplied by r^j, r = (15 q - 10 q^3 + 3 q^5) / 8,
+//   where q < 1, that is, where both directions are stretched.
+// - There the major strain of s is e_1 + (e_1 + e_2) (15 q^2 - 10 q^4 + 3 q^6 - 8 q) / 16, which is
+//   e_1 at q = 0 and q = 1.
+// - In the change from C_0 to C_1, contraction across counts up to the stretch, and never more than
+//   three times as much: for u = e_2 / e_1 < -1, e_2 is replaced there by -e_1 (1 + 2 y / sqrt(1 +
+//   y^2)), y = (-u - 1) / 2. Otherwise cloth that is pressed flat would stiffen by a small stretch.
+#pragma once
+
+#include <array>
+
+#include "materials/jet.h"
+#include "materials/types.h"
+
+namespace weft::materials {
+
+class MeasuredStretch {
+ public:
+  static constexpr int angle_count = 5, row_count = 1 + angle_count;
+  // The entries 11, 12, 22 and 33 of C, N/m.
+  using Row = std::array<double, 4>;
+
+  // `rows`: C_0, then C_1 at the five angles. Precondition: no entry is negative, and C_12^2 <=
+  // C_11 C_22.
+  explicit MeasuredStretch(const std::array<Row, row_count>& rows);
+
+  // Returns w (N/m) at (E_11, E_22, 2 E_12), for any number type (jet.h).
+  template <class Number>
+  Number energy(const std::array<Number, 3>& strain) const {
+    const Direction<Number> at(strain);
+    const std::array<Number, 4> more = stretched_row(at);
+    const std::array<Number, 4> squares = squares_of(strain), limited = squares_of(at.limited);
+    Number at_rest(0.0), change(0.0);
+    for (int k = 0; k < 4; ++k) {
+      at_rest += at_rest_[k] * squares[k];
+      change += (more[k] - Number(at_rest_[k])) * limited[k];
+    }
+    return 0.5 * (at_rest + averaged_weight(at.magnitude) * change);
+  }
+  // Returns C(s, phi) over (E_11, E_22, 2 E_12): positive semi-definite, close to the second
+  // derivatives of w.
+  template <class Real>
+  Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& strain) const {
+    const Direction<Real> at(strain);
+    const std::array<Real, 4> more = stretched_row(at);
+    const Real share = weight(at.magnitude);
+    std::array<Real, 4> c;
+    for (int k = 0; k < 4; ++k) c[k] = at_rest_[k] + share * (more[k] - at_rest_[k]);
+    const Real warp = larger(c[0], 0.0), weft = larger(c[2], 0.0);
+    const Real limit = square_root(warp * weft);
+    const Real coupling = larger(-larger(-c[1], -limit), -limit);
+    return {{warp, coupling, Real(0.0), weft, Real(0.0), 0.5 * larger(c[3], 0.0)}};
+  }
+
+ private:
+  static constexpr double saturation = 1.0 / 6.0;  // lambda_1 - 1 from which s = 1
+  static constexpr double smallest = 1e-8;         // strain below which directions are smoothed
+
+  // The magnitude and direction of a strain.
+  template <class Number>
+  struct Direction {
+    Number magnitude;               // the major strain of s
+    Number cosine;                  // r cos 2 phi
+    Number squared_radius;          // r^2
+    std::array<Number, 3> limited;  // the strain with a limited contraction
+
+    explicit Direction(const std::array<Number, 3>& strain) {
+      using Real = decltype(value_of(strain[0]));
+      const Number trace = strain[0] + strain[1], difference = strain[0] - strain[1];
+      const Number distance =
+          root(difference * difference + strain[2] * strain[2] + Number(smallest * smallest));
+      const Number major = 0.5 * (trace + distance), minor = 0.5 * (trace - distance);
+      const Number positive = at_least(trace, 1e-4 * smallest);
+      const Number ratio = distance * inverse(positive);
+      const Real q = 1.0 - larger(1.0 - value_of(ratio), 0.0), square = q * q;
+      const Number deviation =
+          composed(ratio, q * (q * (15.0 + square * (3.0 * square - 10.0)) - 8.0) / 16.0,
+                   q * (30.0 + square * (18.0 * square - 40.0)) / 16.0 - 0.5,
+                   (30.0 + square * (90.0 * square - 120.0)) / 16.0);
+      magnitude = at_least(major, 0.0) + positive * deviation;
+      const Number radius =
+          composed(ratio, q * (15.0 + square * (3.0 * square - 10.0)) / 8.0,
+                   15.0 / 8.0 * (1.0 - square) * (1.0 - square), 7.5 * q * (square - 1.0));
+      cosine = radius * difference * inverse(distance);
+      squared_radius = radius * radius;
+      const Number stretch = at_least(major, 1e-4 * smallest);
+      const Number contraction = minor * inverse(stretch);
+      const Real y = larger(-0.5 * value_of(contraction) - 0.5, 0.0);
+      const Real part = 1.0 / (1.0 + y * y), root_of_part = square_root(part);
+      // The contraction is too large by this.
+      const Number excess =
+          stretch * composed(contraction, 2.0 * y * (1.0 - root_of_part), part * root_of_part - 1.0,
+                             1.5 * y * part * part * root_of_part);
+      const Number mean = 0.5 * (trace + excess);
+      const Number half = 0.5 * (distance - excess) * inverse(distance);
+      limited = {mean + half * difference, mean - half * difference, 2.0 * half * strain[2]};
+    }
+  };
+
+  // Returns E_11^2, 2 E_11 E_22, E_22^2 and 2 E_12^2, whose sum with a row is E : C : E.
+  template <class Number>
+  static std::array<Number, 4> squares_of(const std::array<Number, 3>& strain) {
+    return {strain[0] * strain[0], 2.0 * strain[0] * strain[1], strain[1] * strain[1],
+            0.5 * strain[2] * strain[2]};
+  }
+
+  // Returns C_1 at a direction.
+  template <class Number>
+  std::array<Number, 4> stretched_row(const Direction<Number>& at) const {
+    const Number &x = at.cosine, &p = at.squared_radius, square = x * x;
+    // r^j cos 2 j phi from j = 1 on.
+    const std::array<Number, angle_count - 1> waves{
+        x, 2.0 * square - p, x * (4.0 * square - 3.0 * p), 8.0 * square * (square - p) + p * p};
+    std::array<Number, 4> row;
+    for (int k = 0; k < 4; ++k) {
+      row[k] = Number(waves_[0][k]);
+      for (int j = 1; j < angle_count; ++j) row[k] += waves_[j][k] * waves[j - 1];
+    }
+    return row;
+  }
+
+  // Returns s.
+  template <class Real>
+  static Real weight(const Real& magnitude) {
+    const Real stretch = 2.0 * magnitude / (1.0 + square_root(1.0 + 2.0 * magnitude));
+    return 1.0 - larger(1.0 - stretch / saturation, 0.0);
+  }
+  // Returns h. With z = lambda_1 - 1 and m = z + z^2 / 2, int_0^m 6 z m dm = 2 z^3 + 9/4 z^4 + 3/5
+  // z^5 up to the saturation. The derivatives follow from h = 2 / m^2 int_0^m s m dm.
+  template <class Number>
+  static Number averaged_weight(const Number& magnitude) {
+    using Real = decltype(value_of(magnitude));
+    const Real m = larger(value_of(magnitude), 1e-4 * smallest);
+    const Real z = 2.0 * m / (1.0 + square_root(1.0 + 2.0 * m)), half = 1.0 + 0.5 * z;
+    constexpr double full = saturation * (1 + saturation / 2);
+    constexpr double rest = full * full - 2 * saturation * saturation * saturation *
+                                              (2 + saturation * (2.25 + 0.6 * saturation));
+    const auto below = z < Real(saturation);
+    const Real h =
+        choose(below, 2.0 * z * (2.0 + z * (2.25 + 0.6 * z)) / (half * half), 1.0 - rest / (m * m));
+    const Real s = choose(below, z / saturation, Real(1.0));
+    const Real s_slope = choose(below, 1.0 / (saturation * (1.0 + z)), Real(0.0));
+    const Real slope = 2.0 * (s - h) / m;
+    return composed(magnitude, h, slope, 2.0 * (s_slope - 1.5 * slope) / m);
+  }
+
+  Row at_rest_;                           // C_0
+  std::array<Row, angle_count> waves_{};  // a_j
+};
+
+}  // namespace weft::materials

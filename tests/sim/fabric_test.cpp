@@ -1,0 +1,326 @@
+// Cloth that differs by direction, and the presets of measured fabrics, in whole scenes.
+#include <cmath>
+#include <numbers>
+
+#include "materials/spring.h"
+#include "sim/forces/force_arrays.h"
+#include "sim/forces/springs.h"
+#include "simulated_case.h"
+#include "tests/measured_fabrics.h"
+
+namespace weft::sim {
+namespace {
+
+// A sheet of 0.2 m x 0.1 m of this material, that starts stretched. Its rows lie along x.
+std::string stretched_sheet(const std::string& material, double along, double across,
+                            double warp_angle_deg) {
+  return "[contact]\nenabled = false\n[world]\ngravity = [0, 0, 0]\n" + material +
+         "\n[[body]]\nname = \"sheet\"\nwarp_angle_deg = " + std::to_string(warp_angle_deg) +
+         "\nstretch = [" + std::to_string(along) + ", " + std::to_string(across) +
+         ", 1]\nshape = { type = \"rectangle\", size = [0.2, 0.1], resolution = [6, 11] }\n";
+}
+
+// The forces (N) with which the membrane of the only body pulls at its last column along x and at
+// its last row along y.
+std::array<double, 2> pulls_at(const Scene& scene, const std::vector<Vec3>& position) {
+  const std::vector<Vec3> at_rest(position.size(), Vec3::Zero());
+  std::vector<Vec3> forces(position.size(), Vec3::Zero());
+  make_membrane_force(scene)->add_forces({position, at_rest}, forces, 1);
+  const bsi::Atlas& atlas = scene.bodies[0].atlas;
+  const bsi::Patch& patch = atlas.patches()[0];
+  std::array<double, 2> pulls{};
+  for (int row = 0; row < patch.rows; ++row)
+    pulls[0] -= forces[atlas.particle(0, row, patch.cols - 1)].x();
+  for (int col = 0; col < patch.cols; ++col)
+    pulls[1] -= forces[atlas.particle(0, patch.rows - 1, col)].y();
+  return pulls;
+}
+std::array<double, 2> pulls_of(const std::string& text) {
+  const auto scene = build_scene(parse_case(text, "test.toml"));
+  return pulls_at(*scene, scene->initial_position);
+}
+
+std::string preset(const std::string& name) {
+  return "[material.fabric]\npreset = \"" + name + "\"\n";
+}
+
+double green(double stretch) { return 0.5 * (stretch * stretch - 1); }
+
+// Stretched in one direction, with the width held: the force per rest width is stretch x S.
+TEST(Fabric, UniaxialStretchHasThePublishedForce) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    for (const double degrees : {0.0, 45.0, 90.0}) {
+      for (const double stretch : {1.005, 1.03, 1.1, 1.25}) {
+        const double c = std::cos(degrees * std::numbers::pi / 180),
+                     s = std::sin(degrees * std::numbers::pi / 180);
+        const double e = green(stretch);
+        const auto tension = published_tension(fabric, e * c * c, e * s * s, e * c * s);
+        const double along = tension[0] * c * c + tension[1] * s * s + 2 * tension[2] * c * s;
+        // The warp lies at -degrees to the pull: the pull lies at degrees to the warp.
+        const double pull = pulls_of(stretched_sheet(preset(fabric.name), stretch, 1, -degrees))[0];
+        EXPECT_NEAR(pull, stretch * along * 0.1, 0.005 * pull)
+            << fabric.name << ' ' << degrees << ' ' << stretch;
+      }
+    }
+  }
+}
+
+// Stretched alike along warp and weft: the sum of both forces per width is published.
+TEST(Fabric, BiaxialStretchHasThePublishedForce) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    for (const double stretch : {1.005, 1.03, 1.1, 1.25}) {
+      const double e = green(stretch);
+      const auto tension = published_tension(fabric, e, e, 0);
+      const auto pulls = pulls_of(stretched_sheet(preset(fabric.name), stretch, stretch, 0));
+      const double sum = pulls[0] / 0.1 + pulls[1] / 0.2;
+      EXPECT_NEAR(sum, stretch * (tension[0] + tension[1]), 0.005 * sum)
+          << fabric.name << ' ' << stretch;
+    }
+  }
+}
+
+// The work of the published tensions per area on the straight path to a stretch along warp and
+// weft, by Simpson's rule.
+double published_work(const MeasuredFabric& fabric, double e11, double e22) {
+  constexpr int parts = 400;
+  double sum = 0;
+  for (int i = 0; i <= parts; ++i) {
+    const double t = static_cast<double>(i) / parts;
+    const auto s = published_tension(fabric, t * e11, t * e22, 0);
+    sum += (i == 0 || i == parts ? 1 : i % 2 == 1 ? 4 : 2) * (s[0] * e11 + s[1] * e22);
+  }
+  return sum / (3 * parts);
+}
+
+// Pulled along the warp or the weft with free sides: the width takes the least work, and the force
+// is the change of that work.
+TEST(Fabric, PullWithFreeSidesTakesThePublishedWork) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    for (const bool along_warp : {true, false}) {
+      const double stretch = 1.06;
+      SimulatedCase sim(
+          "[time]\nmethod = \"static\"\nduration = 1\nframes_per_second = 4\n"
+          "position_tolerance = 1e-8\n[contact]\nenabled = false\n[world]\ngravity = "
+          "[0, 0, 0]\n" +
+          preset(fabric.name) + "bending_stiffness = 0\n[[body]]\nname = \"sheet\"\n" +
+          "warp_angle_deg = " + (along_warp ? "0" : "90") +
+          "\nshape = { type = \"rectangle\", size = [0.2, 0.1], resolution = [3, 5] "
+          "}\n[[body.pin]]\nedges = [\"first_col\"]\naxes = [\"x\", \"z\"]\n"
+          "[[body.pin]]\nedges = [\"first_row\"]\naxes = [\"y\", \"z\"]\n"
+          "[[body.pin]]\nedges = [\"last_row\"]\naxes = [\"z\"]\n"
+          "[[body.pin]]\nedges = [\"last_col\"]\naxes = [\"x\", \"z\"]\n"
+          "motion = { keyframes = [{ time = 0 }, { time = 1, translation = [" +
+          std::to_string(0.2 * (stretch - 1)) + ", 0, 0] }] }\n");
+      const std::vector<Vec3> x = sim.positions_at(1);
+      const double width = (x[12].y() - x[2].y()) / 0.1;  // of the middle column
+      const auto work = [&](double pulled, double across) {
+        return along_warp ? published_work(fabric, green(pulled), green(across))
+                          : published_work(fabric, green(across), green(pulled));
+      };
+      const double force = pulls_at(sim.scene(), x)[0];
+      SCOPED_TRACE(fabric.name + (along_warp ? " warp" : " weft"));
+      EXPECT_NEAR(work(stretch, width + 1e-3), work(stretch, width - 1e-3),
+                  2e-2 * work(stretch, width));
+      const double slope = (work(stretch + 1e-4, width) - work(stretch - 1e-4, width)) / 2e-4;
+      EXPECT_NEAR(force, slope * 0.1, 0.005 * force);
+    }
+  }
+}
+
+constexpr const char* woven = R"([material.woven]
+[material.woven.orthotropic_membrane]
+warp_stiffness = 800
+weft_stiffness = 300
+shear_modulus = 15
+poisson_ratio = 0.25
+)";
+
+// S = C E with C_11 = E_1 / (1 - nu_12 nu_21).
+TEST(Fabric, OrthotropicPullsHaveTheirModuli) {
+  const double contraction = 1 - 0.25 * 0.25 * 300 / 800.0, e = green(1.02);
+  const auto warp = pulls_of(stretched_sheet(woven, 1.02, 1, 0));
+  EXPECT_NEAR(warp[0], 0.1 * 1.02 * 800 / contraction * e, 1e-9);
+  EXPECT_NEAR(warp[1], 0.2 * 0.25 * 300 / contraction * e, 1e-9);
+  const auto weft = pulls_of(stretched_sheet(woven, 1.02, 1, 90));
+  EXPECT_NEAR(weft[0], 0.1 * 1.02 * 300 / contraction * e, 1e-9);
+  // At 45 degrees: (C_11 + 2 C_12 + C_22) / 4 + G.
+  const double bias = (800 + 2 * 0.25 * 300 + 300) / contraction / 4 + 15;
+  for (const double degrees : {45.0, -45.0, 135.0})
+    EXPECT_NEAR(pulls_of(stretched_sheet(woven, 1.02, 1, degrees))[0], 0.1 * 1.02 * bias * e, 1e-9);
+}
+
+TEST(Fabric, CurvesGiveTheirTension) {
+  const std::string curved = R"([material.woven.orthotropic_membrane]
+weft_stiffness = 300
+shear_modulus = 15
+[material.woven.orthotropic_membrane.warp_curve]
+strains = [-0.2, 0, 0.01, 0.05]
+tensions = [-3, 0, 2, 50]
+)";
+  for (const auto& [stretch, tension] :
+       {std::pair{1.005, 1.0}, {1.03, 26.0}, {1.06, 62.0}, {0.9, -1.5}}) {
+    EXPECT_NEAR(pulls_of(stretched_sheet(curved, stretch, 1, 0))[0], 0.1 * tension, 1e-9);
+    EXPECT_NEAR(pulls_of(stretched_sheet(curved, 1, stretch, 90))[1], 0.2 * tension, 1e-9);
+  }
+}
+
+// The warp follows the rows of any image; on a tube they go round.
+TEST(Fabric, WarpFollowsTheRowsOfCurvedImages) {
+  const std::string tube = R"(
+[[body]]
+name = "tube"
+shape = { type = "cylinder", radius = 0.1, length = 0.3, resolution = [9, 16] }
+)";
+  const auto energy_of = [&](const std::string& stretch, double degrees) {
+    const auto scene = build_scene(parse_case(
+        "[contact]\nenabled = false\n" + std::string(woven) + tube + "stretch = " + stretch +
+            "\nwarp_angle_deg = " + std::to_string(degrees) + "\n",
+        "test.toml"));
+    const std::vector<Vec3> at_rest(scene->initial_position.size(), Vec3::Zero());
+    return make_membrane_force(*scene)->energy({scene->initial_position, at_rest}, 1);
+  };
+  const double around = energy_of("[1.01, 1.01, 1]", 0), along = energy_of("[1, 1, 1.01]", 0);
+  EXPECT_NEAR(around / along, 800.0 / 300, 0.01);
+  EXPECT_NEAR(energy_of("[1.01, 1.01, 1]", 90) / along, 1, 0.01);
+}
+
+// The plane moduli of a lattice of n x n cells of springs, from its energy per area under small
+// strains; the borders make an error of order 1 / n.
+struct LatticeModuli {
+  double c11, c12, c66;
+};
+LatticeModuli lattice(int n) {
+  const auto energy = [n](double e11, double e22, double shear) {
+    const auto scene = build_scene(
+        parse_case("[contact]\nenabled = false\n[material.cloth]\nmembrane = \"springs\"\n"
+                   "membrane_stiffness = 900\n[[body]]\nname = \"sheet\"\nshape = { type = "
+                   "\"rectangle\", size = [1, 1], resolution = [" +
+                       std::to_string(n + 1) + ", " + std::to_string(n + 1) + "] }\n",
+                   "test.toml"));
+    const SpringNetwork network = springs_of(*scene);
+    double sum = 0;
+    const auto moved = [&](int i) -> Vec3 {
+      const Vec3& x = scene->initial_position[i];
+      return {(1 + e11) * x.x() + shear * x.y(), (1 + e22) * x.y(), 0};
+    };
+    for (std::size_t s = 0; s < network.springs.size(); ++s)
+      sum += materials::spring_energy(network.springs[s], moved(network.ends[s][0]),
+                                      moved(network.ends[s][1]));
+    return sum;
+  };
+  constexpr double e = 1e-5;
+  const double c11 = 2 * energy(e, 0, 0) / (e * e), c22 = 2 * energy(0, e, 0) / (e * e);
+  return {c11, energy(e, e, 0) / (e * e) - 0.5 * (c11 + c22), 2 * energy(0, 0, e) / (e * e)};
+}
+
+// E h = 900 N/m, nu = 1/3, G h = E h / (2 (1 + nu)) by refinement: the values of two lattices are
+// extrapolated to cells of no size.
+TEST(Fabric, SpringLatticesHaveTheirConstants) {
+  const LatticeModuli coarse = lattice(16), fine = lattice(32);
+  const auto limit = [](double at16, double at32) { return 2 * at32 - at16; };
+  const double c11 = limit(coarse.c11, fine.c11), c12 = limit(coarse.c12, fine.c12),
+               c66 = limit(coarse.c66, fine.c66);
+  EXPECT_NEAR((c11 * c11 - c12 * c12) / c11, 900, 0.9);
+  EXPECT_NEAR(c12 / c11, 1.0 / 3, 1.0 / 3000);
+  EXPECT_NEAR(c66, 900 / (2 * (1 + 1.0 / 3)), 0.34);
+  // The error halves with the cells.
+  EXPECT_NEAR((coarse.c11 - c11) / (fine.c11 - c11), 2, 0.05);
+}
+
+// A stretched sheet is let go: without damping its energy stays, and the swing of the energy goes
+// with the square of the step.
+TEST(Fabric, EnergyIsConserved) {
+  for (const char* name : {"gray-interlock", "11oz-black-denim", "pink-ribbon-brown"}) {
+    std::array<double, 2> swings{};
+    for (const int halvings : {0, 1}) {
+      SimulatedCase sim(stretched_sheet(preset(name), 1.04, 1.02, 30) +
+                            "rotation_deg = [20, 0, 0]\nvelocity = [0, 0, 0.1]\n[time]\nmethod = "
+                            "\"verlet\"\nduration = 0.02\nstep = " +
+                            std::to_string(halvings == 0 ? 1e-4 : 5e-5),
+                        {});
+      std::vector<double> y(sim.integrator().state().begin(), sim.integrator().state().end());
+      const double start = sim.energy(0, y);
+      for (double time = 1e-3; time < 0.0201; time += 1e-3)
+        swings[halvings] =
+            std::max(swings[halvings], std::abs(sim.energy(time, sim.advance_to(time)) - start));
+      EXPECT_LT(swings[halvings], 0.02 * start) << name;
+    }
+    EXPECT_NEAR(swings[0] / swings[1], 4, 1.5) << name;
+  }
+}
+
+// A strip rolled to a cylinder along its warp, its bias and its weft has the energy of the table.
+TEST(Fabric, BendingHasTheStiffnessOfItsDirection) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    for (int direction = 0; direction < 3; ++direction) {
+      const std::string text =
+          "[contact]\nenabled = false\n" + preset(fabric.name) +
+          "[[body]]\nname = \"sheet\"\nwarp_angle_deg = " + std::to_string(-45 * direction) +
+          "\nstart = { bend_radius = 0.06 }\nshape = { type = \"rectangle\", size = [0.3, 0.1], "
+          "resolution = [21, 61] }\n";
+      const auto scene = build_scene(parse_case(text, "test.toml"));
+      const std::vector<Vec3> at_rest(scene->initial_position.size(), Vec3::Zero());
+      const double energy =
+          make_bending_force(*scene)->energy({scene->initial_position, at_rest}, 1);
+      // int_0^K B(k) k dk with B straight between its values at 0 and 10 1/m, and so on.
+      const double curvature = 1 / 0.06;
+      double exact = 0;
+      for (int i = 0; i < 4; ++i) {
+        const double from = 10 * i, to = std::min(curvature, from + 10.0);
+        if (to <= from) break;
+        const double b0 = fabric.bending[direction][i],
+                     slope = (fabric.bending[direction][i + 1] - b0) / 10;
+        exact += (b0 - slope * from) * (to * to - from * from) / 2 +
+                 slope * (to * to * to - from * from * from) / 3;
+      }
+      // Curvature is missing in half a cell at the two bent ends.
+      EXPECT_NEAR(energy, exact * 0.03, 0.03 * exact * 0.03) << fabric.name << ' ' << direction;
+    }
+  }
+}
+
+// Bodies of several kinds of membrane and bending have one energy of each.
+TEST(Fabric, SeveralKindsOfClothShareOneForce) {
+  const std::string text =
+      "[contact]\nenabled = false\n[material.plain]\nbending_stiffness = 1e-5\n" +
+      std::string(woven) + preset("11oz-black-denim") + R"(
+[[body]]
+name = "one"
+material = "plain"
+stretch = [1.02, 1, 1]
+shape = { type = "rectangle", size = [0.2, 0.1], resolution = [6, 11] }
+[[body]]
+name = "two"
+material = "woven"
+position = [0, 1, 0]
+stretch = [1.02, 1, 1]
+shape = { type = "rectangle", size = [0.2, 0.1], resolution = [6, 11] }
+[[body]]
+name = "three"
+material = "fabric"
+position = [0, 2, 0]
+stretch = [1.02, 1, 1]
+shape = { type = "rectangle", size = [0.2, 0.1], resolution = [6, 11] }
+)";
+  SimulatedCase sim(text);
+  int membranes = 0, bendings = 0;
+  for (const std::string& name : sim.dynamics().force_names()) {
+    membranes += name == "membrane" ? 1 : 0;
+    bendings += name == "bending" ? 1 : 0;
+  }
+  EXPECT_EQ(membranes, 1);
+  EXPECT_EQ(bendings, 1);
+  double sum = 0;
+  for (const std::string& material :
+       {std::string("[material.plain]\n"), std::string(woven), preset("11oz-black-denim")}) {
+    const auto alone = build_scene(parse_case(stretched_sheet(material, 1.02, 1, 0), "test.toml"));
+    const std::vector<Vec3> at_rest(alone->initial_position.size(), Vec3::Zero());
+    sum += make_membrane_force(*alone)->energy({alone->initial_position, at_rest}, 1);
+  }
+  const auto all = make_membrane_force(sim.scene());
+  const std::vector<Vec3> at_rest(sim.scene().initial_position.size(), Vec3::Zero());
+  EXPECT_NEAR(all->energy({sim.scene().initial_position, at_rest}, 1), sum, 1e-12 * sum);
+}
+
+}  // namespace
+}  // namespace weft::sim
