@@ -37,11 +37,11 @@ struct Instant {
 // and acceleration of the point.
 struct RigidPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Vec3 centre{0, 0, 0};
-  Vec3 translation{0, 0, 0};
-  Vec3 velocity{0, 0, 0};
-  Vec3 angular_velocity{0, 0, 0};  // rad/s
-  Vec3 acceleration{0, 0, 0};
+  Vec3 centre{0, 0, 0};                // m, at t = 0
+  Vec3 translation{0, 0, 0};           // m
+  Vec3 velocity{0, 0, 0};              // m/s, of the centre
+  Vec3 angular_velocity{0, 0, 0};      // rad/s
+  Vec3 acceleration{0, 0, 0};          // m/s^2, of the centre
   Vec3 angular_acceleration{0, 0, 0};  // rad/s^2
 
   // Computes the position (m) and the velocity (m/s) of the point that starts at `start` (m). Every

@@ -76,7 +76,7 @@ struct SceneBody {
 // Particles with one prescribed motion.
 struct PrescribedMotion {
   RigidMotion motion;
-  bool moves = true;
+  bool moves = true;                 // false: at rest
   std::vector<int> particles;        // global indices
   std::vector<Vec3> start;           // positions at t = 0, m
   double radius = 0;                 // m, largest distance of `start` from the centre
