@@ -76,7 +76,7 @@ Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   result.diagonal().array() += drag.tangential;
   return (0.5 * flow.area * square_root(squared_norm(flow.relative_wind))) * result;
 }
-// Returns this matrix for a triangle; every block of a pair of nodes receives a ninth.
+// Returns the total matrix for a triangle, N s/m; the block of each pair of nodes receives a ninth.
 template <class Real>
 Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                           const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {

@@ -157,7 +157,7 @@ inline std::array<Lanes, 3> load_vectors(const double* at) {
           Lanes(__builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14)),
           Lanes(__builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15))};
 }
-// Adds the vector of each lane to its counterpart among adjacent vectors at an address.
+// Adds the vector of lane i to the i-th of the adjacent vectors at an address.
 inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
   const Lanes::Vector x = v[0].values, y = v[1].values, z = v[2].values;

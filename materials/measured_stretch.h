@@ -105,7 +105,7 @@ class MeasuredStretch {
       const Number contraction = minor * inverse(stretch);
       const Real y = larger(-0.5 * value_of(contraction) - 0.5, 0.0);
       const Real part = 1.0 / (1.0 + y * y), root_of_part = square_root(part);
-      // Excess of the contraction over its limit.
+      // Excess of the contraction over its limited value.
       const Number excess =
           stretch * composed(contraction, 2.0 * y * (1.0 - root_of_part), part * root_of_part - 1.0,
                              1.5 * y * part * part * root_of_part);

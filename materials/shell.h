@@ -100,13 +100,14 @@ class ShellFibre {
   double strain(const FibreLaw& law) const { return 0.5 * (tangent_.squaredNorm() - law.rest); }
   // `rate` is the time derivative of the tangent, m/s.
   double strain_rate(const Vec3& rate) const { return tangent_.dot(rate); }
-  // Adds minus the forces (N) of a stress, modulus times strain, to the nodes.
+  // Adds the gradient of the energy by the positions of the nodes, N. `stress` is modulus times
+  // strain.
   template <int nodes>
   void add_gradient(double stress, const typename ShellBasis<nodes>::Numbers& slope,
                     NodesOf<double, nodes>& sum) const {
     sum += (stress * tangent_) * slope.matrix().transpose();
   }
-  // Adds the Hessian: of the modulus, and of the stress.
+  // Adds the Hessian of the energy: the part of the modulus and the part of the stress.
   template <int nodes>
   void add_stiffness(double modulus, double stress,
                      const typename ShellBasis<nodes>::Numbers& slope,
@@ -131,14 +132,15 @@ class ShellStretch {
   Vec3 strain_rate(const SurfaceDerivatives& v) const {
     return {x_.u.dot(v.u), x_.v.dot(v.v), x_.u.dot(v.v) + x_.v.dot(v.u)};
   }
-  // Adds minus the forces (N) of a stress, modulus times strain, to the nodes.
+  // Adds the gradient of the energy by the positions of the nodes, N. `stress` is modulus times
+  // strain.
   template <int nodes>
   void add_gradient(const Vec3& stress, const ShellBasis<nodes>& basis,
                     NodesOf<double, nodes>& sum) const {
     sum += x_.u * (stress[0] * basis.u + stress[2] * basis.v).matrix().transpose();
     sum += x_.v * (stress[2] * basis.u + stress[1] * basis.v).matrix().transpose();
   }
-  // Adds the Hessian: of the modulus, and of the stress.
+  // Adds the Hessian of the energy: the part of the modulus and the part of the stress.
   template <int nodes>
   void add_stiffness(const Mat3& modulus, const Vec3& stress, const ShellBasis<nodes>& basis,
                      StencilMatrix<double, nodes>& sum) const;

@@ -30,8 +30,7 @@ struct AngleLaw {
 
 class SurfaceAngle {
  public:
-  // Sine, cosine and moments are zero if there is no angle: if a or b is parallel to t. Vectors in
-  // m.
+  // Vectors in m. If a or b is parallel to t, there is no angle: sine, cosine and moments are zero.
   SurfaceAngle(const Vec3& t, const Vec3& a, const Vec3& b);
   template <int nodes>
   SurfaceAngle(const AngleBasis<nodes>& basis, const NodesOf<double, nodes>& x)

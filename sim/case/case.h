@@ -39,7 +39,7 @@ struct TimeCase {
   double minimum_step = 1e-7;                // s
   std::optional<double> maximum_step;        // s
   PreconditionerChoice preconditioner = PreconditionerChoice::automatic;  // of the linear solver
-  bool sleep = true;  // bodies at rest are not simulated until something touches them
+  bool sleep = true;  // bodies that have come to rest are not simulated until they are touched
 };
 
 // The course of the loads of equilibria, and the action at the end of a stable path.

@@ -34,9 +34,9 @@ materials::OrthotropicModuli flat_bending_moduli(const MaterialCase& material);
 // larger one of membrane_stiffness and structural_stiffness, if the case gives the latter.
 double largest_membrane_stiffness(const MaterialCase& material);
 
-// Returns the direction of the warp in a triangle of a body's mesh, in the plane of the rest shape,
-// m; its length is arbitrary. The warp has the body's warp angle to the rows of the image, towards
-// the columns.
+// Returns the direction of the warp in a triangle of a body's mesh, in the plane of the rest shape:
+// a vector of any length, m. The body's warp angle turns it from the rows of the image towards the
+// columns.
 Vec3 warp_direction(const SceneBody& body, int triangle);
 
 }  // namespace weft::sim

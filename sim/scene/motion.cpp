@@ -41,7 +41,8 @@ double largest_curvature(double from, double to) {
   return largest;
 }
 
-// Returns a bound (m) of the distance between two points of an arc: its length or its diameter.
+// Returns a bound (m) of the distance between two points of an arc: the smaller of its length and
+// its diameter.
 double arc_travel(double angle, double radius) { return radius * std::min(angle, 2.0); }
 
 }  // namespace

@@ -17,9 +17,9 @@ struct ImagePart {
   std::vector<int> particles;   // index in the body of each particle of the part
 };
 
-// Returns the part of an image. Throws CaseError at the part if its rows and columns lie outside
-// the image or are too few for a surface. It needs two along an open axis and three along a closed
-// one. O(texels of the part + particles of the body).
+// Returns the part of an image. Throws CaseError at the part if its rows or columns lie outside the
+// image or are too few. A surface needs two along an open axis and three along a closed one.
+// O(texels of the part + particles of the body).
 ImagePart make_part(const bsi::Atlas& whole, const OutputPartCase& part);
 
 struct RecordedBody {

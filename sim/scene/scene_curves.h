@@ -16,8 +16,8 @@ struct SceneCurve {
   std::variant<const Varying<double>*, const Varying<Vec3>*> source;  // points into the case
   CurveTimes times;
   std::string unused;  // why it acts on nothing; empty if it acts on something
-  // A change of the value can set bodies at rest in motion: all of them, or those of these
-  // materials.
+  // A change of the value can set bodies at rest in motion: all bodies, or those of
+  // `moves_materials`.
   bool moves_all = false;
   std::vector<std::string> moves_materials;
 };

@@ -54,7 +54,7 @@ class SplineAxis {
   };
   DifferenceFactors difference_factors(int element) const;
 
-  // Returns the parameter of a point of the image.
+  // Returns the parameter of point number `point` of the image.
   double image_parameter(int point) const;
   // Returns the matrix from the image's points to the control points of the curve through them, row
   // by row. Row i has the weights of the points in control point i. O(points^3).

@@ -36,7 +36,7 @@ class SurfaceMap {
     return {shares_.data() + first_share_[point], shares_.data() + first_share_[point + 1]};
   }
   Vec3 apply(int point, std::span<const Vec3> particles) const;
-  // points[i] = apply(i, particles) for first <= i < last.
+  // Sets points[i] to apply(i, particles) for first <= i < last.
   void apply(std::span<const Vec3> particles, std::span<Vec3> points, int first, int last) const;
   // Adds factor * value, a force on the point, to the particles by their weights.
   void add_transpose(int point, double factor, const Vec3& value, std::span<Vec3> particles) const;

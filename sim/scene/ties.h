@@ -14,8 +14,8 @@ struct TieCase;
 
 // A spring between a vertex of the tied body and a point. If the tie ends on a body, the point is
 // the one of its surface nearest to the vertex at t = 0. The rest length is their distance then. If
-// the tie ends on an obstacle of the case, the obstacle carries the point along, which starts at
-// the place of the vertex; the rest length is zero.
+// the tie ends on an obstacle of the case, the point starts at the vertex and moves with the
+// obstacle; the rest length is zero.
 struct TieSpring {
   int vertex = 0;  // particle of the tied body, local index
   // Corners of the other body's triangle, local indices. -1: the other end is an obstacle.
