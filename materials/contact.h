@@ -23,7 +23,8 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
   const double depth = gap - range;         // negative
   const double relative = depth * inverse;  // 1 - range / g
   const double ratio = range * inverse;
-  // log1p would be more exact near the range, where the force vanishes, but less near contact.
+  // log1p would be more exact near the range, where the force vanishes, but less exact near
+  // contact.
   const double logarithm = std::log(gap / range);
   return {-stiffness * depth * depth * logarithm, -stiffness * depth * (2 * logarithm + relative),
           -stiffness * (2 * logarithm + (4 - relative) * relative),
@@ -66,9 +67,10 @@ inline DampedPush damped_push(const BarrierDerivatives& barrier, double gap, dou
 }
 
 // Regularised Coulomb friction (IPC, eq. 13 ff.). At the sliding speed s >= 0 (m/s) the friction
-// force is mu N f(s), where f(s) = 2 s/e - (s/e)^2 for s < e and 1 for s >= e. The function returns
-// f(s)/s, which is finite at rest: the force vector is -mu N (f/s) v_t. Precondition: e =
-// regularisation_speed > 0.
+// force is mu N f(s), with
+//   f(s) = 2 s/e - (s/e)^2 for s < e,  1 for s >= e.
+// The function returns f(s)/s, which is finite at rest: the force vector is -mu N (f/s) v_t.
+// Precondition: e = regularisation_speed > 0.
 struct FrictionFactor {
   double over_speed = 0;  // f(s) / s, s/m
   double slope = 0;       // f'(s), s/m

@@ -43,10 +43,10 @@ HingeVectorsOf<Real> hinge_vectors(const NodesOf<Real, 4>& x) {
   return h;
 }
 
-// Returns the angle of a hinge in [-pi, pi]. It is 0 if the hinge is flat, and positive if the
-// surface is a valley seen from the side of both normals (x3 above the plane of the first
-// triangle). It jumps by 2 pi where the triangles fold onto each other. A triangle without area
-// gives the angle 0.
+// Returns the angle of a hinge in [-pi, pi]. It is 0 if the hinge is flat. It is positive if x3
+// lies above the plane of the first triangle: the surface is a valley seen from the side of both
+// normals. It jumps by 2 pi where the triangles fold onto each other. A triangle without area gives
+// the angle 0.
 template <class Real>
 Real hinge_angle(const HingeVectorsOf<Real>& h) {
   // The sine is proportional to edge . (normal3 x normal2) / |edge| = |edge| arm3 . normal2. The

@@ -1,9 +1,9 @@
 // Membranes of woven cloth, whose stiffness differs along warp, weft and shear. The strain of a
-// triangle is e = (E_11, E_22, 2 E_12), with the components of the Green strain E along warp and
-// weft in the plane of the rest triangle. An edge with the rest components a and b along warp and
-// weft has
+// triangle is e = (E_11, E_22, 2 E_12). E is the Green strain, with components along warp and weft
+// in the plane of the rest triangle. An edge with the rest components a and b along warp and weft
+// has
 //   q = l^2 - L^2 = 2 (a^2 E_11 + b^2 E_22 + a b 2 E_12).
-// The three edges of a triangle give three such equations, which are solved by e = B q. The energy
+// The three edges of a triangle give three such equations; their solution is e = B q. The energy
 // per rest area is
 //   w = 1/2 (C_11 E_11^2 + 2 C_12 E_11 E_22 + C_22 E_22^2 + G (2 E_12)^2),
 // the St. Venant-Kirchhoff membrane of an orthotropic sheet.

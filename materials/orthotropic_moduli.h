@@ -21,9 +21,9 @@ struct OrthotropicModuli {
 OrthotropicModuli orthotropic_moduli(double warp, double weft, double shear, double poisson_ratio);
 
 // Returns the bending moduli (N m) of a plate from its stiffness as a cylinder. A cylinder of
-// curvature k has the energy 1/2 B k^2 per area, where B is `warp`, `bias` and `weft` (N m) for
-// curvature along the warp, at 45 degrees and along the weft. In the direction with the cosine c
-// and the sine s to the warp,
+// curvature k has the energy 1/2 B k^2 per area. B (N m) is `warp`, `bias` and `weft` for curvature
+// along the warp, at 45 degrees and along the weft. In the direction with the cosine c and the sine
+// s to the warp,
 //   B = warp c^4 + 2 H c^2 s^2 + weft s^4,
 //   H = D_12 + 2 D_66 = 2 bias - (warp + weft) / 2.
 // Cylinders do not determine D_12 itself. It is set to poisson_ratio min(H, sqrt(warp weft)), or to

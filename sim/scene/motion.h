@@ -26,8 +26,8 @@ struct MotionEvent {
   bool jumps = false;  // the velocity, or the value of the curve, is discontinuous
 };
 
-// A time (s) at which forces are evaluated. Values that jump are evaluated at `within` instead: a
-// time after the start of the same step, on the side of the jump that counts.
+// A time (s) at which forces are evaluated. Values that jump are evaluated at `within` instead, a
+// time after the start of the same step. `within` lies before a jump at the end of the step.
 struct Instant {
   double time = 0;
   double within = 0;

@@ -158,9 +158,9 @@ struct Scene {
 };
 
 // Compiles a case: builds its shapes, masses, pins and motions. Precondition: time.accuracy is
-// settled (sim/accuracy/accuracy_pilot.h). Throws CaseError, at its place in the case, for a shape
-// file that cannot be read, a pin that selects nothing, triangles without area, or shapes from
-// files that need more memory than the limit.
+// settled (sim/accuracy/accuracy_pilot.h). Throws CaseError at its place in the case for a shape
+// file that cannot be read, triangles without area, or a pin that selects nothing. Also throws it
+// if shapes from files need more memory than the limit.
 std::unique_ptr<const Scene> build_scene(const Case& source);
 
 }  // namespace weft::sim
