@@ -30,7 +30,7 @@ class Relaxation {
   struct Goal {
     double time = 0;  // s
     double acceleration =
-        0;  // m/s^2, by applied_acceleration(); scales the limit for the residual
+        0;  // m/s^2, by applied_acceleration(); it scales the limit for the residual
     std::function<bool()> should_stop;  // ends the search
   };
   // Relaxes the free particles of `y` (6 * particles doubles). Preconditions: the velocities are

@@ -12,15 +12,15 @@ constexpr double no_weight = 1e-12;
 
 }  // namespace
 
-// A closed spline needs as many elements as a basis function spans.
+// A closed spline needs as many elements as a basis function spans: degree + 1.
 bool CoarseAxis::can_be_coarsened() const {
   const int least = degree > 0 && wraps ? 2 * (degree + 1) : 4;
   return intervals == quads ? quads >= least : intervals % 2 == 0 && intervals >= least;
 }
 
-// On coarser levels half of the intervals are kept. From the finest level it is the number of the
-// form (4 .. 7) 2^k, 2 or 3 whose ratio to half the quads is nearest to one: such numbers can be
-// halved often.
+// A coarser level keeps half of the intervals. From the finest level, it keeps 2, 3 or (4 .. 7) 2^k
+// intervals, the number whose ratio to quads / 2 is nearest to one: such numbers can be halved
+// often.
 CoarseAxis CoarseAxis::coarser() const {
   CoarseAxis result = *this;
   if (intervals != quads) {
@@ -38,8 +38,8 @@ CoarseAxis CoarseAxis::coarser() const {
   return result;
 }
 
-// Halves are rounded towards the middle, so that an axis and its mirror image across a seam keep the
-// same texels.
+// Halves are rounded towards the middle, so that an axis and its mirror image across a seam keep
+// the same texels.
 int CoarseAxis::start(int interval) const {
   if (!wraps) interval = std::clamp(interval, 0, intervals);
   const int rounds = interval >= 0 ? interval / intervals : (interval + 1) / intervals - 1;
@@ -51,8 +51,8 @@ int CoarseAxis::start(int interval) const {
          rounds * quads;
 }
 
-// Returns the place of a node along the axis: for a spline, the mean of the knots within its basis
-// function.
+// Returns the place of a node along the axis. For a control point, this is the mean of the `degree`
+// knots within its basis function (Greville abscissa).
 double CoarseAxis::centre(int node) const {
   if (degree == 0) return start(node);
   double sum = 0;
