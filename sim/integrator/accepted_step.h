@@ -28,8 +28,8 @@ class AcceptedStep {
   // begin_trial() to accept().
   bool has_start() const { return has_start_; }
 
-  // Begins a trial of the next step. Returns storage for its end state, which overwrites the state
-  // at the start of the last step.
+  // Begins a trial of the next step. Returns storage for the end state of the trial. It replaces
+  // start_state().
   std::span<double> begin_trial();
   // Computes the positions of all particles in the trial state `y` at `time` (s). Does nothing
   // without contact.

@@ -17,7 +17,7 @@ constexpr int most_corrections = 12;       // per point of the path
 constexpr int wanted_corrections = 5;      // the arc grows if a point takes fewer
 constexpr double largest_change = 2;       // factor between successive arcs
 constexpr double default_largest_arc = 5;  // times the first arc
-constexpr double smallest_arc = 1e-6;      // times the first arc: the path is lost
+constexpr double smallest_arc = 1e-6;      // times the first arc; shorter arcs end the run
 // A correction longer than this many arcs leads away from the path: the trial of the point ends.
 constexpr double longest_correction = 5;
 

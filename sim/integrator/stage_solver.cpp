@@ -91,7 +91,7 @@ struct StageSolver::Implementation {
   const Scene& scene;
   Dynamics& dynamics;
   int newton_count;
-  // A given number of iterations needs neither KINSOL nor its eight vectors.
+  // Used instead of KINSOL and its eight vectors if the number of iterations is given.
   std::optional<VelocitySystem> system;
   std::vector<double> right, solution, weight;
   std::vector<double> slope;  // (y - a) / gamma of the last stage solved; empty with contact

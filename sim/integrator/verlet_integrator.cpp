@@ -105,8 +105,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // Finds the acceleration at the start. Reuses that at the end of the last step, so that a step
-  // costs one evaluation of the forces.
+  // Finds the acceleration at the start of a step. Reuses the one at the end of the last step, so
+  // that a step costs one evaluation of the forces.
   Trouble find_start_acceleration() {
     if (start_ == time()) return Trouble::none;
     if (end_ == time()) {

@@ -25,7 +25,7 @@ struct BucklingMode {
 };
 
 struct BucklingModes {
-  std::vector<BucklingMode> modes;  // by rising distance of their factors from that of the state
+  std::vector<BucklingMode> modes;  // nearest load factor to that of the state first
   int unknowns = 0;                 // coordinates of free particles
   std::optional<Failure> failure;   // if set, there are no modes
 };

@@ -55,8 +55,8 @@ struct ForceParts {
   // contact.
   std::vector<Vec3> contact, friction;
   std::vector<Vec3> support;  // exerted by pins, inertia of the held particles included
-  // By body of the scene: the contact wrench that it exerts on the dynamic particles if it is not
-  // dynamic, else zero.
+  // By body of the scene: the contact wrench of the body on the dynamic particles. Zero for dynamic
+  // bodies.
   std::vector<Wrench> obstacles;
   std::vector<OuterForce> outer;  // of each clamp and tie
 };
@@ -129,9 +129,9 @@ class Dynamics {
                 Definiteness definiteness = Definiteness::exact);
   // Assembles for a single gamma and a single right-hand side, in half the memory. stiffness()
   // becomes K + D / gamma, and no damping matrix is stored. `residual` (m, by particle) is -b_x,
-  // with b_x the right-hand side for positions. It yields damping_product() = D residual, with
-  // which gamma K b_x = gamma stiffness() b_x + damping_product(). Precondition: no load is set,
-  // and the hardness is 1.
+  // with b_x the right-hand side for positions. The assembly also computes damping_product() = D
+  // residual. Then gamma K b_x = gamma stiffness() b_x + damping_product(). Precondition: no load
+  // is set, and the hardness is 1.
   void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
                        double gamma, std::span<const Vec3> residual);
   // The arguments of the last assembly.
@@ -175,9 +175,10 @@ class Dynamics {
   void place_pins(double time, std::span<double> y) const;
   // Adds factor * y' to y, for the entries of moving pins only.
   void advance_pins(double time, double factor, std::span<double> y) const;
-  // Returns a fault unless every pair of surfaces provably stays apart from `start` to `end`:
-  // positions of all particles (m) as expand() writes them. Free particles move on straight lines,
-  // prescribed ones on their prescribed paths. Precondition: contact is on.
+  // Checks that surfaces provably stay apart on the way from `start` to `end` (positions of all
+  // particles, m, as expand() writes them). Free particles move on straight lines, prescribed ones
+  // on their prescribed paths. Returns the first fault found, or nothing if the proof succeeds.
+  // Precondition: contact is on.
   [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
                                                        std::span<const Vec3> start, double end_time,
                                                        std::span<const Vec3> end);

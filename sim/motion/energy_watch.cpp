@@ -15,8 +15,8 @@ namespace {
 
 constexpr double energy_share = 0.05;
 
-// False for equilibria with wind, prescribed motion or applied loads, whose work never becomes
-// motion.
+// True for motions. For equilibria, true only under proportional loading without wind, prescribed
+// motion and applied loads, whose work never becomes motion.
 bool can_be_watched(const Dynamics& dynamics) {
   const Scene& scene = dynamics.scene();
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;

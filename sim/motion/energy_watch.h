@@ -25,8 +25,8 @@ namespace weft::sim {
 // error of sqrt(E) if every component errs by its tolerance.
 //
 // Contact energy counts only once it has become motion: a long step that ends deep within contact's
-// range overestimates it, and most methods damp the excess. Equilibria with wind, applied loads or
-// prescribed motion are not checked.
+// range overestimates it, and most methods damp the excess. Equilibria are checked only under
+// proportional loading, without wind, applied loads and prescribed motion.
 class EnergyWatch {
  public:
   // `start` is the state at `start_time` (s). The dynamics must outlive the watch. Evaluates

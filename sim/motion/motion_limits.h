@@ -24,11 +24,11 @@ namespace weft::sim {
 //   `approach_part` of their clearance, the distance in excess of contact's reach. Beyond this
 //   time, a relative motion of up to `near_part` of contact.range is still allowed, within the
 //   bounds that apply to pins;
-// - the time before which pins provably pass through no obstacle and no other pin
+// - the time up to which the paths of pins provably do not cross obstacles or other pins
 //   (prescribed_paths.h).
-// The clearance of an obstacle and the speeds at the start of the step decide: an obstacle that
-// cannot come into reach shortens no step. Without contact, obstacles limit steps only by events,
-// and only if a body is tied to them. Proofs are in docs/theory.md, section 2.
+// Speeds at the start of the step bound how much of the clearance an obstacle may use up. An
+// obstacle that cannot come into reach shortens no step. Without contact, obstacles limit steps
+// only by events, and only if a body is tied to them. Proofs are in docs/theory.md, section 2.
 class MotionLimits {
  public:
   static constexpr double largest_turn = 0.15;  // rad
@@ -42,7 +42,7 @@ class MotionLimits {
   // Scene and dynamics must outlive the limits.
   MotionLimits(const Scene& scene, const Dynamics& dynamics);
 
-  // False if no motion, change of pins or curve can shorten a step.
+  // True if a motion, a change of pins or a curve may shorten steps.
   bool apply() const {
     return !motions_.empty() || !events_.empty() || std::isfinite(longest_step_);
   }

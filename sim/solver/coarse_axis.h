@@ -14,8 +14,8 @@ namespace weft::sim {
 // 2 intervals, and each further level half as many. The splines of a level are therefore also
 // splines of all finer levels.
 struct CoarseAxis {
-  int quads = 0;      // intervals on the finest level
-  int intervals = 0;  // intervals on this level
+  int quads = 0;      // on the finest level
+  int intervals = 0;  // on this level
   bool wraps = false;
   int degree = 0;  // of a spline; 0: values at texels, with linear interpolation
 

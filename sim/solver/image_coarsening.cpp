@@ -105,8 +105,8 @@ class Coarsening {
     }
   }
 
-  // Adds a parent. If the node is a parent already, its weights add up: on a short wrapped axis, or
-  // if a row of the image is a single point.
+  // Adds a parent. A node may be added twice, on a short wrapped axis or in a row of the image that
+  // is a single point. Its weights then add up.
   static void add(std::vector<Parent>& parents, int node, double weight) {
     if (node < 0) return;
     const auto same = std::find_if(parents.begin(), parents.end(),
