@@ -37,8 +37,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   }
 }
 
-// Returns by lane the block if particle a is before b, its transpose if a is behind b, and the sum
-// of both if a and b are the same particle.
+// Returns one block per lane: `value` if a < b, `transposed` if a > b, and their sum if both nodes
+// are one particle (a == b).
 inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
                         const LaneIntegers& a, const LaneIntegers& b) {
   using materials::Lanes;
@@ -56,8 +56,8 @@ inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
   return result;
 }
 
-// Adds the blocks between nodes a and b to the upper blocks at their places. Adds the transpose if
-// particle a is behind b, and the sum of both if a and b are the same particle.
+// Adds the blocks between nodes a and b to the upper blocks at their places. If a > b, adds the
+// transpose. If both nodes are one particle (a == b), adds the sum of the block and its transpose.
 inline void add_pair_block(int lanes, const BlockBatch& value, const LaneIntegers& a,
                            const LaneIntegers& b, const LaneIntegers& places, BlockMatrix& matrix) {
   unsigned behind = 0, one = 0;

@@ -76,9 +76,10 @@ class FabricMembraneForce final : public Force {
   }
   void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
 
-  // Adds K = G (A B^T w'' B) G^T + sum_i s_i d^2 q_i / dx dx and D = beta G (A B^T V B) G^T. q are
-  // the changes of squared edge lengths, G = dq/dx, B maps q to strains, and s are the tensions. A
-  // is the area, w the energy per area, V the viscosity and beta the damping time.
+  // Adds K = G (A B^T w'' B) G^T + sum_i s_i d^2 q_i / dx dx and D = beta G (A B^T V B) G^T. The
+  // q_i are the changes of squared edge lengths, and G = dq/dx. B maps q to strains, and the s_i
+  // are the tensions. A is the area, w the energy per area, V the viscosity and beta the damping
+  // time.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     const bool semi_definite = definiteness == Definiteness::semi_definite;

@@ -30,7 +30,7 @@ enum class Definiteness { exact, semi_definite };
 struct Derivatives {
   BlockMatrix& stiffness;
   BlockMatrix* damping = nullptr;  // null: joined
-  double inverse_gamma = 0;        // 1/s; this and the next two: if joined
+  double inverse_gamma = 0;        // 1/s; used only if joined, like the next two
   std::span<const Vec3> along = {};
   std::span<Vec3> product = {};
 
@@ -42,9 +42,9 @@ struct Derivatives {
 struct OuterForce {
   enum class By { clamp, tied_body, tie };
   By by = By::clamp;
-  int body = -1;  // index into Scene::bodies: the held body, or the anchor body of a tie
+  int body = -1;  // index into Scene::bodies: the held body; for By::tied_body the body that pulls
   int pin = -1;   // of a clamp or support, in the list of its body
-  int tie = -1;   // number of the tie if it pulls at its own body
+  int tie = -1;   // for By::tie: number of the tie
   Vec3 place{0, 0, 0}, force{0, 0, 0};
 };
 
@@ -57,7 +57,7 @@ class Force {
   virtual bool is_membrane() const { return false; }
   // True if the force depends on velocities. It then adds to D.
   virtual bool has_damping() const = 0;
-  // True if the force exchanges energy with anything outside the simulation, such as air.
+  // True if the force exchanges energy with the outside of the simulation, for example with air.
   virtual bool is_external() const { return false; }
   // True if the force is an applied load, which analyses of load paths and of buckling scale.
   virtual bool is_load() const { return false; }
@@ -82,7 +82,7 @@ class Force {
   virtual void list_outer_forces(const Kinematics& /*state*/, std::vector<OuterForce>& /*all*/) {}
   // Returns the power (W) that moving points put into the force's energy.
   virtual double power_of_moving_points(const Kinematics& /*state*/) { return 0; }
-  // Adds forces (N) to `force`, which has one entry per particle.
+  // Adds forces (N) to `force`, which has one entry per dynamic particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;
   // Adds to neighbours[i] the particles that the derivatives couple to particle i.
   virtual void add_couplings(std::vector<std::vector<int>>& neighbours) const = 0;

@@ -8,11 +8,11 @@
 
 namespace weft::sim {
 
-// Adds the results of batches that are runs (stencil_nodes.h). Values for the same particle at
-// consecutive nodes are summed in registers and added to memory once, because separate additions
-// would wait for each other. If a node follows its predecessor, its value in the last stencil
-// belongs to a particle of the next batch. This value is added with the next batch if the stencils
-// continue there, otherwise by finish().
+// Adds the results of batches that are runs (stencil_nodes.h). Values of consecutive nodes at one
+// particle are summed in registers and added to memory once, because separate additions would wait
+// for each other. If a node follows its predecessor, its value in the last stencil belongs to a
+// particle of the next batch. This value is added with the next batch if the stencils continue
+// there, otherwise by finish().
 template <int Nodes, class Layout>
 class RunScatter {
  public:

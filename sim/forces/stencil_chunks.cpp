@@ -4,7 +4,7 @@ namespace weft::sim {
 
 namespace {
 
-// Gives each chunk the first colour that no earlier chunk sharing a particle has.
+// Gives each chunk the lowest colour that no earlier chunk has with which it shares a particle.
 class ChunkColouring {
  public:
   ChunkColouring(std::span<const int> particles, int particles_per_chunk, int particle_count)

@@ -22,7 +22,7 @@ constexpr double smallest_arc = 1e-6;      // times the first arc; shorter arcs 
 constexpr double longest_correction = 5;
 
 // Follows the path of equilibria F(x) + lambda q(x) = 0 by points that lie one arc apart (Crisfield
-// 1981, cylindrical: the arc length is the RMS displacement of free particles). Each correction
+// 1981). The arc length is cylindrical: the RMS displacement of free particles. Each correction
 // solves the linearised equilibrium and the constraint on the arc length together, by two solves
 // with one factorisation. A step takes the sign that continues the direction of the last step.
 class ArcLengthIntegrator final : public OneStepIntegrator {

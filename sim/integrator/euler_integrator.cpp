@@ -33,7 +33,8 @@ class EulerIntegrator final : public StageIntegrator {
 
   // Estimates the local error, h^2 y'' / 2, from the slopes of this step and the last one. In the
   // first step and after an event of a prescribed motion, the slope at the start of the step
-  // replaces that of the last step: a long step at rest before the event would hide the change.
+  // replaces that of the last step. A long step at rest before the event would otherwise hide the
+  // change.
   Trouble test_error(double h, std::span<const double> y) {
     const bool begins_anew = last_step() == 0 || event_time_ == time();
     if (begins_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;

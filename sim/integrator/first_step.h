@@ -13,13 +13,13 @@ namespace weft::sim {
 inline constexpr double longest_first_step = 1e-3;  // s
 
 // Returns the length (s) of the first step of a method with error control, from `time` (s) and the
-// state `y` (6 * particles). It is the step h of Euler's method whose local error h^2 |y''| / 2, in
-// the norm of tolerances.h, is a quarter of the tolerances. y'' is estimated by a finite difference
-// of two rates, the second after y has changed by the tolerances along the first (Hairer, Noersett,
-// Wanner, Solving Ordinary Differential Equations I, II.4). The result lies between minimum_step
-// and longest_first_step. The result does not depend on the duration of the run. Costs two
-// evaluations of the forces, more if surfaces would touch. Returns minimum_step if the forces
-// cannot be evaluated; the step itself then reports the failure.
+// state `y` (6 * particles). For Euler's method, this step h has a local error h^2 |y''| / 2 of a
+// quarter of the tolerances, in the norm of tolerances.h. The finite difference of two rates
+// estimates y''; the second rate is taken where y has changed by the tolerances along the first
+// (Hairer, Noersett, Wanner, Solving Ordinary Differential Equations I, II.4). The result lies
+// between minimum_step and longest_first_step. The result does not depend on the duration of the
+// run. Costs two evaluations of the forces, more if surfaces would touch. Returns minimum_step if
+// the forces cannot be evaluated; the step itself then reports the failure.
 double first_step(Dynamics& dynamics, double time, std::span<const double> y);
 
 }  // namespace weft::sim

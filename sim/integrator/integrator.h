@@ -49,7 +49,7 @@ class Integrator {
   // library keeps do nothing and return false.
   [[nodiscard]] virtual bool transfer(StateArchive& /*archive*/) { return false; }
   // Sets a function that one-step methods call between the trials of a step, since a step may take
-  // many. If it returns a failure, step() fails with it. May be empty.
+  // many trials. If it returns a failure, step() fails with it. May be empty.
   using ReasonToStop = std::function<std::optional<Failure>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
   // Describes the choices that the method has made by itself so far; empty if it makes none.

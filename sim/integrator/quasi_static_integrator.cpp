@@ -94,8 +94,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return Trouble::surfaces;
   }
 
-  // True if an equilibrium was reached through unstable states and lies far from where the last
-  // step leads: such an equilibrium is on another branch, beyond a limit point.
+  // True if an equilibrium was reached through unstable states and lies far from the extrapolated
+  // last step. It is then on another branch, beyond a limit point.
   bool is_elsewhere(double end, std::span<const double> y) const {
     if (earlier_.empty()) return false;
     if (newton_.most_negative_directions() <= std::max(negative_, newton_.negative_directions()))

@@ -15,7 +15,7 @@ namespace {
 constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
-constexpr double newton_step = 1;  // s; longer ones measure the distance to the equilibrium
+constexpr double newton_step = 1;  // s; from this length on, corrections measure the distance left
 constexpr double growth = 5;       // after a step that was not shortened
 // Limit of pseudo-steps per load. It does not shrink with the load: under any load, hanging cloth
 // may have to rotate all the way towards gravity.
@@ -64,10 +64,10 @@ Relaxation::Relaxation(const Scene& scene, Dynamics& dynamics)
 
 int Relaxation::worst_particle() const { return sim::worst_particle(rate_, weight_); }
 
-// Relaxes the bodies at full stiffness. If that is slow, it goes on with softened bodies, whose
-// stiffness increases in stages to the full one. Slack stiff bodies rotate by a small angle per
-// pseudo-step, because straight paths stretch them. Softened bodies rotate by large angles. Both
-// reach the same equilibrium except for their stretch.
+// Relaxes the bodies at full stiffness. If the search is slow, it continues with softened bodies,
+// whose stiffness increases in stages to its full value. Slack stiff bodies rotate by a small angle
+// per pseudo-step, because straight paths stretch them. Softened bodies rotate by large angles.
+// Both reach one equilibrium, up to their stretch.
 Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePath& path) {
   goal_ = &goal;
   path_ = &path;
@@ -138,7 +138,7 @@ VelocitySystem::Outcome Relaxation::solve(std::span<const double> y, Definitenes
 // Moves `y` along the correction, shortened until surfaces stay apart and pull() at its end is at
 // least -1/2 of pull() at its start. Returns the fraction taken. If none is accepted, returns 0,
 // and `y` and rate_ are those before the call. The test uses the work of the forces, not their
-// size: a straight path stretches a rotating body, and the forces of a stiff body grow long before
+// size. A straight path stretches a rotating body, and the forces of a stiff body grow long before
 // its energy does.
 double Relaxation::take_correction(std::span<double> y) {
   std::copy(y.begin(), y.end(), reached_.begin());

@@ -19,8 +19,9 @@ namespace weft::sim {
 double applied_acceleration(Dynamics& dynamics, double time, std::span<const double> y);
 
 // Finds a stable equilibrium that may be far away, as with slack cloth. A pseudo-step is one Newton
-// iteration of backward Euler from rest. Short pseudo-steps follow the forces. Long ones approach
-// Newton's method for the equilibrium. If the search is slow, it goes on with softened bodies.
+// iteration of backward Euler from rest. Short pseudo-steps follow the forces. Long pseudo-steps
+// approach Newton's method for the equilibrium. If the search is slow, it continues with softened
+// bodies.
 class Relaxation {
  public:
   Relaxation(const Scene& scene, Dynamics& dynamics);

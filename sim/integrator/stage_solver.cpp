@@ -30,8 +30,8 @@ constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
 // Largest residual velocity of a particle that a given number of corrections may leave, as a
 // fraction of the fastest velocity; the velocity tolerance is added. A larger residual requires
-// further corrections. Tested only with contact and prescribed motion. For fractions from 0.05 to
-// 0.2, the same runs of the suite `moving` reach their end.
+// further corrections. Tested only with contact and prescribed motion. Fractions from 0.05 to 0.2
+// do not change which runs of the suite `moving` reach their end.
 constexpr double largest_driven_residual = 0.1;
 
 // Largest weighted component of the correction that ends the iteration.

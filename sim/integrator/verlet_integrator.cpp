@@ -163,7 +163,7 @@ class VerletIntegrator final : public OneStepIntegrator {
 
   // Returns the frequency (rad/s) from the Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 =
   // -h^2 M^-1 K a. It never exceeds the highest frequency, and reaches it once an unstable
-  // vibration outweighs all else.
+  // vibration dominates the motion.
   double shown_frequency(double h) const {
     const VibrationProducts seen = dynamics().mass().vibration(
         before_acceleration_, start_acceleration_, end_acceleration_, dynamics().threads());

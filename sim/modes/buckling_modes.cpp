@@ -64,7 +64,7 @@ class Buckling {
   }
   bool scales_gravity() const { return scene_.source.equilibria.scale_gravity; }
 
-  // Factorises K. Returns false and sets the failure unless K is positive definite.
+  // Factorises K. Returns true if K is positive definite, otherwise sets the failure.
   bool is_stable() {
     if (!factors_.factorise(stiffness_)) {
       const int weakest = unknowns_.particle(factors_.weakest());

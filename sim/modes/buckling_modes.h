@@ -25,7 +25,7 @@ struct BucklingMode {
 };
 
 struct BucklingModes {
-  std::vector<BucklingMode> modes;  // nearest load factor to that of the state first
+  std::vector<BucklingMode> modes;  // sorted by |load_factor - factor of the state|
   int unknowns = 0;                 // coordinates of free particles
   std::optional<Failure> failure;   // if set, there are no modes
 };

@@ -45,8 +45,8 @@ class CaseEquilibrium {
   // Positions, then velocities, which are zero (sim/motion/dynamics.h).
   std::span<const double> state() const { return state_; }
   // Returns the norm of the forces on free particles, divided by that of the loads and the forces
-  // on held particles. 0 if the first norm is 0, infinite if the forces cannot be evaluated. Cost:
-  // one evaluation of the forces.
+  // on held particles. The result is 0 without forces on free particles, and infinite if the forces
+  // cannot be evaluated. Cost: one evaluation of the forces.
   double imbalance();
 
  private:

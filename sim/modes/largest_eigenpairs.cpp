@@ -17,12 +17,13 @@ using Vector = Eigen::VectorXd;
 // Relative residual allowed for an eigenpair, and largest number of restarts of Lanczos.
 constexpr double tolerance = 1e-11;
 constexpr int most_restarts = 300;
-// Lanczos keeps this many vectors more than twice the number of wanted ones. Problems that are not
-// larger are solved densely.
+// Lanczos keeps this number of vectors in addition to two per wanted pair. Problems of at most this
+// size are solved densely.
 constexpr int more_vectors = 20;
 // Eigenvalues whose magnitudes have a smaller relative difference count as equal.
 constexpr double separation = 1e-7;
-// Largest number of searches. Each search after the first looks for pairs that earlier ones missed.
+// Largest number of searches. Each search after the first looks for pairs that earlier searches
+// missed.
 constexpr int most_searches = 10;
 
 // The symmetric operator R^-1 A R^-T, projected orthogonally to known eigenvectors. It is scaled to

@@ -25,10 +25,10 @@ struct ModeTrajectoryOptions {
 
 // Writes the state of the equilibrium as frame 0 at time 0, then the equilibrium displaced by each
 // mode in turn. With one frame per mode, frame i at time i is mode i at its largest displacement.
-// With n frames per mode, the frames from n (i - 1) + 1 to n i are the sine of one period of mode
-// i, at times from i - 1 to i. The largest displacement of a particle is a tenth of the size of the
-// simulated bodies. The field "displacement" (m) holds the displacements. Series are NaN in frame
-// 0. The file records `bill`, the cost so far. Throws FileError if the file cannot be written.
+// With n frames per mode, frames n (i - 1) + 1 to n i show one period of a sine of mode i, at times
+// from i - 1 to i. The largest displacement of a particle is a tenth of the size of the simulated
+// bodies. The field "displacement" (m) holds the displacements. Series are NaN in frame 0. The file
+// records `bill`, the cost so far. Throws FileError if the file cannot be written.
 void write_modes(CaseEquilibrium& equilibrium, std::span<const RecordedMode> modes,
                  const ModeTrajectoryOptions& options, const Bill& bill);
 

@@ -96,8 +96,8 @@ void ExternalWork::add_gravity(double start, double time, std::span<const double
   moment_ = moment;
 }
 
-// Returns sum m x (kg m) over the free particles. Precondition if anything moves: measure() has set
-// position_ and place_ for y.
+// Returns sum m x (kg m) over the free particles. Precondition if pins or obstacles move: measure()
+// has set position_ and place_ for y.
 Vec3 ExternalWork::free_moment(std::span<const double> y) const {
   const Scene& scene = dynamics_.scene();
   Vec3 moment = mass_moment(

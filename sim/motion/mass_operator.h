@@ -12,10 +12,9 @@
 
 namespace weft::sim {
 
-// The mass matrix M of the dynamic particles (mass_matrix.h), the same for each of the three axes.
-// Scenes without shells have a diagonal M, and the functions cost as much as those of
-// particle_masses.h. With shells, M stores one number per upper block of the block pattern given to
-// attach().
+// The mass matrix M of the dynamic particles (mass_matrix.h). One M serves all three axes. Scenes
+// without shells have a diagonal M, and cost as little as particle_masses.h. With shells, M stores
+// one number per upper block of the block pattern given to attach().
 class MassOperator {
  public:
   // Lumped: the masses of the scene on the diagonal, for shells too. Consistent: mass_matrix().

@@ -20,10 +20,9 @@ namespace weft::sim {
 // - the end of the longest step that resolves gusts;
 // - the time at which a pin has rotated by `largest_turn`, or with contact strays from its chord by
 //   `stray_part` of contact.range;
-// - the time at which an obstacle and a part of a body have moved towards each other by
-//   `approach_part` of their clearance, the distance in excess of contact's reach. Beyond this
-//   time, a relative motion of up to `near_part` of contact.range is still allowed, within the
-//   bounds that apply to pins;
+// - the time at which an obstacle and a part of a body have approached by `approach_part` of their
+//   clearance, the distance in excess of contact's reach. Beyond this time, a relative motion of up
+//   to `near_part` of contact.range is still allowed, within the bounds that apply to pins;
 // - the time up to which the paths of pins provably do not cross obstacles or other pins
 //   (prescribed_paths.h).
 // Speeds at the start of the step bound how much of the clearance an obstacle may use up. An
@@ -61,10 +60,9 @@ class MotionLimits {
   // of pins. Infinite without one. Events within time.minimum_step after `time` count as passed,
   // since the bounds of motions hold across events.
   double next_event(double time) const;
-  // Returns the time (s) that no step from `time` may pass, however long it is: the next event or,
-  // if sooner, the end of the longest step that resolves gusts. SUNDIALS does not tell the length
-  // of the step after a stop time, so its step may end later than the `wanted` given to
-  // latest_end().
+  // Returns the time (s) that no step from `time` may pass: the next event or, if sooner, the end
+  // of the longest step that resolves gusts. SUNDIALS does not tell the length of the step after a
+  // stop time, so its step may end later than the `wanted` given to latest_end().
   double last_possible_end(double time) const;
   // has_event_at() is true if an event (next_event()) is within time.minimum_step of `time`.
   // jumps_at() is true if a prescribed velocity or a curve jumps at such an event.

@@ -76,8 +76,8 @@ Spectrum coupled_spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) 
   return {radius, place_of_largest(vector)};
 }
 
-// Returns the spectral radius of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues
-// as M^-1 A.
+// Returns the spectral radius of M^-1/2 A M^-1/2, a symmetric matrix with the eigenvalues of M^-1
+// A.
 Spectrum spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) {
   if (!dynamics.mass().is_diagonal()) return coupled_spectral_radius(dynamics, matrix);
   const Scene& scene = dynamics.scene();

@@ -18,9 +18,9 @@ bool CoarseAxis::can_be_coarsened() const {
   return intervals == quads ? quads >= least : intervals % 2 == 0 && intervals >= least;
 }
 
-// A coarser level keeps half of the intervals. From the finest level, it keeps 2, 3 or (4 .. 7) 2^k
-// intervals, the number whose ratio to quads / 2 is nearest to one: such numbers can be halved
-// often.
+// A coarser level keeps half of the intervals. The first coarser level has 2, 3 or (4 .. 7) 2^k
+// intervals, because these numbers can be halved often. It takes the number whose ratio to quads /
+// 2 is nearest to one.
 CoarseAxis CoarseAxis::coarser() const {
   CoarseAxis result = *this;
   if (intervals != quads) {
@@ -96,9 +96,9 @@ std::vector<std::vector<CoarseAxis::Share>> CoarseAxis::shares(const CoarseAxis&
   return result;
 }
 
-// Knot insertion: control point i of the finer spline is the blossom of the coarse one, on an
-// interval within the basis function of i, at the knots i + 1 .. i + degree (Ramshaw 1989, Blossoms
-// are polar forms). Each step of de Boor's algorithm takes one of these knots.
+// Knot insertion (Ramshaw 1989, Blossoms are polar forms). Control point i of the finer spline is
+// the blossom of the coarse spline at the knots i + 1 .. i + degree, on an interval within the
+// basis function of i. Each step of de Boor's algorithm takes one of these knots.
 std::vector<CoarseAxis::Share> CoarseAxis::spline_share(const CoarseAxis& coarse, int node) const {
   int element = node - degree / 2;
   if (!wraps) element = std::clamp(element, 0, intervals - 1);
