@@ -16,7 +16,7 @@ namespace {
 // component is displaced by about the local stretch of the body divided by this multiple. Rounded
 // positions limit the multiple in equilibria, and tolerances of positions limit it in motion.
 constexpr double static_hardness = 1e5, hardness = 1e3;
-// Damping of a spring in motion, divided by its stiffness, s.
+// Ratio (s) of the damping of a spring in motion to its stiffness.
 constexpr double damping_time_in_motion = 1e-4;
 
 double own_stiffness(const MaterialCase& material) {

@@ -17,10 +17,11 @@ namespace weft::sim {
 // With `time.step`, steps end at its multiples (for `static`, at multiples of the time between
 // frames). The length of a step that fails is halved until a step succeeds. A success doubles the
 // length again, up to the next multiple. Each time the doubled length fails, the number of
-// successes required before the next doubling doubles, up to 16. Without `time.step`, the method
-// chooses the length of the next step. Moving pins or obstacles may end either kind of step earlier
-// (motion_limits.h); on a grid, the following step leads to the next multiple. More than 100 cuts
-// to keep surfaces apart within 200 accepted steps end the run.
+// successes required before the next doubling doubles, up to 16.
+//
+// Without `time.step`, the method chooses the length of the next step. Moving pins or obstacles may
+// end either kind of step earlier (motion_limits.h); on a grid, the following step leads to the
+// next multiple. More than 100 cuts to keep surfaces apart within 200 accepted steps end the run.
 class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);

@@ -13,13 +13,16 @@ namespace weft::sim {
 
 // Newton's method, with newton_solver.h for the linear systems. Full corrections start from `a` or,
 // without contact, from a + gamma times the slope of the last stage. If they do not converge,
-// corrections with a line search on the residual start again from `a`. Residuals and corrections
-// are weighted by the tolerances of the case: positions by 1 / position_tolerance, velocities by 1
-// / (velocity_tolerance + relative_tolerance |v|). The iteration ends when no weighted component of
-// the last correction, or of the residual it leaves, exceeds 0.3. After the first direction of
-// negative curvature, the rest of the stage uses positive semi-definite matrices. With contact, a
-// correction is halved until the straight path from the last accepted positions to its end provably
-// keeps surfaces apart. The line search stays on that path.
+// corrections with a line search on the residual start again from `a`.
+//
+// Residuals and corrections are weighted by the tolerances of the case: positions by 1 /
+// position_tolerance, velocities by 1 / (velocity_tolerance + relative_tolerance |v|). The
+// iteration ends when no weighted component of the last correction, or of the residual it leaves,
+// exceeds 0.3. After the first direction of negative curvature, the rest of the stage uses positive
+// semi-definite matrices.
+//
+// With contact, a correction is halved until the straight path from the last accepted positions to
+// its end provably keeps surfaces apart. The line search stays on that path.
 class StageSolver {
  public:
   // `newton_count` is the number of iterations; 0 means until convergence, with at most 12 full

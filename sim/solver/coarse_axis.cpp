@@ -18,7 +18,7 @@ bool CoarseAxis::can_be_coarsened() const {
   return intervals == quads ? quads >= least : intervals % 2 == 0 && intervals >= least;
 }
 
-// A coarser level keeps half of the intervals. The first coarser level has 2, 3 or (4 .. 7) 2^k
+// Returns the axis with half of the intervals. The first coarser level has 2, 3 or (4 .. 7) 2^k
 // intervals, because these numbers can be halved often. It takes the number whose ratio to quads /
 // 2 is nearest to one.
 CoarseAxis CoarseAxis::coarser() const {
