@@ -20,17 +20,17 @@ using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 using Kind = VibrationMode::Kind;
 
-// An eigenvalue is zero if the energy of its shape is less than this many roundings of the sum that
-// it is computed from.
+// An eigenvalue counts as zero if the energy of its shape is less than this many rounding errors of
+// that energy (rounding_scale()).
 constexpr double roundings = 1e4;
-// Part of a rigid shape that may be something else, as a norm.
+// A shape is rigid if its deviation from rigid motions, relative to its norm, is at most this.
 constexpr double rigid_tolerance = 1e-4;
-// The search for the scale of the wanted eigenvalues stops at this ratio of its ends, and does not
-// look below this part of the stiffest.
+// The bisection for the scale of the wanted eigenvalues ends when its limits have the ratio
+// `scale_ratio`. Its first lower limit is `smallest_scale` times the upper one.
 constexpr double scale_ratio = 16, smallest_scale = 1e-14;
 constexpr int most_shifts = 40;
 
-// Number of eigenvalues below `limit`.
+// Returns the number of eigenvalues below `limit` (1/s^2).
 int count_below(const Matrix& stiffness, const Matrix& mass, double limit,
                 SymmetricFactors& factors) {
   for (const double moved : {1.0, 1.01, 0.99}) {
@@ -39,7 +39,7 @@ int count_below(const Matrix& stiffness, const Matrix& mass, double limit,
   return 0;
 }
 
-// Returns a limit with at least `count` eigenvalues below it, and not far above the last of these.
+// Returns a limit (1/s^2) with at least `count` eigenvalues below it, not far above the `count`-th.
 double scale_of(const Matrix& stiffness, const Matrix& mass, int count, SymmetricFactors& factors) {
   double above = Vector(stiffness.diagonal()).cwiseAbs().sum() / Vector(mass.diagonal()).sum();
   for (int i = 0; i < most_shifts && count_below(stiffness, mass, above, factors) < count; ++i)
@@ -52,8 +52,8 @@ double scale_of(const Matrix& stiffness, const Matrix& mass, int count, Symmetri
   return above;
 }
 
-// Returns the distance (1/s^2) of a shift below all eigenvalues from zero, and leaves the factors
-// of K + shift M. Returns 0 if there is none.
+// Finds a positive shift (1/s^2) for which K + shift M is positive definite, and leaves the factors
+// of this matrix in `factors`. Returns the shift, or 0 if there is none.
 double factorise_shifted(const Matrix& stiffness, const Matrix& mass, double scale,
                          SymmetricFactors& factors) {
   double shift = scale / scale_ratio;
@@ -64,7 +64,8 @@ double factorise_shifted(const Matrix& stiffness, const Matrix& mass, double sca
   return 0;
 }
 
-// Displacements of one body, split into the part of a rigid motion and the rest.
+// Fits a rigid motion to the displacements of one body. Holds the norms of the displacements and of
+// the rest.
 class RigidPart {
  public:
   RigidPart(std::span<const Vec3> position, std::span<const Vec3> shape) {
@@ -102,7 +103,7 @@ bool is_rigid(const Scene& scene, std::span<const Vec3> position, std::span<cons
   return rest <= rigid_tolerance * rigid_tolerance * whole;
 }
 
-// The matrices of the modes.
+// The unknowns and the matrices of the eigenvalue problem.
 struct System {
   FreeUnknowns unknowns;
   Matrix stiffness, mass;
