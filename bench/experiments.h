@@ -154,10 +154,10 @@ struct SkippingOptions {
 std::vector<std::string> skipping_pair_names();
 int run_skipping(const SkippingOptions& options);
 
-// Shells against closed forms and published figures, on cases/benchmarks/. Returns 1 if a row is
-// beyond its limit.
+// Shells and cloth against closed forms and published figures, on cases/benchmarks/, and against
+// CalculiX where it is installed. Returns 1 if a row is beyond its limit.
 struct ShellsOptions {
-  std::vector<std::string> cases;  // empty: all
+  std::vector<std::string> cases;  // empty: all; "calculix": the comparison
   bool json = false;
   std::filesystem::path plots;  // folder of SVG files; empty: none
 };

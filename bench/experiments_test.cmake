@@ -125,6 +125,23 @@ foreach(i RANGE 1)
   endif()
 endforeach()
 
+# A row for each image, and a chart; other cases are left out.
+run(json shells --json --plots shells --cases cantilever_end_shear)
+string(JSON count LENGTH "${json}" rows)
+math(EXPR end "${count} - 1")
+foreach(i RANGE ${end})
+  foreach(key check case resolution quantity value reference error limit cpu_s source)
+    string(JSON ${key} GET "${json}" rows ${i} ${key})
+  endforeach()
+  if(NOT case STREQUAL "cases/benchmarks/cantilever_end_shear.toml")
+    message(FATAL_ERROR "shells: ${json}")
+  endif()
+endforeach()
+if(NOT count EQUAL 4 OR NOT error LESS 1e-4 OR NOT EXISTS ${work}/shells/shells_strips.svg OR
+    EXISTS ${work}/shells/shells_calculix.svg)
+  message(FATAL_ERROR "shells: ${json}")
+endif()
+
 run(json scaling ${CMAKE_CURRENT_LIST_DIR}/../cases/hanging_sheet.toml --json --sizes 9,17 --steps 2
   --set time.method=euler --set time.step=0.01)
 foreach(i RANGE 1)

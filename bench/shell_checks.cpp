@@ -1,38 +1,18 @@
 #include "bench/shell_checks.h"
 
+#include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <stdexcept>
 
-#include "sim/modes/buckling_modes.h"
-#include "sim/modes/case_equilibrium.h"
-#include "sim/modes/vibration_modes.h"
+#include "sim/integrator/integrator.h"
+#include "sim/run/make_simulation.h"
 
 namespace weft::bench {
 
 namespace {
 
 using std::numbers::pi;
-
-Measured relative(std::string quantity, double value, ReferenceFigure reference) {
-  const double scale = std::abs(reference.value);
-  return {std::move(quantity), value, std::move(reference), scale};
-}
-Measured by_name(std::string quantity, double value, const std::string& name) {
-  return relative(std::move(quantity), value, reference_figure(name));
-}
-
-std::vector<CheckedImage> strips(std::vector<std::pair<int, double>> columns) {
-  std::vector<CheckedImage> images;
-  for (const auto& [count, limit] : columns) images.push_back({{4, count}, limit});
-  return images;
-}
-std::vector<CheckedImage> squares(std::vector<std::pair<int, double>> sizes) {
-  std::vector<CheckedImage> images;
-  for (const auto& [size, limit] : sizes) images.push_back({{size, size}, limit});
-  return images;
-}
 
 // The strip of length 10 ends at x = 5. Displacements of the tip, in lengths.
 std::vector<Measured> measure_end_shear(const FramedBody& strip, int frame) {
@@ -60,15 +40,45 @@ std::vector<Measured> measure_sag(const FramedBody& sheet, int frame, const std:
           by_name("reach", tip.x() - sheet.start(0, 0).x(), "heavy_elastica_" + gamma + "_reach")};
 }
 
-ShellCheck heavy_elastica(const std::string& gamma, std::vector<std::pair<int, double>> columns) {
+CaseCheck heavy_elastica(const std::string& gamma,
+                         const std::vector<std::pair<int, double>>& columns) {
   // Gamma = rho h g L^3 / D is 12 times g.
   const std::string gravity = std::to_string(-std::stod(gamma) / 12);
-  return {"heavy elastica, Gamma = " + gamma,
-          "heavy_elastica",
-          "sheet",
-          {"world.gravity={ times = [0, 1], values = [[0, 0, 0], [0, 0, " + gravity + "]] }"},
-          strips(std::move(columns)),
-          [gamma](const FramedBody& sheet, int frame) { return measure_sag(sheet, frame, gamma); }};
+  return {.name = "heavy elastica, Gamma = " + gamma,
+          .case_name = "heavy_elastica",
+          .overrides = {"world.gravity={ times = [0, 1], values = [[0, 0, 0], [0, 0, " + gravity +
+                        "]] }"},
+          .images = strips(columns),
+          .measure = [gamma](const FramedBody& sheet, int frame) {
+            return measure_sag(sheet, frame, gamma);
+          }};
+}
+
+// A strip that stands exactly upright stays in its plane until it is unstable. The value is the
+// middle of the step in which it becomes so, in critical weights.
+std::vector<Measured> measure_upright_strip(const sim::Case& source) {
+  sim::Simulation strip = sim::make_simulation(source);
+  while (strip.time() < source.time.duration) {
+    const double before = strip.time();
+    if (const auto failure = strip.step()) throw std::runtime_error(failure->text);
+    if (strip.integrator().path_point()->negative_directions > 0)
+      return {relative("critical weight", 0.5 * (before + strip.time()),
+                       {1, "Timoshenko and Gere 1961, section 6.3: q L^3 = 12.85 sqrt(E I G J)"})};
+  }
+  throw std::runtime_error("the strip is stable up to the end");
+}
+
+std::vector<Measured> measure_slit_plate(const FramedBody& plate, int frame) {
+  if (frame != 20) return {};
+  return {by_name("inner corner", plate.way(-1, 0).z(), "slit_annular_plate_inner"),
+          by_name("outer corner", plate.way(0, 0).z(), "slit_annular_plate_outer")};
+}
+
+std::vector<Measured> measure_open_cylinder(const FramedBody& octant, int frame) {
+  if (frame != 40) return {};
+  return {by_name("loaded", octant.way(-1, 0).x(), "open_cylinder_loaded"),
+          by_name("side", -octant.way(-1, -1).y(), "open_cylinder_side"),
+          by_name("free end", -octant.way(0, -1).y(), "open_cylinder_free_end")};
 }
 
 std::vector<Measured> measure_full_hemisphere(const FramedBody& quarter, int frame) {
@@ -84,150 +94,86 @@ std::vector<Measured> measure_small_hemisphere(const FramedBody& quarter, int fr
           by_name("inward", -quarter.way(0, -1).y() / load, "hemisphere_with_hole_linear")};
 }
 
-std::vector<Measured> measure_roof(const FramedBody& roof, int frame) {
+// The displacement of the loaded point at the end of the first row.
+double pulled(const sim::Case& source) {
+  sim::Simulation hemisphere = sim::make_simulation(source);
+  const double start = hemisphere.position("hemisphere")[0].x();
+  advance_to(hemisphere, 1);
+  return hemisphere.position("hemisphere")[0].x() - start;
+}
+std::vector<Measured> measure_patches(const sim::Case& source) {
+  CheckedImage whole{source.body.at(0).shape.resolution};
+  const double one = pulled(case_of({.case_name = "hemisphere_linear"}, whole));
+  return {relative("outward", pulled(source) / 1e-3, {one / 1e-3, "the same image as one patch"})};
+}
+
+std::vector<Measured> measure_scordelis_lo(const FramedBody& roof, int frame) {
   if (frame == 0) return {};
   constexpr double load = 1e-4;
   return {by_name("deflection", -roof.way(-1, -1).x() / load, "scordelis_lo_thin_shell")};
 }
 
-std::vector<Measured> measure_cylinder(const FramedBody& octant, int frame) {
+std::vector<Measured> measure_pinched_cylinder(const FramedBody& octant, int frame) {
   if (frame == 0) return {};
   return {by_name("deflection", -octant.way(-1, 0).x(), "pinched_cylinder")};
 }
 
-// The lowest modes of a case that are no rigid motions.
-std::vector<sim::VibrationMode> vibrations(const sim::Case& source, int count) {
-  sim::CaseEquilibrium about(source, {});
-  if (const auto failure = about.find()) throw std::runtime_error(failure->text);
-  sim::VibrationModes found =
-      sim::find_vibration_modes(about.dynamics(), about.time(), about.state(), count + 6);
-  if (found.failure) throw std::runtime_error(found.failure->text);
-  std::erase_if(found.modes, [](const sim::VibrationMode& mode) {
-    return mode.kind != sim::VibrationMode::Kind::vibration;
-  });
-  return found.modes;
-}
+}  // namespace
 
-ShellCheck plate_modes(const std::string& edges) {
-  const auto measure = [edges](const sim::Case& source) {
-    const std::vector<sim::VibrationMode> modes = vibrations(source, 6);
-    std::vector<Measured> all;
-    for (int i = 0; i < 6; ++i) {
-      const std::string number = std::to_string(i + 1);
-      all.push_back(by_name("mode " + number, modes.at(i).angular_frequency(),
-                            "square_plate_" + edges + "_" + number));
-    }
-    return all;
-  };
-  return {.name = "square plate, " + edges + ", six modes",
-          .case_name = "plate_modes_" + edges,
-          .body = "plate",
-          .overrides = {},
-          .images = squares({{8, 0}, {16, 5e-4}, {32, 0}}),
-          .measure = {},
-          .measure_case = measure};
-}
-
-std::vector<Measured> measure_buckling(const sim::Case& source, ReferenceFigure critical) {
-  sim::CaseEquilibrium about(source, {.load_factor = 0});
-  if (const auto failure = about.find()) throw std::runtime_error(failure->text);
-  const sim::BucklingModes found =
-      sim::find_buckling_modes(about.dynamics(), about.time(), about.state(), 0, 1);
-  if (found.failure) throw std::runtime_error(found.failure->text);
-  return {relative("factor", found.modes.at(0).load_factor, std::move(critical))};
-}
-
-ShellCheck buckling(std::string name, std::string case_name, std::string body,
-                    std::vector<CheckedImage> images, const ReferenceFigure& critical) {
-  return {.name = std::move(name),
-          .case_name = std::move(case_name),
-          .body = std::move(body),
-          .overrides = {},
-          .images = std::move(images),
-          .measure = {},
-          .measure_case = [critical](const sim::Case& source) {
-            return measure_buckling(source, critical);
-          }};
-}
-
-std::vector<ShellCheck> all_checks() {
+std::vector<CaseCheck> strip_checks() {
   return {
-      {"cantilever, end shear",
-       "cantilever_end_shear",
-       "strip",
-       {},
-       strips({{7, 0}, {11, 3e-3}, {19, 1e-4}, {35, 0}}),
-       measure_end_shear},
-      {"cantilever, end moment",
-       "cantilever_end_moment",
-       "strip",
-       {},
-       strips({{16, 0}, {32, 6e-4}, {64, 0}}),
-       measure_end_moment},
+      {.name = "cantilever, end shear",
+       .case_name = "cantilever_end_shear",
+       .images = strips({{7, 0}, {11, 3e-3}, {19, 1e-4}, {35, 0}}),
+       .measure = measure_end_shear},
+      {.name = "cantilever, end moment",
+       .case_name = "cantilever_end_moment",
+       .images = strips({{16, 0}, {32, 6e-4}, {64, 0}}),
+       .measure = measure_end_moment},
       heavy_elastica("1", {{19, 0}, {35, 5e-4}}),
       heavy_elastica("10", {{19, 0}, {35, 5e-4}}),
       heavy_elastica("100", {{19, 0}, {35, 5e-4}, {67, 0}}),
       heavy_elastica("1000", {{35, 0}, {67, 2e-3}}),
-      {"hemisphere with hole, full load",
-       "hemisphere_full_load",
-       "hemisphere",
-       {},
-       squares({{8, 0}, {16, 3e-2}, {32, 6e-3}}),
-       measure_full_hemisphere},
-      {"hemisphere with hole, linear",
-       "hemisphere_linear",
-       "hemisphere",
-       {},
-       squares({{9, 0}, {17, 3e-3}, {33, 0}}),
-       measure_small_hemisphere},
-      {"Scordelis-Lo roof",
-       "scordelis_lo",
-       "roof",
-       {},
-       squares({{5, 0}, {9, 1e-3}, {17, 2e-4}, {33, 0}}),
-       measure_roof},
-      {"pinched cylinder",
-       "pinched_cylinder",
-       "cylinder",
-       {},
-       squares({{9, 0}, {17, 2e-2}, {33, 3e-3}, {65, 0}}),
-       measure_cylinder},
-      plate_modes("ssss"),
-      plate_modes("cccc"),
-      plate_modes("cscs"),
-      plate_modes("ffff"),
-      buckling("square plate, buckling", "plate_buckling", "plate",
-               squares({{8, 0}, {16, 1e-3}, {32, 0}}), {4 * pi * pi, "4 pi^2 D / b^2"}),
-      buckling("Euler column", "euler_column", "column", strips({{11, 0}, {19, 1e-3}}),
-               {1e-3 * pi * pi / 4, "pi^2 E I / (4 L^2)"}),
-      buckling("column under its weight", "column_under_weight", "column",
-               strips({{11, 0}, {19, 1e-3}}),
-               {reference_figure("self_weight_column").value * 1e-2 / 0.981,
-                reference_figure("self_weight_column").source}),
+      {.name = "narrow strip buckling sideways",
+       .case_name = "narrow_strip",
+       .overrides = {"body.0.rotation_deg=[90,0,0]", "body.0.shape.size=[1,0.02]",
+                     "time.duration=1.1", "time.frames_per_second=100"},
+       .images = strips({{17, 0}, {33, 3e-2}}),
+       .measure_case = measure_upright_strip},
   };
 }
 
-}  // namespace
-
-ReferenceFigure reference_figure(const std::string& name) {
-  const std::string path = WEFT_SOURCE_DIR "/tests/reference/closed_forms.csv";
-  std::ifstream file(path);
-  std::string source;
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t first = line.find(','), second = line.find(',', first + 1);
-    if (second == std::string::npos) continue;
-    std::string text = line.substr(second + 1);
-    // "the same" stands for the source of the line before.
-    source = text.starts_with("the same") ? source : std::move(text);
-    if (line.compare(0, first, name) == 0)
-      return {std::stod(line.substr(first + 1, second - first - 1)), source};
-  }
-  throw std::runtime_error(path + " has no " + name);
-}
-
-const std::vector<ShellCheck>& shell_checks() {
-  static const std::vector<ShellCheck> all = all_checks();
-  return all;
+std::vector<CaseCheck> shell_checks() {
+  return {
+      {.name = "slit annular plate",
+       .case_name = "slit_annular_plate",
+       .images = {{{6, 33}, 1e-2}, {{9, 49}, 1e-2}},
+       .measure = measure_slit_plate},
+      {.name = "open cylinder pulled apart",
+       .case_name = "open_cylinder",
+       .images = {{{9, 13}, 5e-2}, {{17, 25}, 0}},
+       .measure = measure_open_cylinder},
+      {.name = "hemisphere with hole, full load",
+       .case_name = "hemisphere_full_load",
+       .images = squares({{8, 0}, {16, 3e-2}, {32, 6e-3}}),
+       .measure = measure_full_hemisphere},
+      {.name = "hemisphere with hole, linear",
+       .case_name = "hemisphere_linear",
+       .images = squares({{9, 0}, {17, 3e-3}, {33, 0}}),
+       .measure = measure_small_hemisphere},
+      {.name = "hemisphere of 2 x 2 patches",
+       .case_name = "hemisphere_patches",
+       .images = squares({{17, 0}, {25, 1e-3}}),
+       .measure_case = measure_patches},
+      {.name = "Scordelis-Lo roof",
+       .case_name = "scordelis_lo",
+       .images = squares({{5, 0}, {9, 1e-3}, {17, 2e-4}, {33, 0}}),
+       .measure = measure_scordelis_lo},
+      {.name = "pinched cylinder",
+       .case_name = "pinched_cylinder",
+       .images = squares({{9, 0}, {17, 2e-2}, {33, 3e-3}, {65, 0}}),
+       .measure = measure_pinched_cylinder},
+  };
 }
 
 }  // namespace weft::bench

@@ -1,10 +1,8 @@
-#include <stdlib.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -12,6 +10,7 @@
 #include "bench/experiments.h"
 #include "bench/medians.h"
 #include "bench/skipping_scenes.h"
+#include "bench/temporary_folder.h"
 #include "sim/case/case_reader.h"
 #include "sim/run/recorded_run.h"
 #include "sim/scene/scene.h"
@@ -31,23 +30,6 @@ double user_time() {
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
 }
 
-class Folder {
- public:
-  Folder() {
-    if (mkdtemp(path_.data()) == nullptr) throw std::runtime_error(path_ + ": cannot create");
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::string file() const { return path_ + "/run.h5"; }
-
- private:
-  std::string path_ = (std::filesystem::temp_directory_path() / "weft-skipping-XXXXXX").string();
-};
-
 struct Timed {
   double set_up = 0, run = 0;  // s, user
   std::size_t trajectory = 0;  // a hash of the first body's last frame
@@ -57,19 +39,19 @@ struct Timed {
 // counts as set-up.
 Timed run_case(const std::string& text) {
   using namespace sim;
-  const Folder folder;
+  const TemporaryFolder folder;
   const double start = user_time();
   double first_step = 0;
   const auto scene = build_scene(parse_case(text, "skipping.toml", {}));
   RunOptions options;
-  options.trajectory = folder.file();
+  options.trajectory = folder.path("run.h5");
   options.progress = [&](double) {
     if (first_step == 0) first_step = user_time();
   };
   const RunReport report = run_simulation(*scene, options);
   if (report.status != RunReport::Status::done) throw std::runtime_error(report.reason);
   Timed timed{first_step - start, user_time() - first_step, 0};
-  const TrajectoryReader reader(folder.file());
+  const TrajectoryReader reader(folder.path("run.h5"));
   const std::vector<Vec3> positions = reader.positions(0, reader.frames() - 1);
   const std::string_view bytes(reinterpret_cast<const char*>(positions.data()),
                                positions.size() * sizeof(Vec3));

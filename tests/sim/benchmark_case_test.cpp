@@ -2,11 +2,9 @@
 // says.
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "../reference_value.h"
-#include "channel_run.h"
+#include "bench/roof_paths.h"
 #include "joint_cases.h"
 
 namespace weft::sim {
@@ -100,59 +98,24 @@ TEST(BenchmarkCases, HemisphereIsTheSameInOneAndInFourPatches) {
   EXPECT_NEAR(four, one, 1e-3 * one);
 }
 
-// A path of a roof: deflections of its centre (mm) and load factors of 3000 N.
-struct Path {
-  std::vector<double> deflection, factor;
-
-  // The distance (of load factors) to a point, with deflections in units of 100 mm.
-  double distance(double at, double load) const {
-    double nearest = 1;
-    for (std::size_t i = 1; i < factor.size(); ++i) {
-      const Eigen::Vector2d a(deflection[i - 1] / 100, factor[i - 1]);
-      const Eigen::Vector2d b(deflection[i] / 100, factor[i]), p(at / 100, load);
-      const double s = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-      nearest = std::min(nearest, (a + s * (b - a) - p).norm());
-    }
-    return nearest;
-  }
-};
-constexpr int centre = 8 * 9;
-
-Path path_by_arc_length(const Overrides& overrides = {}) {
-  Simulation roof = benchmark("hinged_roof_arc_length", overrides);
-  const double start = roof.position("roof")[centre].x();
-  Path path;
-  while (!roof.has_ended()) {
-    if (const auto failure = roof.step()) {
-      ADD_FAILURE() << failure->text;
-      break;
-    }
-    path.deflection.push_back(start - roof.position("roof")[centre].x());
-    path.factor.push_back(roof.integrator().path_point()->load_factor);
-  }
-  return path;
+bench::RoofPath roof_by_arc_length(const Overrides& overrides = {}) {
+  return bench::follow_by_arc_length(read_case(path_of("hinged_roof_arc_length"), overrides));
 }
 
 TEST(HingedRoof, SnapsThroughByArcLengthAsWhenPushed) {
-  const Path path = path_by_arc_length();
-  const double limit = *std::ranges::max_element(path.factor.begin(), path.factor.begin() + 20);
+  const bench::RoofPath path = roof_by_arc_length();
+  const double limit = path.first_limit();
   EXPECT_NEAR(limit, reference_value("hinged_roof_limit_factor"),
               0.01 * reference_value("hinged_roof_limit_factor"));
-  std::stringstream text;
-  text << std::ifstream(path_of("hinged_roof_displacement")).rdbuf();
-  ChannelRun pushed(text.str(), {frames(2)});
-  const double start = pushed.position()[centre].x();
-  for (double time = 0.5; time <= 28; time += 0.5) {
-    pushed.advance_to(time);
-    const double held = pushed.vector("reactions/roof/pin_4/force").x() / -750;
-    const double deflection = start - pushed.position()[centre].x();
-    EXPECT_LT(path.distance(deflection, held), 0.005 * limit) << deflection;
-  }
+  const bench::RoofPath points =
+      bench::follow_by_displacement(read_case(path_of("hinged_roof_displacement"), {frames(2)}));
+  ASSERT_EQ(points.factor.size(), 56);
+  EXPECT_LT(bench::largest_distance(points, path), 0.005 * limit);
 }
 
 // The points of Sze, Liu and Lo 2004 on the path of the thinner roof, which snaps back.
 TEST(HingedRoof, SnapsBackIfItIsThin) {
-  const Path path = path_by_arc_length(
+  const bench::RoofPath path = roof_by_arc_length(
       {"material.roof.shell_thickness=6.35", "static.largest_step=0.4", "time.duration=200"});
   const std::vector<std::pair<double, double>> points{
       {0.0517, 1.846},   {0.1583, 8.257},   {0.1953, 12.892},  {0.1806, 15.050},  {0.0923, 16.602},

@@ -8,22 +8,14 @@
 namespace weft::sim {
 namespace {
 
-// A strip of 0.27 m with Gamma = sigma g L^3 / D = 10 that a clamp holds by its first column.
-std::string cantilever(int columns) {
-  const double cell = 0.27 / (columns - 1);
-  return "[time]\nmethod = \"static\"\nduration = 1\nframes_per_second = 1\n"
-         "position_tolerance = 1e-8\n[contact]\nenabled = false\n"
-         "[material.strip]\ndensity = 0.2\nmembrane_stiffness = 2e4\npoisson_ratio = 0\n"
-         "bending_stiffness = " +
-         std::to_string(0.2 * 9.81 * 0.27 * 0.27 * 0.27 / 10 * 1e9) +
-         "e-9\n[[body]]\nname = \"strip\"\nshape = { type = \"rectangle\", size = [0.27, " +
-         std::to_string(3 * cell * 1e9) + "e-9], resolution = [4, " + std::to_string(columns) +
-         "] }\n[[body.pin]]\nedges = [\"first_col\"]\nclamp = true\n";
-}
-
-// Returns the distance of the tip from that of the inextensible elastica, as a share of the length.
+// Returns the distance of a strip's tip from that of the inextensible elastica, as a share of the
+// length of 0.27 m.
 double tip_error(int columns) {
-  Simulation simulation = simulation_of(cantilever(columns));
+  const double width = 3 * 0.27 / (columns - 1);  // of three square cells
+  Simulation simulation =
+      make_simulation(read_case(WEFT_CASES_DIR "/benchmarks/cloth_cantilever.toml",
+                                {"body.strip.shape.resolution=[4, " + std::to_string(columns) + "]",
+                                 "body.strip.shape.size=[0.27, " + std::to_string(width) + "]"}));
   advance_to(simulation, 1);
   const std::vector<Vec3> places = simulation.position("strip");
   double drop = 0, reach = 0;
