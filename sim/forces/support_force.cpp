@@ -123,7 +123,7 @@ class SupportForce final : public Force {
         if (each.base >= 0) into.product[each.base] -= damping * along;
       } else {
         add_blocks(each, stiffness, into.stiffness);
-        add_blocks(each, damping, *into.damping);
+        if (has_damping()) add_blocks(each, damping, *into.damping);
       }
     }
   }
