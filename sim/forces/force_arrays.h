@@ -7,6 +7,8 @@
 
 namespace weft::sim {
 
+struct MaterialCase;
+
 // Returns the rest positions (m) of the particles of the dynamic bodies.
 std::vector<Vec3> rest_positions(const Scene& scene);
 
@@ -22,6 +24,8 @@ std::unique_ptr<Force> make_drag_force(const Scene& scene);     // wind on trian
 std::unique_ptr<Force> make_shell_drag_force(const Scene& scene);  // wind on spline shells
 std::unique_ptr<Force> make_load_force(const Scene& scene);     // loads from outside
 
+// Part of the bending force: of a material whose stiffness depends on its curvature.
+std::unique_ptr<Force> make_curved_bending_force(const Scene& scene, const MaterialCase& material);
 // Parts of the membrane force: one for each material whose tension is not linear in its strain.
 std::vector<std::unique_ptr<Force>> make_fabric_membrane_forces(const Scene& scene);
 

@@ -1,0 +1,189 @@
+// The bending of cloth, quad by quad in batches, for any law over the angles of edges.
+#pragma once
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "materials/bending.h"
+#include "sim/base/parallel.h"
+#include "sim/forces/bending_quads.h"
+#include "sim/forces/force.h"
+#include "sim/forces/quad_hinges.h"
+#include "sim/forces/stencil_array.h"
+#include "sim/forces/varying_numbers.h"
+
+namespace weft::sim {
+
+// What all laws of bending have in common: the stencils, the damping times, and the blocks of
+// matrices, which are compiled once.
+class QuadBending : public Force {
+ public:
+  using Lanes = materials::Lanes;
+  using Modulus = materials::Symmetric3Of<Lanes>;  // of a triangle, over its hinges
+  using Slopes = QuadSlopes<Lanes>;
+  using Nodes = Slopes::Nodes;
+  using Hinges = Slopes::Hinges;  // one number per hinge
+  using HingeVectors = std::array<materials::HingeVectorsOf<Lanes>, hinge_count>;
+
+  std::string_view name() const override { return "bending"; }
+  bool has_damping() const override { return is_damped_; }
+  bool varies() const override { return varying_times_.varies(); }
+  void set_time(const Instant& now) override { varying_times_.update(now, damping_times_); }
+  double evaluation_work() const override { return 1.2; }
+  void add_couplings(std::vector<std::vector<int>>& neighbours) const override {
+    quads_.add_couplings(neighbours);
+  }
+  void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
+
+  // Returns the numbers of the hinges of triangle t.
+  static materials::Vec3Of<Lanes> of_triangle(const Hinges& numbers, int t) {
+    const auto& hinges = hinged_triangles[t].hinges;
+    return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
+  }
+  // Returns the sums over both triangles, by hinge, of what of_one(t) has for those of triangle t.
+  template <class OfTriangle>
+  static Hinges sum_of_triangles(const OfTriangle& of_one) {
+    Hinges sum;
+    sum.fill(0);
+    for (int t = 0; t < 2; ++t) {
+      const materials::Vec3Of<Lanes> own = of_one(t);
+      for (int i = 0; i < 3; ++i) sum[hinged_triangles[t].hinges[i]] += own[i];
+    }
+    return sum;
+  }
+
+ protected:
+  QuadBending(const BendingQuads& quads, int particle_count);
+
+  static HingeVectors hinge_vectors(const Nodes& x) {
+    HingeVectors vectors;
+    for (int h = 0; h < hinge_count; ++h) {
+      materials::NodesOf<Lanes, 4> nodes;
+      for (int k = 0; k < 4; ++k) nodes.col(k) = x.col(hinge_nodes[h][k]);
+      vectors[h] = materials::hinge_vectors(nodes);
+    }
+    return vectors;
+  }
+
+  // Adds the blocks of B^T C B of a batch, where B = d theta / d x and C are the moduli.
+  void add_elastic(int first, const std::array<Modulus, 2>& moduli, const Slopes& slopes,
+                   BlockMatrix& matrix) const;
+  // Adds B^T C B + sum_h moment_h d^2 theta_h / dx dx.
+  void add_stressed(int first, const std::array<Modulus, 2>& moduli, const Slopes& slopes,
+                    const Nodes& x, const Hinges& moments, BlockMatrix& matrix) const;
+  // Adds the damping D = beta B^T V B or, if it is joined to K, its product.
+  void add_damping(int first, const std::array<Modulus, 2>& viscosities, const Slopes& slopes,
+                   const Derivatives& into) const;
+
+  StencilArray<QuadSurroundings::count, QuadSurroundings> quads_;
+  VaryingNumbers varying_times_;
+  StencilNumbers damping_times_;  // s, at the time set
+  bool is_damped_ = false;        // at any time
+};
+
+// A `Batch` has the law of materials::lane_count quads; the strains are the changes of the angles
+// (rad). The energy W is that of a quad's own triangles; those beyond its sides add their own share
+// of the sides' moments.
+//   Hinges rest_angles;
+//   Lanes energy(strains) const;                              // W, J
+//   Hinges moments(strains) const;                            // dW/d theta, N m
+//   Hinges moments(strains, damping_time, rates) const;       // with damping
+//   std::array<Modulus, 2> viscosities(strains) const;        // V, of each triangle
+//   std::array<Modulus, 2> joined(strains, definiteness, inverse_gamma, damping_time) const;
+//       // d^2 W/d theta d theta, or a semi-definite part, plus V damping_time inverse_gamma
+template <class Batch>
+class BendingForce : public QuadBending {
+ public:
+  BendingForce(const BendingQuads& quads, std::vector<Batch> batches, const std::vector<Vec3>& rest)
+      : QuadBending(quads, static_cast<int>(rest.size())), batches_(std::move(batches)) {
+    // Rest angles are computed by the operations that later compute angles: a body at rest then
+    // feels no force at all.
+    quads_.for_each_batch(1, [&](int first) {
+      Batch& batch = batches_[first / materials::lane_count];
+      batch.rest_angles.fill(0);
+      batch.rest_angles = strains_of(batch, hinge_vectors(quads_.gather(first, rest)));
+    });
+  }
+
+  double energy(const Kinematics& state, int threads) override {
+    return parallel_sum(static_cast<int>(batches_.size()), threads, [&](int first, int last) {
+      Lanes sum = 0;
+      for (int batch = first; batch < last; ++batch)
+        sum += batch_energy(materials::lane_count * batch, state.position);
+      return materials::sum_of_lanes(sum);
+    });
+  }
+
+  void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
+    quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
+  }
+
+  // K = B^T C B + sum_h moment_h d^2 theta_h / dx dx, the Gauss-Newton part plus the stress part. D
+  // = beta B^T V B.
+  void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
+                       int threads) override {
+    quads_.for_each_batch(
+        threads, [&](int first) { add_batch_derivatives(first, state, into, definiteness); });
+  }
+
+ protected:
+  // One batch holds materials::lane_count quads, in order.
+  std::vector<Batch>& batches() { return batches_; }
+  Hinges strains_at(int first, std::span<const Vec3> position) const {
+    return strains_of(batch_of(first), hinge_vectors(quads_.gather(first, position)));
+  }
+
+ private:
+  const Batch& batch_of(int first) const { return batches_[first / materials::lane_count]; }
+
+  // Returns theta - theta_rest of a batch.
+  static Hinges strains_of(const Batch& batch, const HingeVectors& hinges) {
+    Hinges strains;
+    for (int h = 0; h < hinge_count; ++h)
+      strains[h] = materials::hinge_angle(hinges[h]) - batch.rest_angles[h];
+    return strains;
+  }
+  // Returns dW/d theta with damping, at given strains.
+  Hinges moments(int first, const Hinges& strains, const Slopes& slopes,
+                 const Kinematics& state) const {
+    if (!is_damped_) return batch_of(first).moments(strains);
+    return batch_of(first).moments(strains, damping_times_.batch(first),
+                                   slopes.along(quads_.gather(first, state.velocity)));
+  }
+
+  WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
+    return batch_of(first).energy(strains_at(first, position));
+  }
+  WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+    const HingeVectors hinges = hinge_vectors(quads_.gather(first, state.position));
+    const Slopes slopes(hinges);
+    Hinges pulls = moments(first, strains_of(batch_of(first), hinges), slopes, state);
+    for (Lanes& pull : pulls) pull = -pull;
+    quads_.scatter(first, slopes.times(pulls), force);
+  }
+
+  WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
+                                          const Derivatives& into,
+                                          Definiteness definiteness) const {
+    const Batch& batch = batch_of(first);
+    const Nodes x = quads_.gather(first, state.position);
+    const HingeVectors hinges = hinge_vectors(x);
+    const Slopes slopes(hinges);
+    const Hinges strains = strains_of(batch, hinges);
+    if (is_damped_) add_damping(first, batch.viscosities(strains), slopes, into);
+    const std::array<Modulus, 2> moduli =
+        batch.joined(strains, definiteness, into.inverse_gamma,
+                     is_damped_ ? Lanes(damping_times_.batch(first)) : Lanes(0));
+    if (definiteness == Definiteness::semi_definite)
+      return add_elastic(first, moduli, slopes, into.stiffness);
+    Hinges stress = moments(first, strains, slopes, state);
+    for (int h = 0; h < hinge_count; ++h)
+      stress[h] = materials::choose(hinges[h].flat_triangle, 0.0, stress[h]);
+    add_stressed(first, moduli, slopes, x, stress, into.stiffness);
+  }
+
+  std::vector<Batch> batches_;
+};
+
+}  // namespace weft::sim
