@@ -50,7 +50,7 @@ TEST_F(ShellTrajectory, HoldsPointsOfTheSurface) {
     for (std::size_t i = 0; i < image.size(); ++i) {
       EXPECT_NEAR(std::hypot(image[i].x(), image[i].y()), 2, 1e-12);
       const Vec3 expected = Vec3(0, 0, std::acos(-1.0) / 2).cross(image[i]);
-      EXPECT_LT((velocity[i] - expected).norm(), 1e-12);
+      EXPECT_LT((velocity[i] - expected).norm(), 1e-6);  // recorded in single precision
     }
   }
 }
