@@ -58,7 +58,7 @@ struct Run {
   double cpu_s = 0;
 };
 
-// What errors are measured against.
+// The displacements from which errors are measured.
 struct Truth {
   std::string name;
   std::vector<double> along;  // m

@@ -9,7 +9,7 @@
 
 namespace weft::bench {
 
-// What the error of a row is held against.
+// The demand on a row.
 enum class Bound {
   none,    // nothing: the row only tells
   error,   // the error must not exceed `limit`
