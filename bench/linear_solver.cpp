@@ -66,8 +66,7 @@ std::unique_ptr<const Scene> scene_of(int n, int threads, const std::string& pre
 // A sheet that bulges by a tenth of its size, which stretches it everywhere, or a shell that bulges
 // by its thickness, with the right-hand side of the first Newton iteration of a step from there.
 struct Problem {
-  Problem(int n, int threads, const std::string& preconditioner,
-          const LinearSolverOptions& options)
+  Problem(int n, int threads, const std::string& preconditioner, const LinearSolverOptions& options)
       : scene(scene_of(n, threads, preconditioner, options)),
         dynamics(*scene, statistics),
         system(dynamics) {
@@ -197,8 +196,8 @@ int run_linear_solver(const LinearSolverOptions& options) {
         "a bulged %s of n x n vertices, relative residual %g, bending stiffness %g N m; "
         "medians of %d interleaved repeats\n%6s %9s %9s %8s  %-13s %9s %9s %9s %9s %6s\n",
         options.shell_thickness > 0 ? "shell" : "sheet", options.tolerance,
-        options.bending_stiffness, options.repeats, "n", "gamma", "g*omega",
-        "threads", "method", "once ms", "set-up ms", "solve ms", "sum ms", "iterations");
+        options.bending_stiffness, options.repeats, "n", "gamma", "g*omega", "threads", "method",
+        "once ms", "set-up ms", "solve ms", "sum ms", "iterations");
   }
   Measurement measurement(options);
   for (int n : options.sizes) {

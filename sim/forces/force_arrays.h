@@ -18,11 +18,11 @@ std::unique_ptr<Force> make_bending_force(const Scene& scene);  // from the angl
 std::unique_ptr<Force> make_shell_force(const Scene& scene);    // spline shells
 std::unique_ptr<Force> make_clamp_force(
     const Scene& scene);  // bending at the edges that clamps hold
-std::unique_ptr<Force> make_support_force(const Scene& scene);  // springs of sliding supports
-std::unique_ptr<Force> make_tie_force(const Scene& scene);      // springs of ties
-std::unique_ptr<Force> make_drag_force(const Scene& scene);     // wind on triangles
+std::unique_ptr<Force> make_support_force(const Scene& scene);     // springs of sliding supports
+std::unique_ptr<Force> make_tie_force(const Scene& scene);         // springs of ties
+std::unique_ptr<Force> make_drag_force(const Scene& scene);        // wind on triangles
 std::unique_ptr<Force> make_shell_drag_force(const Scene& scene);  // wind on spline shells
-std::unique_ptr<Force> make_load_force(const Scene& scene);     // loads from outside
+std::unique_ptr<Force> make_load_force(const Scene& scene);        // loads from outside
 
 // Part of the bending force: of a material whose stiffness depends on its curvature.
 std::unique_ptr<Force> make_curved_bending_force(const Scene& scene, const MaterialCase& material);

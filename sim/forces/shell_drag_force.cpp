@@ -142,8 +142,10 @@ class ShellDragForce final : public Force {
       const bool is_smooth = material.normal_drag.is_zero() && material.tangential_drag.is_zero();
       if (!body.spline || density.is_zero() || is_smooth) continue;
       const int air = static_cast<int>(air_.size());
-      air_.push_back({TimeCurve<double>(density), TimeCurve<double>(material.normal_drag),
-                      TimeCurve<double>(material.tangential_drag), {}});
+      air_.push_back({TimeCurve<double>(density),
+                      TimeCurve<double>(material.normal_drag),
+                      TimeCurve<double>(material.tangential_drag),
+                      {}});
       if (body.spline->degree() == 2) quadratic_.add_body(body, air);
       if (body.spline->degree() == 3) cubic_.add_body(body, air);
     }

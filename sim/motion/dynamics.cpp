@@ -596,8 +596,7 @@ void Dynamics::find_forces_of_pins(double time, ForceParts& parts) {
   for (int i = 0; i < particle_count(); ++i) acceleration[i] = force(i);
   solve_for_accelerations(time, acceleration);
   find_accelerations_of_pins(time, acceleration);
-  for (const int i : held_)
-    parts.support[i] = mass_.row_product(i, acceleration.data()) - force(i);
+  for (const int i : held_) parts.support[i] = mass_.row_product(i, acceleration.data()) - force(i);
 }
 
 // Sets the accelerations (m/s^2) of moving pins. Other entries keep their values.

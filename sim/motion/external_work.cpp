@@ -20,9 +20,9 @@ ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double
     if (is_pin) moved_.insert(moved_.end(), held.particles.begin(), held.particles.end());
     obstacles_move_ |= !is_pin;
   }
-  counts_external_ = dynamics.has_loads() || has_moving_supports(scene) ||
-                     (dynamics.has_external_forces() &&
-                      (is_moved() || !scene.source.world.wind.is_zero()));
+  counts_external_ =
+      dynamics.has_loads() || has_moving_supports(scene) ||
+      (dynamics.has_external_forces() && (is_moved() || !scene.source.world.wind.is_zero()));
   gravity_varies_ = scene.source.world.gravity.varies();
   for (const MotionEvent& event : SceneCurves(scene.source).events()) {
     if (event.jumps) jumps_.push_back(event.time);

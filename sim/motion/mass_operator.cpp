@@ -149,7 +149,7 @@ double MassOperator::product(std::span<const Vec3> a, std::span<const Vec3> b, i
 }
 
 VibrationProducts MassOperator::vibration(std::span<const Vec3> before, std::span<const Vec3> a,
-                                        std::span<const Vec3> after, int threads) const {
+                                          std::span<const Vec3> after, int threads) const {
   if (is_diagonal_) return vibration_products(scene_.mass, before, a, after);
   std::vector<Vec3> weighted(a.size());
   multiply(a, weighted, threads);

@@ -54,8 +54,7 @@ Samples samples_of(const bsi::Atlas& control_points, const SplineSurface& surfac
     patch.cols = static_cast<int>(along_u.size());
     samples.patches.push_back(patch);
     for (const double at_v : along_v) {
-      for (const double at_u : along_u)
-        samples.places.push_back({static_cast<int>(p), at_u, at_v});
+      for (const double at_u : along_u) samples.places.push_back({static_cast<int>(p), at_u, at_v});
     }
   }
   return samples;

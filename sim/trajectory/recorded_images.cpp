@@ -63,8 +63,7 @@ std::vector<TrajectoryBody> RecordedImages::bodies() const {
 const std::vector<std::span<const Vec3>>& RecordedImages::positions(std::span<const Vec3> all) {
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     const SceneBody& body = scene_.bodies[recorded_[i].body];
-    const std::span<const Vec3> particles =
-        all.subspan(body.first_particle, body.particle_count());
+    const std::span<const Vec3> particles = all.subspan(body.first_particle, body.particle_count());
     positions_[i] = recorded_[i].of_recorded(
         maps_[i].points_of(particles, body.particle_count(), point_memory_[i]), 1,
         position_memory_[i]);

@@ -1,6 +1,6 @@
-// The images of a trajectory: those of the bodies that the case records, whole or in part. Images of
-// shells hold points of their surfaces and the velocities of these; their forces of contact are those
-// on control points.
+// The images of a trajectory: those of the bodies that the case records, whole or in part. Images
+// of shells hold points of their surfaces and the velocities of these; their forces of contact are
+// those on control points.
 #pragma once
 
 #include <span>
@@ -44,7 +44,7 @@ class RecordedImages {
   // Points of shells: positions by body, velocities by body and field.
   std::vector<std::vector<Vec3>> point_memory_;
   std::vector<std::vector<std::vector<Vec3>>> velocity_memory_;
-  // Of shells, from control points to the points of their images; the identity of other bodies.
+  // Maps from control points of shells to the points of their images; identities of other bodies.
   std::vector<SurfaceMap> maps_;
 };
 

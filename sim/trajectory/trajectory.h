@@ -42,7 +42,7 @@ struct TrajectoryBody {
   bsi::Atlas atlas;
   bool moves = true;  // false: positions are written once, not per frame
   bool is_obstacle = false;
-  double thickness = 0;                      // m
+  double thickness = 0;   // m
   int spline_degree = 0;  // of a shell, whose images hold points of its surface. 0: no shell
   std::vector<TrajectoryField> fields = {};  // only for bodies that move
   // Rows and columns of the body's images that the atlas shows, in increasing order. Empty: all.

@@ -31,7 +31,8 @@ class RecordedSurface {
 
  private:
   struct Sampled {
-    Sampled(const bsi::Atlas& image, int degree) : surface(image, degree), sampling(image, surface) {}
+    Sampled(const bsi::Atlas& image, int degree)
+        : surface(image, degree), sampling(image, surface) {}
     SplineSurface surface;
     SplineSampling sampling;
   };

@@ -35,7 +35,8 @@ bool rebuild_pyramid(const TrajectoryReader& reader, int frame, RenderedBody& bo
   if (!body.moves && body.pyramid) return false;
   const TrajectoryBody& recorded = reader.bodies()[body.index];
   if (!body.pyramid) {
-    body.pyramid.emplace(body.surface.atlas(), bsi::PyramidParts{.tangents = false, .spheres = true});
+    body.pyramid.emplace(body.surface.atlas(),
+                         bsi::PyramidParts{.tangents = false, .spheres = true});
   }
   if (body.pyramid->rebuild(body.positions)) {
     throw std::runtime_error("cannot draw frame " + std::to_string(frame) + " so: body '" +
@@ -117,8 +118,7 @@ std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame
   return spheres_of_level(*body.pyramid, level);
 }
 
-void add_surfaces(RenderedBody& body,
-                  std::vector<gpu::DrawnSurface>& surfaces) {
+void add_surfaces(RenderedBody& body, std::vector<gpu::DrawnSurface>& surfaces) {
   const auto add_spheres = [&](const SphereSurface& spheres, const gpu::Colour& colour) {
     if (spheres.triangles.empty()) return;
     surfaces.push_back({.positions = spheres.positions,

@@ -79,7 +79,6 @@ std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame
 
 // Appends the surfaces by which the body is drawn. They refer to the body's data, which must
 // outlive them.
-void add_surfaces(RenderedBody& body,
-                  std::vector<gpu::DrawnSurface>& surfaces);
+void add_surfaces(RenderedBody& body, std::vector<gpu::DrawnSurface>& surfaces);
 
 }  // namespace weft::sim

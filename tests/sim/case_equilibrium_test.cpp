@@ -32,8 +32,8 @@ TEST(CaseEquilibrium, IsThatUnderTheLoads) {
             1.02 * modes_of(source, 1, true).modes[0].frequency());
 }
 
-// What moves and varies acts as at the end of the run: the frequency of a string grows with the
-// root of its tension.
+// Pins and loads act as at the end of the run: the frequency of a string grows with the root of its
+// tension.
 TEST(CaseEquilibrium, HasThePinsAndLoadsOfTheEnd) {
   const std::string moving = R"(
 [time]
