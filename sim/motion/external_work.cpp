@@ -6,8 +6,20 @@
 #include "sim/case/time_methods.h"
 #include "sim/motion/particle_masses.h"
 #include "sim/scene/scene_curves.h"
+#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
+
+namespace {
+
+bool has_moving_supports(const Scene& scene) {
+  return std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
+    return body.supports &&
+           std::ranges::any_of(body.supports->moves, [](char moves) { return moves != 0; });
+  });
+}
+
+}  // namespace
 
 ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double time)
     : dynamics_(dynamics), time_(time) {
