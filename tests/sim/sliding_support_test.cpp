@@ -116,9 +116,9 @@ axes = ["z"]
   }
 }
 
-// A moving support puts energy into the sheet, which the watch of energies must know. The sheet turns
-// as a rigid bar with the masses 1, 2, 2, 1 at its columns: lifted at its end, its centre rises by
-// 1 / (1 + 27 / 11) of that.
+// A moving support puts energy into the sheet, which the watch of energies must know. The sheet
+// turns as a rigid bar with the masses 1, 2, 2, 1 at its columns: lifted at its end, its centre
+// rises by 1 / (1 + 27 / 11) of that.
 TEST(SlidingSupport, CarriesASheetAlong) {
   const std::string text = R"(
 [time]
