@@ -20,8 +20,8 @@ using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 using Kind = VibrationMode::Kind;
 
-// An eigenvalue counts as zero if the energy of its shape is less than this many rounding errors of
-// that energy (rounding_scale()).
+// An eigenvalue counts as zero if the energy of its shape in K + shift M, where it is sought,
+// differs from that of the shift by less than this many rounding errors (rounding_scale()).
 constexpr double roundings = 1e4;
 // A shape is rigid if its deviation from rigid motions, relative to its norm, is at most this.
 constexpr double rigid_tolerance = 1e-4;
@@ -103,16 +103,20 @@ bool is_rigid(const Scene& scene, std::span<const Vec3> position, std::span<cons
   return rest <= rigid_tolerance * rigid_tolerance * whole;
 }
 
-// The unknowns and the matrices of the eigenvalue problem.
+// The unknowns and the matrices of the eigenvalue problem, and the shift (1/s^2) at which it is
+// solved.
 struct System {
   FreeUnknowns unknowns;
   Matrix stiffness, mass;
+  double shift = 0;
 };
 
 Kind kind_of(const VibrationMode& mode, const System& system, const Scene& scene,
              std::span<const Vec3> position) {
-  const double rounding = roundings * std::numeric_limits<double>::epsilon() *
-                          rounding_scale(system.stiffness, system.unknowns.gather(mode.shape));
+  // The entries of K cancel along a shape without energy or are zero there. The shift remains.
+  const double scale = rounding_scale(system.stiffness, system.unknowns.gather(mode.shape)) +
+                       system.shift * mode.modal_mass;
+  const double rounding = roundings * std::numeric_limits<double>::epsilon() * scale;
   if (std::abs(mode.eigenvalue) * mode.modal_mass > rounding)
     return mode.eigenvalue < 0 ? Kind::growth : Kind::vibration;
   return is_rigid(scene, position, mode.shape) ? Kind::rigid : Kind::slack;
@@ -159,7 +163,7 @@ VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<c
     result.failure = Failure{Failure::Kind::solver, time, -1, text};
     return result;
   };
-  System system{FreeUnknowns(dynamics.scene()), {}, {}};
+  System system{FreeUnknowns(dynamics.scene()), {}, {}, 0};
   result.unknowns = static_cast<int>(system.unknowns.count());
   if (result.unknowns == 0) return result;
   std::string fault;
@@ -170,13 +174,13 @@ VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<c
   count = std::min(count, result.unknowns);
   SymmetricFactors factors;
   const double scale = scale_of(system.stiffness, system.mass, count, factors);
-  const double shift = factorise_shifted(system.stiffness, system.mass, scale, factors);
-  if (shift == 0) return fail("no shift makes the tangent stiffness definite");
-  const auto pairs =
-      largest_eigenpairs(system.mass, system.stiffness + shift * system.mass, factors, count);
+  system.shift = factorise_shifted(system.stiffness, system.mass, scale, factors);
+  if (system.shift == 0) return fail("no shift makes the tangent stiffness definite");
+  const auto pairs = largest_eigenpairs(system.mass, system.stiffness + system.shift * system.mass,
+                                        factors, count);
   if (!pairs) return fail("the search for eigenvalues does not converge");
   for (const Eigenpair& pair : *pairs) {
-    result.modes.push_back(mode_of(1 / pair.value - shift, pair.vector, system));
+    result.modes.push_back(mode_of(1 / pair.value - system.shift, pair.vector, system));
     VibrationMode& mode = result.modes.back();
     mode.kind = kind_of(mode, system, dynamics.scene(), StateView::of(state).position);
   }

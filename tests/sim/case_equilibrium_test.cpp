@@ -25,7 +25,7 @@ TEST(CaseEquilibrium, IsThatUnderTheLoads) {
   CaseEquilibrium about(source, {});
   ASSERT_FALSE(about.find());
   EXPECT_LT(about.imbalance(), 1e-6);
-  CaseEquilibrium start(source, {.start_shape = true});
+  CaseEquilibrium start(source, {.start_shape = true, .load_factor = {}, .progress = {}});
   ASSERT_FALSE(start.find());
   EXPECT_GT(start.imbalance(), 0.01);
   EXPECT_GT(modes_of(source, 1).modes[0].frequency(),
