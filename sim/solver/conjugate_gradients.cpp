@@ -199,6 +199,11 @@ bool ConjugateGradients::is_small(const Solve& solve, double residual) {
          coupled_residual(solve) <= bound;
 }
 
+// Returns dv . M dv.
+double ConjugateGradients::inertia(std::span<const Vec3> dv) const {
+  return mass_.is_diagonal() ? dv_square_ : mass_.product(dv, dv, matrix_.threads());
+}
+
 // True if the residual and the estimated error meet the goal. Each iteration lowers the squared
 // error in the norm of A by its gain (Hestenes and Stiefel 1952, theorem 6:1). From dv = 0 the
 // gains sum to dv . A dv. The remaining error is extrapolated from two sums of gains: over the last
@@ -213,8 +218,8 @@ bool ConjugateGradients::is_reached(const Solve& solve, double residual) {
   if (end - gains_.begin() < 2 * window) return false;
   const double last = std::accumulate(end - window, end, 0.0);
   const double before = std::accumulate(end - 2 * window, end - window, 0.0);
-  const double all =
-      goal.scale == Goal::Scale::mass ? dv_square_ : std::accumulate(gains_.begin(), end, 0.0);
+  const double all = goal.scale == Goal::Scale::mass ? inertia(solve.dv)
+                                                     : std::accumulate(gains_.begin(), end, 0.0);
   const double error =
       preconditioner_.is_multigrid() ? goal.error : goal.error / block_jacobi_doubt;
   return last < before && last * last / (before - last) <= error * error * all;

@@ -61,6 +61,7 @@ class ConjugateGradients {
   bool is_reached(const Solve& solve, double residual);
   bool is_small(const Solve& solve, double residual);
   double coupled_residual(const Solve& solve);
+  double inertia(std::span<const Vec3> dv) const;
   bool find_direction(bool begins_anew);
   double precondition();
   double advance(double alpha, const Solve& solve);
@@ -76,7 +77,7 @@ class ConjugateGradients {
   bool has_single_products_ = false;       // the residual contains single-precision products
   double start_residual_ = 0;  // at the start of the solve or the last rebuild of coarse matrices
   std::vector<double> gains_;  // decrease of the squared error, by iteration of this solve
-  double dv_square_ = 0;       // dv . M dv
+  double dv_square_ = 0;       // dv . M dv, with Scene::mass in place of M
 };
 
 }  // namespace weft::sim
