@@ -37,8 +37,8 @@ class CurvedBending {
     std::array<Real, 4> mean, slope, second;
     for (int i = 0; i < 4; ++i) mean[i] = flat_[i], slope[i] = 0.0, second[i] = 0.0;
     for (const Ramp& ramp : ramps_) {
-      // f = 2 / K^2 int_0^K (k - start)_+ k dk, the contribution of the ramp to D_mean, and its
-      // derivatives by K.
+      // The ramp adds `change` times f to D_mean, with f = 2 / K^2 int_0^K (s - start)_+ s ds. The
+      // variable k is K, and the slopes of f are derivatives by K.
       const Real beyond = larger(k - ramp.start, 0.0);
       const Real f = beyond * beyond * (2.0 * k + ramp.start) / (3.0 * k * k);
       const Real f_slope = 2.0 * (beyond - f) / k;

@@ -24,7 +24,8 @@ constexpr double longest_correction = 5;
 // Follows the path of equilibria F(x) + lambda q(x) = 0 by points that lie one arc apart (Crisfield
 // 1981). The arc length is cylindrical: the RMS displacement of free particles. Each correction
 // solves the linearised equilibrium and the constraint on the arc length together, by two solves
-// with one factorisation. A step takes the sign that continues the direction of the last step.
+// with one factorisation. The predictor is the displacement per load factor, scaled to one
+// arc, with the sign for which its product with the last step is not negative.
 class ArcLengthIntegrator final : public OneStepIntegrator {
  public:
   ArcLengthIntegrator(const Scene& scene, Dynamics& dynamics)

@@ -212,7 +212,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   double share_ = 0;        // chosen share of the longest stable step
   double chosen_step_ = 0;  // s
   double decay_ = 0;        // 1/s, by find_decay()
-  int stiff_place_ = -1;    // the fastest particle, by find_decay()
+  int stiff_place_ = -1;    // moves most in the fastest mode; by find_decay()
   std::optional<FrequencyTracker> tracker_;
   std::int64_t steps_ = 0, next_check_ = 1, next_shown_check_ = 0;
   int steps_per_check_ = 1;

@@ -17,8 +17,8 @@ using Vector = Eigen::VectorXd;
 // Relative residual allowed for an eigenpair, and largest number of restarts of Lanczos.
 constexpr double tolerance = 1e-11;
 constexpr int most_restarts = 300;
-// Lanczos keeps this number of vectors in addition to two per wanted pair. Problems of at most this
-// size are solved densely.
+// Lanczos keeps two vectors per wanted pair and this number more. A problem with no more unknowns
+// than such vectors is solved densely.
 constexpr int more_vectors = 20;
 // Eigenvalues whose magnitudes have a smaller relative difference count as equal.
 constexpr double separation = 1e-7;

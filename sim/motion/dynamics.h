@@ -50,7 +50,9 @@ struct StateSummary {
 // The forces (N) on the dynamic particles of a state, split by origin. Lists are by dynamic
 // particle unless stated.
 struct ForceParts {
-  std::vector<Vec3> own;  // of bodies, air, clamps, ties, gravity and mass damping
+  // All forces but those of contact and of pins: elasticity, air, loads, clamps, ties, sliding
+  // supports, gravity and mass damping.
+  std::vector<Vec3> own;
   // Contact forces along the normals (contact damping included), and friction forces. Zero without
   // contact.
   std::vector<Vec3> contact, friction;
@@ -58,7 +60,7 @@ struct ForceParts {
   // By body of the scene: the contact wrench of the body on the dynamic particles. Zero for dynamic
   // bodies.
   std::vector<Wrench> obstacles;
-  std::vector<OuterForce> outer;  // of each clamp and tie
+  std::vector<OuterForce> outer;  // of each clamp, tie and sliding support
 };
 
 // The arguments of an assembly of K and D. A second assembly from the same arguments gives the same

@@ -12,7 +12,7 @@ namespace weft::sim {
 struct SpectralEstimate {
   double frequency = 0;  // rad/s: the square root of the spectral radius of M^-1 K
   double decay = 0;      // 1/s: the spectral radius of M^-1 D
-  int place = -1;        // the particle with the largest entry in the faster of the two; -1: none
+  int place = -1;        // the particle that moves most in the mode of stiffest(); -1: none
   // Returns the rate (1/s) that limits the steps of an explicit method.
   double stiffest() const { return frequency > decay ? frequency : decay; }
 };

@@ -30,7 +30,7 @@ void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = body.mesh.triangles[t];
     const Vec3 u = body.rest[b] - body.rest[a], v = body.rest[c] - body.rest[a];
-    // Thinner triangles are refused: their stiffness would swamp that of all others.
+    // A triangle below this relative area is refused: its stiffness would swamp that of all others.
     if (u.cross(v).norm() > 1e-10 * (u.squaredNorm() + v.squaredNorm())) continue;
     const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
     throw CaseError(where, "the rest shape of \"" + body.name +

@@ -31,13 +31,13 @@ struct SlidingSupports {
 };
 
 // Appends the supports of a pin that has `axes` or a plane of symmetry. `number` is the pin's index
-// in the list of the body. `held` are the particles that the pin selects (local indices, sorted);
-// `position` has the body's particles at t = 0, m.
+// in the body's list of pins. `held` are the particles that the pin selects (local indices,
+// sorted); `position` has the body's particles at t = 0, m.
 //
-// A plane of symmetry supports all particles of `held` along its normal. It also supports the row
-// of control points next to each border that `held` contains as a whole: their offsets from the
-// border, along the plane. Throws CaseError at the pin if the particles do not lie in one plane of
-// symmetry.
+// A plane of symmetry supports all particles of `held` along its normal. It also holds the row of
+// control points next to each border that lies wholly in `held`: their offsets from the border keep
+// their components along the plane. Throws CaseError at the pin if the particles do not lie in one
+// plane of symmetry.
 void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
                           std::span<const int> held, std::span<const Vec3> position,
                           SlidingSupports& supports);

@@ -127,7 +127,9 @@ SplineBasis SplineAxis::at(double parameter) const {
   return at(element, parameter);
 }
 
-// Follows The NURBS Book, equation 3.3.
+// Computes the factors by which the differences of control points become those of the derivatives:
+// p / (u_{i+p+1} - u_{i+1}), and p - 1 over the next shorter interval (Piegl and Tiller 1997, The
+// NURBS Book, chapter 3).
 SplineAxis::DifferenceFactors SplineAxis::difference_factors(int element) const {
   DifferenceFactors factors;
   for (int i = 0; i < degree_; ++i) {
