@@ -80,7 +80,7 @@ class ExternalWork {
   std::vector<Vec3> all_forces_, position_, velocity_;         // of all particles
   std::vector<int> loaded_particles_;
   // Forces on particles of obstacles, in the order of particles, and poses of moving obstacles.
-  // Those named last_ belong to the start of the step.
+  // Members named last_ belong to the start of the step.
   std::vector<Load> loads_, last_loads_;
   std::vector<RigidPose> poses_, last_poses_;
   double work_ = 0, doubt_ = 0;
