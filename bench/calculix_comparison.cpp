@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -34,7 +35,7 @@ struct Contest {
 
 const std::vector<Contest>& contests() {
   static const std::vector<Contest> all{
-      {"hemisphere with hole, full load",
+      {"hemisphere, full load",
        "hemisphere_full_load",
        false,
        {"hemisphere_full_load_outward", "hemisphere_full_load_inward"},
@@ -57,8 +58,9 @@ struct Run {
   double cpu_s = 0;
 };
 
-// What errors are measured against.
+// The displacements from which errors are measured.
 struct Truth {
+  std::string name;
   std::vector<double> along;  // m
   std::string source;
 };
@@ -142,7 +144,7 @@ CheckRow row_of(const Contest& contest, const std::string& program, const Run& r
   for (std::size_t i = 0; i < run.along.size(); ++i) {
     const double error = std::abs(run.along[i] / truth.along[i] - 1);
     if (!row.quantity.empty() && error <= row.error()) continue;
-    row.quantity = "load " + std::to_string(i + 1);
+    row.quantity = "load " + std::to_string(i + 1) + ", " + truth.name;
     row.value = run.along[i];
     row.reference = truth.along[i];
     row.scale = std::abs(truth.along[i]);
@@ -150,33 +152,32 @@ CheckRow row_of(const Contest& contest, const std::string& program, const Run& r
   return row;
 }
 
-// The cost of a run of CalculiX over that of Weft for its error.
+// The CPU time of a run of CalculiX over that of Weft for its error.
 CheckRow ratio_of(const Contest& contest, const Run& calculix, const std::vector<Run>& weft,
                   const Truth& truth) {
   const double error = error_of(calculix, truth);
   char quantity[32];
-  std::snprintf(quantity, sizeof quantity, "at %.3g %%", 100 * error);
-  CheckRow row{.check = contest.name + ": time of CalculiX over Weft's",
+  std::snprintf(quantity, sizeof quantity, "%.3g %%, ", 100 * error);
+  CheckRow row{.check = contest.name + ": CalculiX / Weft",
                .case_path = "cases/benchmarks/" + contest.case_name + ".toml",
                .resolution = {calculix.side, calculix.side},
-               .quantity = quantity,
+               .quantity = quantity + truth.name,
                .reference = 3,
                .scale = 3,
-               .bound = Bound::at_least,
+               .bound = Bound::wanted,
                .cpu_s = calculix.cpu_s,
                .source = "errors against " + truth.source};
   if (const auto time = time_for(error, weft, truth)) {
     row.value = calculix.cpu_s / *time;
   } else {
     row.skipped = true;
-    row.failure =
-        "no run of Weft is as exact as " + row.quantity.substr(3) + " against " + truth.source;
+    row.failure = "no run of Weft has the error " + row.quantity;
   }
   return row;
 }
 
 Truth published(const Contest& contest) {
-  Truth truth;
+  Truth truth{"published", {}, {}};
   for (const std::string& name : contest.figures) {
     const ReferenceFigure figure = reference_figure(name);
     truth.along.push_back(figure.value);
@@ -189,13 +190,20 @@ void compare(const Contest& contest, const std::function<void(const CheckRow&)>&
   std::vector<Run> weft, calculix;
   for (const int side : contest.sides) weft.push_back(run_weft(contest, side));
   const std::string n = std::to_string(weft.back().side);
-  const Truth truths[] = {published(contest), {weft.back().along, "Weft on " + n + " x " + n}};
+  const Truth truths[] = {published(contest),
+                          {"fine Weft", weft.back().along, "Weft on " + n + " x " + n}};
   weft.pop_back();
   for (const int side : contest.elements) calculix.push_back(run_calculix(contest, side));
   for (const Truth& truth : truths) {
     for (const Run& run : weft) done(row_of(contest, "Weft", run, truth));
     for (const Run& run : calculix) done(row_of(contest, "CalculiX", run, truth));
-    for (const Run& run : calculix) done(ratio_of(contest, run, weft, truth));
+    double best = std::numeric_limits<double>::infinity();
+    for (const Run& run : calculix) {
+      // A run counts if no smaller one is as exact.
+      if (error_of(run, truth) >= best) continue;
+      best = error_of(run, truth);
+      done(ratio_of(contest, run, weft, truth));
+    }
   }
 }
 
@@ -206,7 +214,7 @@ void compare_with_calculix(const std::function<void(const CheckRow&)>& done) {
     if (has_calculix()) {
       compare(contest, done);
     } else {
-      done({.check = contest.name + ": time of CalculiX over Weft's",
+      done({.check = contest.name + ": CalculiX / Weft",
             .failure = "CalculiX is not installed (Debian: calculix-ccx)",
             .skipped = true});
     }
@@ -220,9 +228,9 @@ void write_comparison(const std::vector<CheckRow>& rows, const std::filesystem::
                  {"relative error"},
                  {}};
   for (const CheckRow& row : rows) {
-    if (!row.failure.empty() || row.bound == Bound::at_least || row.error() == 0) continue;
+    if (!row.failure.empty() || row.bound == Bound::wanted || row.error() == 0) continue;
     const bool to_weft = row.source.starts_with("Weft");
-    const std::string name = row.check + (to_weft ? " (to fine Weft)" : "");
+    const std::string name = row.check + (to_weft ? " (fine Weft)" : "");
     const auto known = std::ranges::find(plot.series, name, &sim::PlotSeries::name);
     sim::PlotSeries& series = known == plot.series.end() ? plot.series.emplace_back() : *known;
     series.name = name;

@@ -25,12 +25,17 @@ std::string limit_of(const CheckRow& row) {
   switch (row.bound) {
     case Bound::error:
       return percent(row.limit);
-    case Bound::at_least:
+    case Bound::wanted:
       return "at least";
     case Bound::none:
       break;
   }
   return "-";
+}
+
+const char* remark_on(const CheckRow& row) {
+  if (row.bound == Bound::wanted && row.value < row.reference) return "  less than wanted";
+  return row.holds() ? "" : "  beyond its limit";
 }
 
 }  // namespace
@@ -48,8 +53,8 @@ nlohmann::json json_of(const CheckRow& row) {
   json["quantity"] = row.quantity;
   json["value"] = row.value;
   json["reference"] = row.reference;
-  if (row.bound == Bound::at_least) {
-    json["bound"] = "at least";
+  if (row.bound == Bound::wanted) {
+    json["bound"] = "at least, wanted";
   } else {
     json["error"] = row.error();
   }
@@ -58,7 +63,7 @@ nlohmann::json json_of(const CheckRow& row) {
 }
 
 void print_heading(const char* what) {
-  std::printf("%-40s %-11s %-16s %12s %12s %11s %9s %9s\n", what, "image", "quantity", "value",
+  std::printf("%-40s %-11s %-20s %12s %12s %11s %9s %9s\n", what, "image", "quantity", "value",
               "reference", "error", "limit", "cpu_s");
 }
 
@@ -69,11 +74,9 @@ void print_row(const CheckRow& row) {
     return;
   }
   char error[32] = "-";
-  if (row.bound != Bound::at_least)
-    std::snprintf(error, sizeof error, "%.4f %%", 100 * row.error());
-  std::printf("%-16s %12.6g %12.6g %11s %9s %9.3f%s\n", row.quantity.c_str(), row.value,
-              row.reference, error, limit_of(row).c_str(), row.cpu_s,
-              row.holds() ? "" : "  beyond its limit");
+  if (row.bound != Bound::wanted) std::snprintf(error, sizeof error, "%.4f %%", 100 * row.error());
+  std::printf("%-20s %12.6g %12.6g %11s %9s %9.3f%s\n", row.quantity.c_str(), row.value,
+              row.reference, error, limit_of(row).c_str(), row.cpu_s, remark_on(row));
 }
 
 void write_convergence(const std::vector<CheckRow>& rows, const std::filesystem::path& directory) {
@@ -91,7 +94,7 @@ void write_convergence(const std::vector<CheckRow>& rows, const std::filesystem:
     for (const CheckRow& row : rows) {
       if (row.chart != chart || !row.failure.empty() || row.error() == 0) continue;
       if (plot.series.empty() || plot.series.back().name != row.check)
-        plot.series.push_back({.name = row.check});
+        plot.series.push_back({row.check, {}, {}});
       plot.series.back().x.push_back(row.points);
       plot.series.back().y.push_back(row.error());
     }

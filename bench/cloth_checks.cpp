@@ -64,9 +64,9 @@ CaseCheck rolled(const std::string& name, const std::string& material,
 }  // namespace
 
 std::vector<CaseCheck> cloth_checks() {
-  const std::vector<CheckedImage> of_cloth{
-      {{33, 49}}, {{65, 97}}, {{129, 193}}, {{257, 385}, 1e-2}};
-  const std::vector<CheckedImage> of_shells{{{9, 13}}, {{17, 25}, 1e-2}, {{33, 49}}};
+  // Cloth does not bend at its free borders: the error is that of half a cell along them.
+  const std::vector<CheckedImage> of_cloth{{{33, 49}}, {{65, 97}}, {{129, 193}, 1e-2}};
+  const std::vector<CheckedImage> of_shells{{{9, 13}}, {{17, 25}}, {{33, 49}, 1e-2}};
   return {
       {.name = "cloth cantilever",
        .case_name = "cloth_cantilever",

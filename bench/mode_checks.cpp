@@ -44,7 +44,7 @@ CaseCheck plate_modes(const std::string& edges) {
 }
 
 std::vector<Measured> measure_buckling(const sim::Case& source, ReferenceFigure critical) {
-  sim::CaseEquilibrium about(source, {.load_factor = 0});
+  sim::CaseEquilibrium about(source, {.load_factor = 0, .progress = {}});
   if (const auto failure = about.find()) throw std::runtime_error(failure->text);
   const sim::BucklingModes found =
       sim::find_buckling_modes(about.dynamics(), about.time(), about.state(), 0, 1);

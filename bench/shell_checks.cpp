@@ -134,11 +134,16 @@ std::vector<CaseCheck> strip_checks() {
       heavy_elastica("10", {{19, 0}, {35, 5e-4}}),
       heavy_elastica("100", {{19, 0}, {35, 5e-4}, {67, 0}}),
       heavy_elastica("1000", {{35, 0}, {67, 2e-3}}),
+      // Thin and very narrow, as the closed form has it: it neglects that the clamp holds the
+      // twist, and that the strip sags in its plane.
       {.name = "narrow strip buckling sideways",
        .case_name = "narrow_strip",
-       .overrides = {"body.0.rotation_deg=[90,0,0]", "body.0.shape.size=[1,0.02]",
-                     "time.duration=1.1", "time.frames_per_second=100"},
-       .images = strips({{17, 0}, {33, 3e-2}}),
+       .overrides = {"body.0.rotation_deg=[90,0,0]", "body.0.shape.size=[1,0.01]",
+                     "material.strip.shell_thickness=1e-4",
+                     "world.gravity={ times = [0, 2], values = [[0, 0, 0], "
+                     "[0, 0, -0.030287740462380686]] }",
+                     "time.duration=1.1", "time.frames_per_second=200"},
+       .images = strips({{33, 0}, {65, 1e-2}}),
        .measure_case = measure_upright_strip},
   };
 }
@@ -151,7 +156,7 @@ std::vector<CaseCheck> shell_checks() {
        .measure = measure_slit_plate},
       {.name = "open cylinder pulled apart",
        .case_name = "open_cylinder",
-       .images = {{{9, 13}, 5e-2}, {{17, 25}, 0}},
+       .images = {{{9, 13}, 5e-2}, {{17, 25}, 3e-2}},
        .measure = measure_open_cylinder},
       {.name = "hemisphere with hole, full load",
        .case_name = "hemisphere_full_load",

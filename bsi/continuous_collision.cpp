@@ -16,8 +16,8 @@ constexpr double left_part = 0.1;
 constexpr double hopeless_part = 0.01;
 // Each advance stops where the projected gap has shrunk to this fraction of the present gap.
 constexpr double aimed_part = 0.05;
-// Relative rounding of a projected gap. The gap is a sum of a dozen terms, none larger than the
-// size of the pair.
+// Bound on the rounding error of a projected gap, as a fraction of the size of the pair. The gap is
+// a sum of a dozen terms, none larger than that size.
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
 
 // The pair in the frame of its first point, which rests at the origin. Motion common to all points

@@ -33,8 +33,8 @@ struct PlacedTree {
   PlacedTree& operator=(const PlacedTree&) = delete;
   BoxTree tree{};
   BoxPlacement placement{};
-  // Distance (m) by which the box of a leaf in space may extend beyond the placed sphere of its
-  // block.
+  // Upper bound (m) of how far the axis-aligned box of a placed leaf extends beyond the placed
+  // sphere of its block.
   double beyond_spheres = 0;
 };
 

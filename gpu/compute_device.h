@@ -1,4 +1,5 @@
-// The data that a ComputePyramid keeps on the device. Private to gpu/.
+// The private part of ComputePyramid: its buffers and shader programs on the device, and the tables
+// on the host that describe them. Private to gpu/.
 #pragma once
 
 #include "gpu/compute_pyramid.h"

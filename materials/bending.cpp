@@ -8,8 +8,8 @@ namespace weft::materials {
 
 namespace {
 
-// Condenses C by setting t_k to the value that minimises 1/2 t^T C t: the Schur complement of C_kk.
-// C_kk > 0 if the curvature energy is positive definite, as -1 < nu < 1 ensures.
+// Returns C with t_k eliminated: the Schur complement of C_kk, where t_k has the value that
+// minimises 1/2 t^T C t. Precondition: C_kk > 0, which -1 < nu < 1 ensures.
 Mat3 condensed(const Mat3& modulus, int k) {
   Mat3 result = modulus - modulus.col(k) * (modulus.row(k) / modulus(k, k));
   result.row(k).setZero();
@@ -26,8 +26,9 @@ Mat3 triangle_bending_modulus(const Nodes3& rest, const std::array<bool, 3>& has
   const Nodes3 edges = opposite_edges(rest);
   const double double_area = edges.col(0).cross(edges.col(1)).norm();
   assert(double_area > 0);
-  // With g_i = m_i m_i^T / h_i: g_i : g_j = (m_i . m_j)^2 / (h_i h_j) and tr g_i = 1 / h_i. The m_i
-  // are the unit edges rotated by a right angle, so their products are those of the unit edges.
+  // With g_i = m_i m_i^T / h_i, the entries follow from g_i : g_j = (m_i . m_j)^2 / (h_i h_j) and
+  // tr g_i = 1 / h_i. Each m_i is a unit edge rotated by a right angle, so m_i . m_j is the dot
+  // product of two unit edges.
   const Vec3 lengths = edges.colwise().norm();
   Mat3 modulus;
   for (int i = 0; i < 3; ++i) {
@@ -65,7 +66,8 @@ StrainMapOf<double> bending_map(const Nodes3& rest, const Vec3& warp,
     const double a = first.dot(outward), b = second.dot(outward);
     map.col(i) = Vec3(a * a, b * b, 2 * a * b) / (double_area * outward.norm());
   }
-  // Each border edge in turn takes the angle of least energy for those that are left.
+  // Eliminates the border edges one by one. The angle of edge k takes the value of least energy for
+  // given angles of the edges not yet eliminated.
   const Mat3 stiffness = moduli.matrix();
   for (int k = 0; k < 3; ++k) {
     if (has_angle[k]) continue;

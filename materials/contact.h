@@ -1,5 +1,5 @@
-// The contact barrier, its damping and regularised friction as functions of one or two numbers.
-// They are inline because every contact of every evaluation calls them.
+// The contact barrier, its damping and regularised friction as scalar functions. They are inline
+// because every evaluation of the forces calls them for every contact.
 #pragma once
 
 #include <cassert>
@@ -7,9 +7,10 @@
 
 namespace weft::materials {
 
-// The barrier W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond (Li et al.
-// 2020, Incremental Potential Contact, eq. 6). With a stiffness in N/m, W and its derivatives with
-// respect to the gap g have the units J, N, N/m and N/m^2. W is C2 at g = range, where the third
+// The barrier energy of a gap g (m),
+//   W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond
+// (Li et al. 2020, Incremental Potential Contact, eq. 6). With a stiffness in N/m, W and its
+// derivatives by g have the units J, N, N/m and N/m^2. W is C2 at g = range, where the third
 // derivative jumps. Precondition: g > 0. In a release build g <= 0 gives NaN or infinities, never a
 // finite force.
 struct BarrierDerivatives {
@@ -22,22 +23,24 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
   const double depth = gap - range;         // negative
   const double relative = depth * inverse;  // 1 - range / g
   const double ratio = range * inverse;
-  // log1p would be more exact near the range, where the force vanishes, but less near contact.
+  // log1p would be more exact near the range, where the force vanishes, but less exact near
+  // contact.
   const double logarithm = std::log(gap / range);
   return {-stiffness * depth * depth * logarithm, -stiffness * depth * (2 * logarithm + relative),
           -stiffness * (2 * logarithm + (4 - relative) * relative),
           -2 * stiffness * inverse * (1 + ratio * (1 + ratio))};
 }
 
-// The push of a contact along its normal, barrier and damping together: F = P psi(z) >= 0, N. Here
-// P = -W' of the barrier, z = D g' / P, g' is the gap rate (m/s), and
-//   D = damping_time W'' x / (x + 1/100),  x = 1 - gap / range
+// The normal force of a contact, barrier and damping together: F = P psi(z) >= 0, N. P = -W' is the
+// force of the barrier alone, g' the rate of the gap (m/s) and z = D g' / P, with
+//   D = damping_time W'' x / (x + 1/100),  x = 1 - gap / range,
 //   psi(z) = 1 - z for z <= 0,  (1 - z)^2 (1 + z) for 0 < z < 1,  0 for z >= 1.
-// Approaching surfaces are pushed by P - D g'. Parting ones are pushed less, and never pulled:
-// surfaces that part faster than P / D feel no force. F is C1 in the gap and in the rate, also at
-// the range and beyond. D is nearly damping_time W'', but falls with P in the outermost hundredth
-// of the range. psi contains all of the dissipation: another restitution needs another psi
-// (docs/theory.md, section 7).
+// Approaching surfaces repel each other with P - D g'. Separating surfaces repel each other with
+// less than P, and from the rate P / D on there is no force. F is C1 in the gap and in the rate, at
+// the range too. D is nearly damping_time W'', except in the outermost hundredth of the range:
+// there it vanishes as fast as P. All of the dissipation is in psi: another coefficient of
+// restitution needs another psi (docs/theory.md, section 7). `barrier` is the result of barrier()
+// at `gap`.
 struct DampedPush {
   double force = 0;      // N
   double stiffness = 0;  // -dF/dg, N/m
@@ -63,9 +66,11 @@ inline DampedPush damped_push(const BarrierDerivatives& barrier, double gap, dou
           -damping * slope};
 }
 
-// Regularised Coulomb friction (IPC, eq. 13 ff.). Its factor f(s) in [0, 1] at sliding speed s >= 0
-// (m/s) is 2 s/e - (s/e)^2 for s < e, else 1. f(s)/s is returned, because the force -mu N (f/s) v_t
-// is then smooth at rest. Precondition: e > 0.
+// Regularised Coulomb friction (IPC, eq. 13 ff.). At the sliding speed s >= 0 (m/s) the friction
+// force is mu N f(s), with
+//   f(s) = 2 s/e - (s/e)^2 for s < e,  1 for s >= e.
+// The function returns f(s)/s, which is finite at rest: the force vector is -mu N (f/s) v_t.
+// Precondition: e = regularisation_speed > 0.
 struct FrictionFactor {
   double over_speed = 0;  // f(s) / s, s/m
   double slope = 0;       // f'(s), s/m
@@ -78,9 +83,9 @@ inline FrictionFactor friction_factor(double speed, double regularisation_speed)
   return {(2 - ratio) * inverse, 2 * (1 - ratio) * inverse};
 }
 
-// Edge-edge mollifier (IPC, section 4.1) m(c) of the squared cross product c of the edges, and its
-// derivatives with respect to c. m = 1 for c >= e, the threshold e > 0. Below, m = -(c/e)^2 + 2 c/e
-// falls smoothly to 0 for parallel edges. c and e are in m^4. m is C1 at c = e.
+// The edge-edge mollifier m(c) (IPC, section 4.1) and its derivatives by c, the squared cross
+// product of the two edges. Below the threshold e > 0, m = -(c/e)^2 + 2 c/e, which falls to 0 for
+// parallel edges. m = 1 for c >= e. c and e are in m^4. m is C1 at c = e.
 struct MollifierDerivatives {
   double value = 1, first = 0, second = 0;
 };

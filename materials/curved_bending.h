@@ -1,8 +1,8 @@
-// Bending of cloth whose stiffness depends on its direction and on the curvature itself. The moduli
-// D over (kappa_11, kappa_22, 2 kappa_12), in the axes of warp and weft, are given at some
-// curvatures, straight in between and constant beyond the last. With K = |kappa| = sqrt(kappa :
-// kappa), which is the curvature of a cylinder, the energy per rest area is the work of the moments
-// D(K) kappa on the straight path to kappa:
+// Bending of cloth whose stiffness depends on the direction and on the curvature. The moduli D over
+// (kappa_11, kappa_22, 2 kappa_12), in the axes of warp and weft, depend on K = |kappa| =
+// sqrt(kappa : kappa), the curvature of a cylinder. A table gives D at some values of K. D is
+// linear between two of them and constant beyond the last. The energy per rest area is the work of
+// the moments D(K) kappa on the straight path to kappa:
 //   w = int_0^1 kappa : D(t K) t kappa dt = 1/2 kappa : D_mean(K) : kappa,
 //   D_mean(K) = 2 / K^2 int_0^K D(k) k dk.
 // A cylinder of any direction therefore has the moment B(K) K, with the stiffness B of that
@@ -20,10 +20,12 @@ namespace weft::materials {
 
 class CurvedBending {
  public:
-  // Precondition: as many curvatures (1/m) as moduli; the first is zero, and they increase.
+  // `curvatures` are values of K (1/m), `moduli` the D at them (N m). Preconditions: both have the
+  // same size; the first curvature is zero, and the curvatures increase.
   CurvedBending(std::span<const double> curvatures, std::span<const OrthotropicModuli> moduli);
 
-  // Returns w (N/m) at (kappa_11, kappa_22, 2 kappa_12), for any number type.
+  // Returns w (N/m) at the curvature (kappa_11, kappa_22, 2 kappa_12), 1/m, for any number type
+  // (jet.h).
   template <class Number>
   Number energy(const std::array<Number, 3>& curvature) const {
     using Real = decltype(value_of(curvature[0]));
@@ -35,7 +37,8 @@ class CurvedBending {
     std::array<Real, 4> mean, slope, second;
     for (int i = 0; i < 4; ++i) mean[i] = flat_[i], slope[i] = 0.0, second[i] = 0.0;
     for (const Ramp& ramp : ramps_) {
-      // The mean of (k - start)_+ and its derivatives.
+      // The ramp adds `change` times f to D_mean, with f = 2 / K^2 int_0^K (s - start)_+ s ds. The
+      // variable k is K, and the slopes of f are derivatives by K.
       const Real beyond = larger(k - ramp.start, 0.0);
       const Real f = beyond * beyond * (2.0 * k + ramp.start) / (3.0 * k * k);
       const Real f_slope = 2.0 * (beyond - f) / k;
@@ -51,7 +54,7 @@ class CurvedBending {
     for (int i = 0; i < 4; ++i) sum += composed(size, mean[i], slope[i], second[i]) * squares[i];
     return 0.5 * sum;
   }
-  // Returns D(K), N m.
+  // Returns D(K), N m, at the curvature (kappa_11, kappa_22, 2 kappa_12).
   template <class Real>
   Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& curvature) const {
     const Real k = square_root(size_squared(std::array<Real, 4>{curvature[0] * curvature[0], 0.0,
@@ -68,14 +71,15 @@ class CurvedBending {
 
  private:
   static constexpr double smallest = 1e-6;  // curvature below which K is smoothed, 1/m
-  // Returns K^2 from the squares of the components.
+  // Returns K^2 + smallest^2, whose root is smooth at zero. `squares` are the products that
+  // energy() forms.
   template <class Number>
   static Number size_squared(const std::array<Number, 4>& squares) {
     return squares[0] + squares[2] + 0.5 * squares[3] + Number(smallest * smallest);
   }
 
-  // From the curvature `start` on, the moduli (warp, coupling, weft, shear) grow by `change` (N
-  // m^2) more.
+  // A kink of the table. At the curvature `start` (1/m) the slopes by K of the moduli (warp,
+  // coupling, weft, shear) increase by `change`, N m^2.
   struct Ramp {
     double start;
     std::array<double, 4> change;

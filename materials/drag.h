@@ -5,10 +5,12 @@
 
 namespace weft::materials {
 
-// Air density times the drag coefficients, kg/m^3, not negative. The force per area is 1/2 |w|
-// (normal w_n + tangential w_t). w is the wind minus the velocity of the piece (of a triangle, of
-// its centroid), split into parts along the normal and in its plane. The force does not depend on
-// the orientation of the normal, and its power on a body in still air is never positive.
+// Air density times the drag coefficients, kg/m^3, not negative. The force per area is
+//   1/2 |w| (normal w_n + tangential w_t).
+// The relative wind w is the velocity of the wind minus that of the piece; a triangle has the
+// velocity of its centroid. w_n and w_t are the parts of w along the normal and in the plane. The
+// force does not depend on the orientation of the normal. Its power on a body in still air is never
+// positive.
 template <class Real>
 struct DragOf {
   Real normal = 0;
@@ -16,7 +18,8 @@ struct DragOf {
 };
 using Drag = DragOf<double>;
 
-// The flow of air past a piece of a surface.
+// The flow of air past a piece of a surface. flow_past() computes it for a triangle whose nodes
+// have the positions x (m) and the velocities v (m/s), as columns. `wind` is in m/s.
 template <class Real>
 struct FlowOf {
   Vec3Of<Real> relative_wind;  // w, m/s
@@ -35,31 +38,33 @@ FlowOf<Real> flow_past(const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
   return flow;
 }
 
-// Returns B w of drag_damping(), kg/(m^2 s).
+// Returns B w, kg/(m^2 s), with the matrix B of drag_damping().
 template <class Real>
 Vec3Of<Real> weighted_wind(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   return drag.tangential * flow.relative_wind +
          ((drag.normal - drag.tangential) * dot(flow.relative_wind, flow.normal)) * flow.normal;
 }
 
-// Returns the total force, N.
+// Returns the total force on the piece, N.
 template <class Real>
 Vec3Of<Real> drag_force(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   return (0.5 * flow.area * square_root(squared_norm(flow.relative_wind))) *
          weighted_wind(drag, flow);
 }
-// Returns the total force on a triangle, N; each node receives a third. Zero for a triangle without
-// area.
+// Returns the total force on a triangle, N; each node receives a third. The force is zero for a
+// triangle without area.
 template <class Real>
 Vec3Of<Real> drag_force(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                         const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {
   return drag_force(drag, flow_past(x, v, wind));
 }
 
-// Returns -d force / d velocity, made symmetric positive semi-definite for the Newton matrix, N
-// s/m. With B = normal n n^T + tangential (I - n n^T), the force is A/2 |w| B w, and the matrix is
-// A/2 |w| (B + B w w^T B / w^T B w). It is exact along w; for a wind along the normal or in the
-// plane it is exact in every direction. Zero in still air.
+// Returns an approximation of -d force / d velocity for the Newton matrix, symmetric positive
+// semi-definite, N s/m. With B = normal n n^T + tangential (I - n n^T), the force is A/2 |w| B w.
+// The returned matrix is
+//   A/2 |w| (B + B w w^T B / w^T B w).
+// It is exact for changes of w along w, and in every direction if w lies along the normal or in the
+// plane. It is zero for w = 0.
 template <class Real>
 Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   const Vec3Of<Real> weighted = weighted_wind(drag, flow);
@@ -71,7 +76,7 @@ Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   result.diagonal().array() += drag.tangential;
   return (0.5 * flow.area * square_root(squared_norm(flow.relative_wind))) * result;
 }
-// The same of a triangle; every block of a pair of nodes receives a ninth.
+// Returns the total matrix for a triangle, N s/m; the block of each pair of nodes receives a ninth.
 template <class Real>
 Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                           const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {

@@ -1,7 +1,8 @@
-// The membrane of a triangle of cloth whose tension is any function of its strain, by a law over
-// e = (E_11, E_22, 2 E_12) (strain_map.h, orthotropic_membrane.h). Kelvin-Voigt damping has the
-// law's semi-definite moduli V for its stiffness: the edge tensions are
-//   s = A B^T (dw/de + beta V B q').
+// The membrane of a triangle of cloth with any elastic law over the strain e = (E_11, E_22, 2 E_12)
+// (strain_map.h, orthotropic_membrane.h). The stiffness of the Kelvin-Voigt damping is V, the
+// semi-definite moduli of the law. The edge tensions are
+//   s = A B^T (dw/de + beta V B q'),
+// with the rest area A, the changes q of the squared edge lengths, and e = B q.
 #pragma once
 
 #include "materials/membrane.h"
@@ -12,22 +13,26 @@ namespace weft::materials {
 template <class Real>
 struct FabricMembraneOf {
   std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
-  StrainMapOf<Real> strains;                  // of the changes q of squared edge lengths
+  StrainMapOf<Real> strains;                  // from the changes q of squared edge lengths
   Real damping_time = 0;                      // beta, s
 };
 using FabricMembrane = FabricMembraneOf<double>;
 
-// Precondition: the rest triangle (m, columns) has an area, and `warp` is not normal to it.
+// Makes the membrane of a triangle. `rest` holds the positions of the nodes (m) as columns,
+// `damping_time` is beta (s). Precondition: the rest triangle has an area, and `warp` is not normal
+// to it.
 FabricMembrane make_fabric_membrane(const Nodes3& rest, const Vec3& warp, double damping_time);
 
-// Returns the energy, J.
+// Returns the energy, J, at the positions x of the nodes (m).
 template <class Real, class Law>
 Real fabric_energy(const FabricMembraneOf<Real>& membrane, const Law& law,
                    const NodesOf<Real, 3>& x) {
   return law_energy(membrane.strains, law, squared_length_changes(membrane, opposite_edges(x)));
 }
 
-// Returns the edge tensions s, N/m (see pulls_of() in membrane.h): without damping, or with it.
+// Returns the edge tensions s, N/m. The first overload omits the damping. `edges` are
+// opposite_edges() of the nodes (m), `v` their velocities (m/s). pulls_of() of membrane.h turns
+// tensions into forces.
 template <class Real, class Law>
 Vec3Of<Real> fabric_tensions(const FabricMembraneOf<Real>& membrane, const Law& law,
                              const NodesOf<Real, 3>& edges) {
@@ -41,7 +46,8 @@ Vec3Of<Real> fabric_tensions(const FabricMembraneOf<Real>& membrane, const Law& 
   return law_slope(membrane.strains, law, q) + law_viscosity(membrane.strains, law, q) * rates;
 }
 
-// A matrix over the edges as a `Membrane` of membrane.h, for its functions that need moduli alone.
+// A symmetric matrix over the edges (N/m^3) with the interface of a `Membrane` (membrane.h), for
+// functions that read only the moduli.
 template <class Real>
 struct EdgeModulusOf {
   Symmetric3Of<Real> entries;

@@ -8,9 +8,9 @@
 
 namespace weft::materials {
 
-// The vectors that the angle and the gradient of a hinge share: the edge, the arms from x0 to the
-// opposite nodes (m) and the normals (m^2). `flat_triangle` is true if either triangle has no area
-// (its sine at x0 is below 1e-12).
+// The vectors from which the angle of a hinge and its gradient are computed: the edge, the arms
+// from x0 to the opposite nodes (m) and the normals of the triangles (m^2). `flat_triangle` is true
+// if either triangle has no area: its sine at x0 is at most 1e-12.
 template <class Real>
 struct HingeVectorsOf {
   Vec3Of<Real> edge, arm2, arm3, normal2, normal3;
@@ -19,8 +19,8 @@ struct HingeVectorsOf {
 };
 using HingeVectors = HingeVectorsOf<double>;
 
-// Returns true if a triangle of these two sides and normal has no area. NaN counts as a proper
-// triangle: it is passed on, not hidden.
+// Returns true if a triangle with this squared normal and these squared sides has no area. NaN
+// gives false, so that it reaches the result of the caller.
 template <class Real>
 auto is_flat(const Real& squared_normal, const Real& squared_side, const Real& squared_other) {
   return squared_normal <= 1e-24 * squared_side * squared_other;
@@ -43,20 +43,23 @@ HingeVectorsOf<Real> hinge_vectors(const NodesOf<Real, 4>& x) {
   return h;
 }
 
-// Returns the angle of a hinge in [-pi, pi]: 0 when flat, positive when the surface is a valley
-// seen from the side of both normals (x3 above the plane of the first triangle). It jumps by 2 pi
-// where the triangles fold onto each other. A triangle without area gives the angle 0.
+// Returns the angle of a hinge in [-pi, pi]. It is 0 if the hinge is flat. It is positive if x3
+// lies above the plane of the first triangle: the surface is a valley seen from the side of both
+// normals. It jumps by 2 pi where the triangles fold onto each other. A triangle without area gives
+// the angle 0.
 template <class Real>
 Real hinge_angle(const HingeVectorsOf<Real>& h) {
-  // sin ~ edge . (normal3 x normal2) / |edge| = |edge| arm3 . normal2, accurate near 0 and pi.
+  // The sine is proportional to edge . (normal3 x normal2) / |edge| = |edge| arm3 . normal2. The
+  // last form is accurate near 0 and pi.
   return choose(h.flat_triangle, 0.0,
                 arc_tangent(h.edge_length * dot(h.arm3, h.normal2), dot(h.normal2, h.normal3)));
 }
 inline double hinge_angle(const Nodes4& x) { return hinge_angle(hinge_vectors(x)); }
 
-// Returns d angle / d x_i as columns, 1/m; zero for a triangle without area. Moving an opposite
-// node along the normal of its triangle changes the angle by one over its height. The gradients at
-// the ends of the edge balance this like the supports of a lever.
+// Returns d angle / d x_i as columns, 1/m; zero for a triangle without area. The gradient at an
+// opposite node lies along the normal of its triangle; its length is one over the height of the
+// node. The gradients at the ends of the edge balance the other two in force and moment, like the
+// supports of a lever.
 template <class Real>
 NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   const auto over = [&](const Real& numerator, const Real& denominator) {
@@ -64,7 +67,7 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   };
   const Vec3Of<Real> gradient2 = over(h.edge_length, h.squared_normal2) * h.normal2;
   const Vec3Of<Real> gradient3 = over(h.edge_length, h.squared_normal3) * h.normal3;
-  // Positions of the feet of the heights, as fractions of the edge from x0.
+  // Feet of the two heights, as fractions of the edge from x0.
   const Real inverse = over(1.0, h.edge_length * h.edge_length);
   const Real foot2 = dot(h.edge, h.arm2) * inverse;
   const Real foot3 = dot(h.edge, h.arm3) * inverse;
@@ -77,18 +80,18 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
 }
 inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vectors(x)); }
 
-// One triangle's part of sum_i moment_i d^2 angle_i / dx dx over its three hinges, where hinge i
+// One triangle's part of the sum over its hinges sum_i moment_i d^2 angle_i / dx dx, where hinge i
 // has the edge opposite node i. The whole Hessian is the sum over both triangles of every hinge.
 // The part is symmetric and involves only the triangle's own nodes, since x2 and x3 of a hinge are
 // not coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their Jacobians). Its unit
 // is that of the moments / m^2. A triangle without area contributes nothing.
 //
-// Derivation, for the edge p -> q of a triangle (p, q, r). Let N be the unit normal, e the unit
-// edge, l its length, m the unit vector in the plane from the edge to r, h the height of r and t
-// the foot of that height. With w = (t - 1, -t, 1) and s = (-1, 1, 0), the gradient is w_a N / h,
-// and
-//   dN = -(m/h) N.D - (e/l) N.d(q - p), dh = m.D, dt = e.D / l + h/l^2 m.d(q - p), D = sum w_b
-//   dx_b.
+// Derivation, for the edge p -> q of a triangle (p, q, r). N is the unit normal, e the unit edge, l
+// its length, and m the unit vector in the plane from the edge to r. h is the height of r; t is the
+// foot of this height, as a fraction of the edge. With w = (t - 1, -t, 1) and s = (-1, 1, 0), the
+// gradient at node a is w_a N / h. Its derivative follows from
+//   dN = -(m/h) N.D - (e/l) N.d(q - p),  dh = m.D,
+//   dt = e.D / l + h/l^2 m.d(q - p),  D = sum_b w_b dx_b.
 // Block (a, b) is therefore
 //   -w_a w_b/h^2 (m N^T + N m^T) - (s_a w_b N e^T + w_a s_b e N^T)/(h l) - s_a s_b/l^2 N m^T.
 // The last term alone is not symmetric, but its sum over both triangles is, so each triangle takes
@@ -96,7 +99,8 @@ inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vect
 template <class Real>
 class HingeStress {
  public:
-  // Adds the hinge opposite node i; add() adds the others.
+  // Starts with the hinge opposite node i; add() adds further hinges. `x` holds the positions of
+  // the nodes (m) as columns.
   HingeStress(const NodesOf<Real, 3>& x, int i, const Real& moment) : edges_(opposite_edges(x)) {
     const Vec3Of<Real> first = edges_.col(0), second = edges_.col(1);
     const Vec3Of<Real> normal = first.cross(second);

@@ -1,5 +1,6 @@
-// Numbers that carry their derivatives by three variables (forward differentiation): a formula that
-// is written once, for any number type, gives its gradient and Hessian to rounding.
+// Numbers that carry their derivatives by three variables (forward-mode automatic differentiation).
+// A formula that is written once, for any number type, then also gives its gradient and Hessian,
+// exact to rounding. The number types are double, Lanes and jets of either.
 #pragma once
 
 #include <array>
@@ -9,8 +10,8 @@
 
 namespace weft::materials {
 
-// A number with its gradient and, with order 2, its Hessian, row by row from the diagonal. `Real`
-// is double or Lanes; order is 1 or 2.
+// A number with its gradient and, for order 2, the upper triangle of its Hessian, row by row.
+// `Real` is double or Lanes; order is 1 or 2.
 template <class Real, int order>
 struct Jet {
   static constexpr std::size_t second_count = order == 2 ? 6 : 0;
@@ -23,7 +24,7 @@ struct Jet {
     first.fill(0.0);
     second.fill(0.0);
   }
-  // Returns variable i at a value.
+  // Returns variable i at a value: its gradient is unit vector i, its Hessian zero.
   static Jet variable(const Real& value, int i) {
     Jet result(value);
     result.first[i] = 1.0;
@@ -66,7 +67,7 @@ struct Jet {
   }
 };
 
-// The value of a number that may be a jet.
+// Returns the value of a number, without the derivatives of a jet.
 inline double value_of(double a) { return a; }
 inline Lanes value_of(const Lanes& a) { return a; }
 template <class Real, int order>
@@ -74,7 +75,7 @@ Real value_of(const Jet<Real, order>& a) {
   return a.value;
 }
 
-// Returns f(a) from f, f' and f'' at the value of a.
+// Returns f(a) by the chain rule. The arguments after a are f, f' and f'' at the value of a.
 inline double composed(double, double f, double, double) { return f; }
 inline Lanes composed(const Lanes&, const Lanes& f, const Lanes&, const Lanes&) { return f; }
 template <class Real, int order>
@@ -107,7 +108,7 @@ Number root(const Number& a) {
   return composed(a, f, slope, -0.5 * slope / value_of(a));
 }
 // Returns the larger of a number and a constant. Its derivatives are those of the number above the
-// constant, and zero below.
+// constant, and zero elsewhere.
 template <class Number>
 Number at_least(const Number& a, double least) {
   using Real = decltype(value_of(a));

@@ -1,5 +1,5 @@
-// Batches of numbers. The formulas of the materials are templates over their number type: `double`
-// for one stencil, `Lanes` for a batch of them at once.
+// Batches of numbers, one per lane of a vector register. The formulas of the materials are
+// templates over their number type: `double` for one stencil, `Lanes` for one stencil per lane.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,17 +14,18 @@
 
 namespace weft::materials {
 
-// Number of lanes that fill a register. The namespace depends on it: a program compiled for another
-// processor than Weft's libraries cannot link with functions of other sizes.
+// Number of doubles in a register. The name of the inline namespace depends on it. A program
+// compiled for another processor than Weft's libraries therefore cannot link with functions of
+// another lane count.
 #if defined(__AVX512F__)
 inline namespace eight_lanes {
 inline constexpr int lane_count = 8;
 #else
 inline namespace four_lanes {
-inline constexpr int lane_count = 4;  // two registers before AVX
+inline constexpr int lane_count = 4;  // two registers without AVX
 #endif
 
-// A vector of GCC's extension in a class, which can be the scalar of Eigen's matrices.
+// A vector of GCC's extension, wrapped in a class that can be the scalar of Eigen's matrices.
 struct Lanes {
   typedef double Vector __attribute__((vector_size(8 * lane_count)));
   // The result of a comparison: all bits are set in the lanes where it is true.
@@ -55,7 +56,8 @@ struct Lanes {
   friend Mask operator==(Lanes a, Lanes b) { return {a.values == b.values}; }
 };
 
-// The following functions exist for both number types; on `Lanes` they act lane by lane.
+// The functions square_root(), larger(), choose() and arc_tangent() exist for both number types; on
+// `Lanes` they act lane by lane.
 inline double square_root(double a) { return std::sqrt(a); }
 inline double larger(double a, double b) { return a > b ? a : b; }
 inline double choose(bool condition, double yes, double no) { return condition ? yes : no; }
@@ -76,13 +78,14 @@ inline Lanes larger(Lanes a, Lanes b) { return Lanes(a.values > b.values ? a.val
 inline Lanes choose(Lanes::Mask condition, Lanes yes, Lanes no) {
   return Lanes(condition.bits ? yes.values : no.values);
 }
-// Returns the numbers, negated in the lanes where the condition holds.
+// Returns `a`, negated in the lanes where the condition holds.
 inline Lanes negate_where(Lanes::Mask condition, Lanes a) { return choose(condition, -a, a); }
 inline Lanes magnitude(Lanes a) { return negate_where(a < Lanes(0), a); }
 
-// std::atan2 within 2 units in the last place, for numbers whose sum and ratio neither overflow nor
-// underflow. Two zeros give 0; NaN gives NaN. The angle's octant is folded onto |t| <= 0.66, where
-// atan t = t + t^3 P(t^2) / Q(t^2) (S. L. Moshier, Cephes, atan.c, 1984: error 1.8e-16).
+// Returns std::atan2(y, x) within 2 units in the last place. Precondition: the sum and the ratio of
+// |x| and |y| neither overflow nor underflow. Two zeros give 0; NaN gives NaN. Symmetries reduce
+// the problem to atan t with |t| <= 0.66, where atan t = t + t^3 P(t^2) / Q(t^2) (S. L. Moshier,
+// Cephes, atan.c, 1984: error 1.8e-16).
 inline Lanes arc_tangent(Lanes y, Lanes x) {
   constexpr double half_pi = std::numbers::pi / 2, half_pi_rest = 6.123233995736765886e-17;
   const Lanes height = magnitude(y), width = magnitude(x);
@@ -106,7 +109,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
                       z +
                   1.945506571482613964425e2;
   const Lanes small = t + t * (z * p / q);
-  // The angle of the octant is added in two parts, and the sign of the rotation last.
+  // The angle of the octant is `octant` plus `rest`, the rounding error of its multiple of pi/2.
+  // The sign of y comes last.
   Lanes octant = choose(is_diagonal, half_pi / 2, 0.0);
   octant = choose(is_steep, half_pi - octant, octant);
   octant = choose(is_back, 2 * half_pi - octant, octant);
@@ -114,8 +118,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   const Lanes angle = octant + (negate_where(is_steep ^ is_back, small) + rest);
   return negate_where(y < Lanes(0), angle);
 }
-// A step of transpose(): each row and the one `distance` below it exchange one half of every 2 *
-// distance numbers.
+// One step of transpose(). Rows i and i + distance exchange blocks of `distance` numbers: blocks 1,
+// 3, .. of the first for blocks 0, 2, .. of the second.
 template <int distance, int... lane>
 void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence<int, lane...>) {
   for (int i = 0; i < lane_count; ++i) {
@@ -127,7 +131,7 @@ void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence
         a, b, ((lane & distance) == 0 ? lane + distance : lane_count + lane)...);
   }
 }
-// Replaces the matrix by its transpose: row i becomes column i.
+// Transposes a square matrix in place: row i becomes column i.
 inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   constexpr std::make_integer_sequence<int, lane_count> lanes;
   exchange<1>(rows, lanes);
@@ -135,12 +139,13 @@ inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   if constexpr (lane_count == 8) exchange<4>(rows, lanes);
 }
 
-// The functions below handle vectors that are adjacent in memory, one per lane. Pointers to
-// unaligned numbers spell out their type, because `auto` would deduce an aligned one.
+// The functions below load and store vectors of three numbers that are adjacent in memory, one
+// vector per lane. Pointers to unaligned numbers spell out their type, because `auto` would deduce
+// an aligned one.
 typedef double UnalignedLanes __attribute__((vector_size(8 * lane_count), aligned(8), may_alias));
 
 #if defined(__AVX512F__)
-// Loads one vector per lane, from adjacent ones at an address.
+// Loads one vector per lane from adjacent vectors at an address. Returns all x, all y and all z.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const UnalignedLanes* rows =
       reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
@@ -152,7 +157,7 @@ inline std::array<Lanes, 3> load_vectors(const double* at) {
           Lanes(__builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14)),
           Lanes(__builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15))};
 }
-// Adds the vector of each lane to adjacent ones at an address.
+// Adds the vector of lane i to the i-th of the adjacent vectors at an address.
 inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   UnalignedLanes* rows = reinterpret_cast<UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
   const Lanes::Vector x = v[0].values, y = v[1].values, z = v[2].values;
@@ -163,14 +168,15 @@ inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   rows[1] += __builtin_shufflevector(b, z, 10, 1, 2, 11, 4, 5, 12, 7);
   rows[2] += __builtin_shufflevector(c, z, 0, 13, 2, 3, 14, 5, 6, 15);
 }
-// Repeats each number three times in a row, to multiply vectors that are adjacent in memory.
+// Returns each number three times in a row: factors for the components of adjacent vectors.
 inline std::array<Lanes, 3> threefold(Lanes a) {
   const Lanes::Vector v = a.values;
   return {Lanes(__builtin_shufflevector(v, v, 0, 0, 0, 1, 1, 1, 2, 2)),
           Lanes(__builtin_shufflevector(v, v, 2, 3, 3, 3, 4, 4, 4, 5)),
           Lanes(__builtin_shufflevector(v, v, 5, 5, 6, 6, 6, 7, 7, 7))};
 }
-// Moves each number up by one lane. The last number of `before` goes to the first lane.
+// Returns the numbers of `a` moved up by one lane. The last number of `before` fills the first
+// lane.
 inline Lanes moved_up(Lanes before, Lanes a) {
   return Lanes(__builtin_shufflevector(before.values, a.values, 7, 8, 9, 10, 11, 12, 13, 14));
 }
@@ -178,8 +184,8 @@ inline Lanes moved_up(Lanes before, Lanes a) {
 typedef double Pair __attribute__((vector_size(16)));
 typedef double UnalignedPair __attribute__((vector_size(16), aligned(8), may_alias));
 
-// Loads pairs of numbers. Two pairs that are six numbers apart in memory fill the halves of a
-// register, so only shuffles within halves follow, which are the fastest.
+// Loads pairs of numbers. Two pairs that lie six numbers apart in memory fill the halves of a
+// register. All further shuffles stay within halves, which makes them fast.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const auto half = [at](int i) { return Pair(*reinterpret_cast<const UnalignedPair*>(at + i)); };
   const Lanes::Vector xy = __builtin_shufflevector(half(0), half(6), 0, 1, 2, 3);

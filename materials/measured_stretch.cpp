@@ -5,7 +5,7 @@
 
 namespace weft::materials {
 
-// The cosine transform of the values at equal distances in 2 phi.
+// Computes a_j by the cosine transform of C_1, whose angles are equally spaced.
 MeasuredStretch::MeasuredStretch(const std::array<Row, row_count>& rows) : at_rest_(rows[0]) {
   constexpr int last = angle_count - 1;
   for (int j = 0; j < angle_count; ++j) {

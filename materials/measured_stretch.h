@@ -1,29 +1,28 @@
 // Membranes of measured cloth: the stiffness of Wang, O'Brien and Ramamoorthi 2011 (Data-driven
-// elastic models for cloth), as the simulator ARCSim interpolates it, with an energy.
+// elastic models for cloth), as the simulator ARCSim interpolates it, but derived from an energy.
 //
 // The measured tensions are S = C(s, phi) E, where E is the Green strain in the axes of warp and
 // weft and C = [11 12 0; 12 22 0; 0 0 33] over (E_11, E_22, E_12). C depends on the major principal
 // stretch lambda_1 and on its angle phi to the warp,
-//   C = (1 - s) C_0 + s C_1(phi),   s = min(6 (lambda_1 - 1), 1), 0 below,
-// where C_1 is given at phi = 0, 22.5, 45, 67.5 and 90 degrees. No energy has these tensions: their
-// work on a closed path is not zero. The energy per rest area here is their work on the straight
-// path to E,
-//   w = int_0^1 E : S(t E) dt = 1/2 E : [C_0 + h (C_1 - C_0)] : E,   h = int_0^1 2 t s(t E) dt,
-// so that E : dw/dE = E : S(E) for every strain. Stretch along one direction, with the width held,
-// therefore takes the force of S, and so does the sum of the forces of an equal stretch along warp
-// and weft.
+//   C = (1 - s) C_0 + s C_1(phi),   s = min(6 (lambda_1 - 1), 1), 0 below.
+// C_1 is given at phi = 0, 22.5, 45, 67.5 and 90 degrees. No energy has these tensions: their work
+// on a closed path is not zero. The energy per rest area here is their work on the straight path to
+// E,
+//   w = int_0^1 E : S(t E) dt = 1/2 E : [C_0 + h (C_1 - C_0)] : E,   h = int_0^1 2 t s(t E) dt.
+// Hence E : dw/dE = E : S(E) for every strain. A stretch along one direction with the width held
+// therefore takes the force of S. Under an equal stretch along warp and weft, the sum of both
+// forces is that of S.
 //
-// The tensions of Wang jump where phi jumps. Four changes make w smooth:
-// - C_1 goes through its five values as a polynomial in cos 2 phi, sum_j a_j cos 2 j phi.
-// - Equal stretch of all directions has no phi, and C_1 is the mean a_0. With q = (e_1 - e_2) /
-// (e_1
-//   + e_2) of the principal strains, a_j is multiplied by r^j, r = (15 q - 10 q^3 + 3 q^5) / 8,
-//   where q < 1, that is, where both directions are stretched.
-// - There the major strain of s is e_1 + (e_1 + e_2) (15 q^2 - 10 q^4 + 3 q^6 - 8 q) / 16, which is
-//   e_1 at q = 0 and q = 1.
-// - In the change from C_0 to C_1, contraction across counts up to the stretch, and never more than
-//   three times as much: for u = e_2 / e_1 < -1, e_2 is replaced there by -e_1 (1 + 2 y / sqrt(1 +
-//   y^2)), y = (-u - 1) / 2. Otherwise cloth that is pressed flat would stiffen by a small stretch.
+// The tensions of Wang jump where phi jumps. Four changes make w smooth. e_1 >= e_2 are the
+// principal strains and q = (e_1 - e_2) / (e_1 + e_2). Both directions are stretched if q < 1.
+// - C_1 passes through its five values as a polynomial in cos 2 phi, sum_j a_j cos 2 j phi.
+// - For q < 1, a_j is multiplied by r^j with r = (15 q - 10 q^3 + 3 q^5) / 8. An equal stretch in
+//   all directions has no phi; there r = 0, and C_1 is the mean a_0.
+// - For q < 1, s follows from e_1 + (e_1 + e_2) (15 q^2 - 10 q^4 + 3 q^6 - 8 q) / 16 in place of
+//   the major strain e_1. Both are equal at q = 0 and q = 1.
+// - The term h (C_1 - C_0) limits the contraction across the stretch to three times the stretch.
+//   For u = e_2 / e_1 < -1 it replaces e_2 by -e_1 (1 + 2 y / sqrt(1 + y^2)), y = (-u - 1) / 2.
+//   Without a limit, a small stretch would stiffen cloth that is compressed across it.
 #pragma once
 
 #include <array>
@@ -39,8 +38,8 @@ class MeasuredStretch {
   // The entries 11, 12, 22 and 33 of C, N/m.
   using Row = std::array<double, 4>;
 
-  // `rows`: C_0, then C_1 at the five angles. Precondition: no entry is negative, and C_12^2 <=
-  // C_11 C_22.
+  // `rows`: C_0, then C_1 at the five angles. Precondition: in each row, no entry is negative, and
+  // C_12^2 <= C_11 C_22.
   explicit MeasuredStretch(const std::array<Row, row_count>& rows);
 
   // Returns w (N/m) at (E_11, E_22, 2 E_12), for any number type (jet.h).
@@ -56,8 +55,8 @@ class MeasuredStretch {
     }
     return 0.5 * (at_rest + averaged_weight(at.magnitude) * change);
   }
-  // Returns C(s, phi) over (E_11, E_22, 2 E_12): positive semi-definite, close to the second
-  // derivatives of w.
+  // Returns C(s, phi) over (E_11, E_22, 2 E_12), N/m, clipped to be positive semi-definite. It
+  // approximates the second derivatives of w.
   template <class Real>
   Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& strain) const {
     const Direction<Real> at(strain);
@@ -72,13 +71,13 @@ class MeasuredStretch {
   }
 
  private:
-  static constexpr double saturation = 1.0 / 6.0;  // lambda_1 - 1 from which s = 1
+  static constexpr double saturation = 1.0 / 6.0;  // lambda_1 - 1 at which s reaches 1
   static constexpr double smallest = 1e-8;         // strain below which directions are smoothed
 
   // The magnitude and direction of a strain.
   template <class Number>
   struct Direction {
-    Number magnitude;               // the major strain of s
+    Number magnitude;               // the major Green strain, from which s follows
     Number cosine;                  // r cos 2 phi
     Number squared_radius;          // r^2
     std::array<Number, 3> limited;  // the strain with a limited contraction
@@ -106,7 +105,7 @@ class MeasuredStretch {
       const Number contraction = minor * inverse(stretch);
       const Real y = larger(-0.5 * value_of(contraction) - 0.5, 0.0);
       const Real part = 1.0 / (1.0 + y * y), root_of_part = square_root(part);
-      // The contraction is too large by this.
+      // Excess of the contraction over its limited value.
       const Number excess =
           stretch * composed(contraction, 2.0 * y * (1.0 - root_of_part), part * root_of_part - 1.0,
                              1.5 * y * part * part * root_of_part);
@@ -116,18 +115,18 @@ class MeasuredStretch {
     }
   };
 
-  // Returns E_11^2, 2 E_11 E_22, E_22^2 and 2 E_12^2, whose sum with a row is E : C : E.
+  // Returns E_11^2, 2 E_11 E_22, E_22^2 and 2 E_12^2. Their dot product with a Row is E : C : E.
   template <class Number>
   static std::array<Number, 4> squares_of(const std::array<Number, 3>& strain) {
     return {strain[0] * strain[0], 2.0 * strain[0] * strain[1], strain[1] * strain[1],
             0.5 * strain[2] * strain[2]};
   }
 
-  // Returns C_1 at a direction.
+  // Returns C_1 for a direction.
   template <class Number>
   std::array<Number, 4> stretched_row(const Direction<Number>& at) const {
     const Number &x = at.cosine, &p = at.squared_radius, square = x * x;
-    // r^j cos 2 j phi from j = 1 on.
+    // Entry j - 1 is r^j cos 2 j phi.
     const std::array<Number, angle_count - 1> waves{
         x, 2.0 * square - p, x * (4.0 * square - 3.0 * p), 8.0 * square * (square - p) + p * p};
     std::array<Number, 4> row;
@@ -138,14 +137,15 @@ class MeasuredStretch {
     return row;
   }
 
-  // Returns s.
+  // Returns s from the major Green strain.
   template <class Real>
   static Real weight(const Real& magnitude) {
     const Real stretch = 2.0 * magnitude / (1.0 + square_root(1.0 + 2.0 * magnitude));
     return 1.0 - larger(1.0 - stretch / saturation, 0.0);
   }
-  // Returns h. With z = lambda_1 - 1 and m = z + z^2 / 2, int_0^m 6 z m dm = 2 z^3 + 9/4 z^4 + 3/5
-  // z^5 up to the saturation. The derivatives follow from h = 2 / m^2 int_0^m s m dm.
+  // Returns h = 2 / m^2 int_0^m s m dm for the major Green strain m. With z = lambda_1 - 1, m = z +
+  // z^2 / 2; up to the saturation, int_0^m 6 z m dm = 2 z^3 + 9/4 z^4 + 3/5 z^5. The derivatives of
+  // h follow from its definition.
   template <class Number>
   static Number averaged_weight(const Number& magnitude) {
     using Real = decltype(value_of(magnitude));

@@ -1,9 +1,10 @@
 // Triangle springs (Delingette 2008): the St. Venant-Kirchhoff membrane in squared edge lengths.
-// The energy is W = sum_i k_i/4 q_i^2 + sum_(i<j) c_ij/2 q_i q_j = 1/2 q^T C q with q_i = l_i^2 -
-// L_i^2. Kelvin-Voigt damping replaces q by q + beta q' in the force.
+// With q_i = l_i^2 - L_i^2, the energy is
+//   W = sum_i k_i/4 q_i^2 + sum_(i<j) c_ij/2 q_i q_j = 1/2 q^T C q.
+// Kelvin-Voigt damping replaces q by q + beta q' in the force.
 //
-// The functions take any `Membrane` with the members of TriangleMembraneOf, such as
-// OrthotropicMembraneOf (orthotropic_membrane.h), whose C differs.
+// `Membrane` is any type with the members of TriangleMembraneOf. OrthotropicMembraneOf
+// (orthotropic_membrane.h) is another; its C differs.
 #pragma once
 
 #include <array>
@@ -29,8 +30,9 @@ struct TriangleMembraneOf {
 };
 using TriangleMembrane = TriangleMembraneOf<double>;
 
-// Makes the membrane of a triangle. `stiffness` is E h (N/m), -1 < poisson_ratio < 1 (plane
-// stress), rest positions are columns (m). Precondition: the rest triangle has an area.
+// Makes the membrane of a triangle. `rest` holds the positions of the nodes (m) as columns.
+// `stiffness` is E h (N/m), `damping_time` is beta (s); -1 < poisson_ratio < 1 (plane stress).
+// Precondition: the rest triangle has an area.
 TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, double poisson_ratio,
                                         double damping_time);
 
@@ -73,8 +75,8 @@ Real membrane_energy(const Membrane& membrane, const NodesOf<Real, 3>& x) {
   return 0.5 * dot(change, membrane.times_modulus(change));
 }
 
-// Returns the tensions s = C (q + beta q'), one per edge, N/m. Edge i pulls its ends together with
-// 2 s_i e_i.
+// Returns the tensions s = C (q + beta q'), one per edge, N/m. Edge i, the vector e_i, pulls its
+// ends together with the force 2 s_i e_i.
 template <class Real, class Membrane>
 Vec3Of<Real> edge_tensions(const Membrane& membrane, const NodesOf<Real, 3>& edges,
                            const NodesOf<Real, 3>& v) {
@@ -131,14 +133,15 @@ NodesOf<Real, 4> undamped_membrane_forces(const Membrane& one, const Membrane& o
   return forces;
 }
 
-// Returns G C G^T with G = d q / d x, symmetric positive semi-definite, N/m: the stiffness without
-// the stress part. Times beta it is exactly -d forces / d v, N s/m.
+// Returns the stiffness without the part of the tensions: G C G^T with G = d q / d x, symmetric
+// positive semi-definite, N/m. The product of beta and this matrix is exactly -d forces / d v, N
+// s/m.
 template <class Real, class Membrane>
 StencilMatrix<Real, 3> membrane_material_stiffness(const Membrane& membrane,
                                                    const NodesOf<Real, 3>& x) {
   const NodesOf<Real, 3> edges = opposite_edges(x);
-  // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i. Node a therefore has
-  // 2 e_a1 from edge a1 and -2 e_a2 from edge a2.
+  // d q_i / d x is -2 e_i at node i + 1, 2 e_i at node i + 2 and 0 at node i, with node numbers
+  // modulo 3. Node a therefore has 2 e_a1 from edge a1 and -2 e_a2 from edge a2.
   StencilMatrix<Real, 3> result;
   for (int a = 0; a < 3; ++a) {
     const int a1 = (a + 1) % 3, a2 = (a + 2) % 3;
@@ -164,9 +167,10 @@ NodesOf<Real, 3> membrane_material_pulls(const Membrane& membrane, const NodesOf
   return pulls_of(membrane.times_modulus(squared_length_rates(edges, u)), edges);
 }
 
-// Adds the part of the stiffness that stems from the tensions (see edge_tensions). d^2 q_i / dx dx
-// is 2 I on the diagonal of either end of edge i and -2 I between them. Edges that push make the
-// part indefinite; `pull_only` leaves them out, which makes it positive semi-definite.
+// Adds the part of the stiffness that stems from the tensions, as edge_tensions() returns them. d^2
+// q_i / dx dx is 2 I on the diagonal of both ends of edge i and -2 I between them. Edges under
+// compression make this part indefinite. `pull_only` omits them, which makes it positive
+// semi-definite.
 template <class Real>
 void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
                          StencilMatrix<Real, 3>& stiffness) {
@@ -179,7 +183,8 @@ void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
   }
 }
 
-// Returns -d forces / d x with the stress of (x, v) (exact without damping), symmetric, N/m.
+// Returns -d forces / d x at (x, v), symmetric, N/m. It is exact without damping. With damping, the
+// derivative of q' by x is omitted.
 template <class Real, class Membrane>
 StencilMatrix<Real, 3> membrane_stiffness(const Membrane& membrane, const NodesOf<Real, 3>& x,
                                           const NodesOf<Real, 3>& v, bool pull_only = false) {

@@ -1,8 +1,10 @@
 // Membranes of woven cloth, whose stiffness differs along warp, weft and shear. The strain of a
-// triangle is that in the axes of warp and weft of its rest plane, e = (E_11, E_22, 2 E_12) with
-// the Green strain E. An edge with the rest components a and b along warp and weft has
-//   q = l^2 - L^2 = 2 (a^2 E_11 + b^2 E_22 + a b 2 E_12),
-// so that e = B q for the three edges of a triangle. The energy per rest area is
+// triangle is e = (E_11, E_22, 2 E_12). E is the Green strain, with components along warp and weft
+// in the plane of the rest triangle. An edge with the rest components a and b along warp and weft
+// has
+//   q = l^2 - L^2 = 2 (a^2 E_11 + b^2 E_22 + a b 2 E_12).
+// The three edges of a triangle give three such equations; their solution is e = B q. The energy
+// per rest area is
 //   w = 1/2 (C_11 E_11^2 + 2 C_12 E_11 E_22 + C_22 E_22^2 + G (2 E_12)^2),
 // the St. Venant-Kirchhoff membrane of an orthotropic sheet.
 #pragma once
@@ -12,12 +14,13 @@
 
 namespace weft::materials {
 
-// Returns B (1/m^2). Rest positions (m) are columns; `warp` is a direction that is not normal to
-// the triangle. The weft is a quarter turn further, counter-clockwise as the nodes. Precondition:
-// the rest triangle has an area.
+// Returns B (1/m^2). `rest` holds the positions of the nodes (m) as columns. The warp is the
+// projection of `warp` onto the triangle; the weft is a quarter turn further, counter-clockwise as
+// the order of the nodes. Precondition: the rest triangle has an area, and `warp` is not normal to
+// it.
 Mat3 green_strain_map(const Nodes3& rest, const Vec3& warp);
 
-// A membrane with any symmetric C (materials/membrane.h).
+// A `Membrane` (membrane.h) with any symmetric C.
 template <class Real>
 struct OrthotropicMembraneOf {
   std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
@@ -29,8 +32,8 @@ struct OrthotropicMembraneOf {
 };
 using OrthotropicMembrane = OrthotropicMembraneOf<double>;
 
-// Makes the membrane of a triangle: C = A B^T [moduli] B with the rest area A. Preconditions as
-// above.
+// Makes the membrane of a triangle: C = A B^T M B with the rest area A and the matrix M of `moduli`
+// (N/m). `damping_time` is beta (s). Preconditions as for green_strain_map().
 OrthotropicMembrane make_orthotropic_membrane(const Nodes3& rest, const Vec3& warp,
                                               const OrthotropicModuli& moduli, double damping_time);
 

@@ -14,22 +14,25 @@ struct OrthotropicModuli {
   Mat3 matrix() const;
 };
 
-// Returns the moduli of a sheet with these constants (N/m): Young's moduli times thickness along
-// warp and weft, the shear modulus times thickness, and the ratio of the contraction along the weft
-// to the stretch along the warp. Precondition: poisson_ratio^2 weft < warp, or the ratio is zero.
+// Returns the moduli (N/m) of a sheet in its plane. `warp` and `weft` are Young's moduli times
+// thickness, `shear` the shear modulus times thickness (N/m). `poisson_ratio` is the contraction
+// along the weft per stretch along the warp, under a pull along the warp. Precondition:
+// poisson_ratio^2 weft < warp, or the ratio is zero.
 OrthotropicModuli orthotropic_moduli(double warp, double weft, double shear, double poisson_ratio);
 
-// Returns the moduli of a plate that bends to a cylinder of curvature k with the energy 1/2 B k^2
-// per area, where B (N m) is `warp`, `bias` and `weft` for curvature along the warp, at 45 degrees
-// and along the weft. With
-//   H = D_12 + 2 D_66 = 2 bias - (warp + weft) / 2,
-// in other directions B = warp c^4 + 2 H c^2 s^2 + weft s^4. Cylinders leave D_12 open: it is
-// poisson_ratio min(H, sqrt(warp weft)), or H where that is negative; the isotropic plate has D_12
-// = poisson_ratio D. Preconditions: -1 < poisson_ratio < 1 and is_bending_possible().
+// Returns the bending moduli (N m) of a plate from its stiffness as a cylinder. A cylinder of
+// curvature k has the energy 1/2 B k^2 per area. B (N m) is `warp`, `bias` and `weft` for curvature
+// along the warp, at 45 degrees and along the weft. In the direction with the cosine c and the sine
+// s to the warp,
+//   B = warp c^4 + 2 H c^2 s^2 + weft s^4,
+//   H = D_12 + 2 D_66 = 2 bias - (warp + weft) / 2.
+// Cylinders do not determine D_12 itself. It is set to poisson_ratio min(H, sqrt(warp weft)), or to
+// H if H is negative. The isotropic plate thus has D_12 = poisson_ratio D. Preconditions: -1 <
+// poisson_ratio < 1 and is_bending_possible().
 OrthotropicModuli bending_moduli(double warp, double bias, double weft, double poisson_ratio);
-// True if every cylinder has a positive energy: warp, weft > 0 and H > -sqrt(warp weft).
+// Returns true if every cylinder has a positive energy: warp, weft > 0 and H > -sqrt(warp weft).
 bool is_bending_possible(double warp, double bias, double weft);
-// The least `bias` (N m), not included, for which it is possible.
+// Returns the lower bound of `bias` (N m), itself excluded, for is_bending_possible().
 double least_bias(double warp, double weft);
 
 }  // namespace weft::materials

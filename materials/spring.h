@@ -1,5 +1,5 @@
-// A spring between two nodes with Kelvin-Voigt damping: W = k/2 (l - L)^2, dissipation k beta l'^2
-// / 2. All functions are inline, for the caller's loop over springs.
+// A spring between two nodes with Kelvin-Voigt damping: energy W = k/2 (l - L)^2, Rayleigh
+// dissipation k beta l'^2 / 2. All functions are inline, for the caller's loop over springs.
 #pragma once
 
 #include <algorithm>
@@ -28,18 +28,19 @@ inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, c
   const double squared_length = squared_norm(difference);
   if (squared_length == 0) return Vec3::Zero();
   const double length = std::sqrt(squared_length);
-  // l'/l = d . d' / l^2, so one division serves the direction and the speed.
+  // The force is a multiple of d = x1 - x0, so the rate l' enters as l' / l = d . d' / l^2.
   const double rate_over_length = dot(difference, v1 - v0) / squared_length;
   return (spring.stiffness *
           (1 - spring.rest_length / length + spring.damping_time * rate_over_length)) *
          difference;
 }
 
-// Returns K = -d force0 / d x0 at constant velocity of extension (exact without damping), N/m; a
-// pair of nodes has [K -K; -K K]. K = k n n^T + T/l (I - n n^T) with the tension T. K is indefinite
-// under compression; `pull_only` clamps T / l to [0, k], which makes it positive semi-definite. For
-// coincident nodes it is k I: exact for a spring without rest length, and usable for a Newton step
-// otherwise.
+// Returns K = -d force0 / d x0 at constant l' (N/m), exact without damping. A pair of nodes has the
+// matrix [K -K; -K K]. With the tension T and the unit vector n of the spring,
+//   K = k n n^T + T/l (I - n n^T).
+// K is indefinite under compression. `pull_only` clamps T/l to [0, k], which makes K positive
+// semi-definite. For coincident nodes K is k I: exact for a spring without rest length, and usable
+// for a Newton step otherwise.
 inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
                              const Vec3& v1, bool pull_only = false) {
   const Vec3 difference = x1 - x0;
@@ -57,7 +58,8 @@ inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x
   return result;
 }
 
-// Returns -d force0 / d v0, N s/m: exact, positive semi-definite. Zero for coincident nodes.
+// Returns -d force0 / d v0, N s/m: exact and positive semi-definite. It is zero for coincident
+// nodes.
 inline Mat3 spring_damping(const Spring& spring, const Vec3& x0, const Vec3& x1) {
   const Vec3 difference = x1 - x0;
   const double squared_length = squared_norm(difference);

@@ -118,7 +118,7 @@ struct LimitDerivatives {
     const LimitTerm<Real> two = limit_term(limit, now.squares[1]);
     const Real mean = 0.5 * (one.slope + two.slope), half = 0.5 * (one.slope - two.slope);
     tension = {mean + half * now.along, half * now.across, mean - half * now.along};
-    // Where both stretches are the same, the quotient tends to b''.
+    // If both stretches are the same, the quotient tends to b''.
     const auto is_round = now.radius <= 1e-6 * limit.range;
     const Real quotient = choose(is_round, one.curvature, half / choose(is_round, 1.0, now.radius));
     factors = {one.curvature, two.curvature, 0.5 * quotient};

@@ -14,8 +14,8 @@
 
 namespace weft::materials {
 
-// The strains e = B q of a triangle with the rest area A, where q are three numbers that its shape
-// determines: the changes of its squared edge lengths, or of its edge angles.
+// The strains e = B q of a triangle with the rest area A. q holds three numbers that the shape of
+// the triangle determines: the changes of its squared edge lengths, or of its edge angles.
 template <class Real>
 struct StrainMapOf {
   Mat3Of<Real> map = Mat3Of<Real>::Zero();  // B
@@ -26,7 +26,7 @@ struct StrainMapOf {
     for (int i = 0; i < 3; ++i) strain[i] = map(i, 0) * q[0] + map(i, 1) * q[1] + map(i, 2) * q[2];
     return strain;
   }
-  // Returns A B^T times a stress: its derivative by q.
+  // Returns A B^T times a stress dw/de: the derivative of the energy by q.
   Vec3Of<Real> by_q(const std::array<Real, 3>& stress) const {
     Vec3Of<Real> result;
     for (int i = 0; i < 3; ++i)
@@ -45,7 +45,7 @@ struct StrainMapOf {
   }
 };
 
-// w = 1/2 e^T M e.
+// The law w = 1/2 e^T M e, where M is the matrix of `moduli`.
 struct LinearLaw {
   OrthotropicModuli moduli;
 
@@ -60,7 +60,7 @@ struct LinearLaw {
   }
 };
 
-// Returns w at a strain with its derivatives, up to the given order.
+// Returns w at a strain with its derivatives by the strain, up to the given order.
 template <int order, class Law, class Real>
 Jet<Real, order> energy_jet(const Law& law, const std::array<Real, 3>& strain) {
   std::array<Jet<Real, order>, 3> at;
@@ -68,7 +68,9 @@ Jet<Real, order> energy_jet(const Law& law, const std::array<Real, 3>& strain) {
   return law.energy(at);
 }
 
-// Return the energy W = A w(B q) (J), dW/dq, d^2 W/dq dq or A B^T V B in its place, and A B^T V B.
+// Energy and derivatives by q. law_energy() returns W = A w(B q), J, and law_slope() returns dW/dq.
+// law_viscosity() returns A B^T V B. law_tangent() returns d^2 W/dq dq, or A B^T V B if
+// `semi_definite`.
 template <class Real, class Law>
 Real law_energy(const StrainMapOf<Real>& strains, const Law& law, const Vec3Of<Real>& q) {
   return strains.area * law.energy(strains.strain(q));

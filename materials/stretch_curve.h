@@ -1,5 +1,5 @@
-// Membranes of woven cloth by tabulated curves: tension against stretch along the warp and along
-// the weft, and against shear.
+// Membranes of woven cloth by tabulated curves: tension against stretch along the warp, tension
+// against stretch along the weft, and shear force against shear.
 #pragma once
 
 #include <array>
@@ -11,20 +11,22 @@
 
 namespace weft::materials {
 
-// A force per width (N/m) as a function of a strain, straight between the points of a table and
-// beyond them. It is zero at zero strain.
+// A force per width (N/m) as a function of a strain. It is linear between the points of a table,
+// goes on straight beyond them, and is zero at zero strain.
 class TensionCurve {
  public:
-  // Preconditions: strains increase and tensions (N/m) do not fall, at least two of each; one of
-  // the points is (0, 0). A side of zero without points continues the first slope of the other.
+  // Preconditions: at least two points; strains increase and tensions (N/m) do not fall; one of the
+  // points is (0, 0). If all other points lie on one side of zero, the first slope on that side
+  // holds for the whole other side.
   TensionCurve(std::span<const double> strains, std::span<const double> tensions);
-  // The same for points from zero on, with its mirror image for strains below zero.
+  // Returns the curve of points from zero on, with its mirror image for strains below zero.
+  // Preconditions as above.
   static TensionCurve mirrored(std::span<const double> strains, std::span<const double> tensions);
-  // A straight line through zero.
+  // A straight line through zero with the slope `stiffness`, N/m.
   explicit TensionCurve(double stiffness) : pull_{{0, stiffness}}, push_{{0, stiffness}} {}
 
-  // Returns the energy per area (N/m) of any number type (jet.h): the integral of the tension from
-  // zero.
+  // Returns the energy per area (N/m), the integral of the tension from zero to `strain`, for any
+  // number type (jet.h).
   template <class Number>
   Number energy(const Number& strain) const {
     using Real = decltype(value_of(strain));
@@ -46,7 +48,8 @@ class TensionCurve {
   double largest_stiffness() const;
 
  private:
-  // From `start` on (on the side of its list) the slope is larger by `slope`.
+  // A kink of the curve, at the distance `start` from zero on the side of its list. The slope of
+  // the curve increases by `slope` there, N/m.
   struct Ramp {
     double start, slope;
   };
@@ -55,11 +58,12 @@ class TensionCurve {
   std::vector<Ramp> pull_, push_;
 };
 
-// The energy per rest area is w = w_1(lambda_1 - 1) + w_2(lambda_2 - 1) + w_3(2 E_12), where
-// lambda = sqrt(1 + 2 E_ii) is the stretch of the threads and w_i' the curves. In a pull along the
-// warp or the weft, with the other sides free or held, the force per rest width is therefore the
-// curve itself. In a simple shear 2 E_12 is the tangent of the angle, and the curve is the shear
-// force per length. There is no Poisson effect.
+// A membrane with independent curves for warp, weft and shear. The energy per rest area is
+//   w = w_1(lambda_1 - 1) + w_2(lambda_2 - 1) + w_3(2 E_12),
+// where lambda_i = sqrt(1 + 2 E_ii) is the stretch of the threads and the w_i' are the curves. In a
+// pull along the warp or the weft the force per rest width is therefore the curve itself, whether
+// the other sides are free or held. In a simple shear 2 E_12 is the tangent of the angle, and the
+// curve is the shear force per length. There is no Poisson effect.
 struct CurvedStretch {
   TensionCurve warp, weft, shear;
 
@@ -69,7 +73,7 @@ struct CurvedStretch {
     return warp.energy(nominal(strain[0])) + weft.energy(nominal(strain[1])) +
            shear.energy(strain[2]);
   }
-  // Returns a positive semi-definite part of the second derivatives of w, N/m.
+  // Returns the second derivatives of w, N/m. Negative ones are replaced by zero.
   template <class Real>
   Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& strain) const {
     using Number = Jet<Real, 2>;
@@ -86,7 +90,7 @@ struct CurvedStretch {
   }
 
  private:
-  // Returns lambda - 1. A thread that has collapsed keeps a millionth of its length.
+  // Returns lambda - 1, with lambda at least a millionth.
   template <class Number>
   static Number nominal(const Number& green) {
     return root(at_least(Number(1.0) + 2.0 * green, 1e-12)) - Number(1.0);

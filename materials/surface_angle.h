@@ -1,21 +1,22 @@
-// The angle between two surfaces that meet in a curve.
+// The angle between two surfaces that meet in a curve, and an elastic energy of its change.
 //
-// At a point of the curve, t is its tangent; a and b are tangents of the two surfaces that lead
-// away from it. With the unit vector e_a of a - q_a t, where q_a = a . t / t . t and h_a is the
-// length of a - q_a t, with n_a = t x e_a / |t|, and likewise for b,
+// At a point of the curve, t is the tangent of the curve. The vectors a and b are tangents of the
+// two surfaces that lead away from the curve. The part of a that is normal to t is a - q_a t with
+// q_a = a . t / t . t. It has the length h_a and the unit vector e_a; n_a = t x e_a / |t|. q_b,
+// h_b, e_b and n_b follow likewise from b. With the angle at rest Theta,
 //   cos theta = e_a . e_b,   sin theta = n_a . e_b,
 //   d theta = n_b . (db - q_b dt) / h_b - n_a . (da - q_a dt) / h_a,
-//   W = k (1 - cos(theta - Theta)),
-// where Theta is the angle at rest. W is k / 2 times the squared angle for small changes (Herrema,
-// Johnson, Proserpio, Wu, Kiendl, Hsu 2019, Penalty coupling of non-matching isogeometric
-// Kirchhoff-Love shell patches, have this energy as a sum of squares).
+//   W = k (1 - cos(theta - Theta)).
+// For small changes W is k / 2 times the squared change of the angle. Herrema, Johnson, Proserpio,
+// Wu, Kiendl, Hsu 2019 (Penalty coupling of non-matching isogeometric Kirchhoff-Love shell patches)
+// have this energy as a sum of squares.
 #pragma once
 
 #include "materials/types.h"
 
 namespace weft::materials {
 
-// Coefficients of nodes in the vectors of a point: t = sum_r t_r x_r and so on.
+// Coefficients of the nodes in the vectors t, a and b at a point: t = sum_r t_r x_r, and so on.
 template <int nodes>
 struct AngleBasis {
   using Numbers = Eigen::Array<double, nodes, 1, Eigen::DontAlign>;
@@ -29,7 +30,7 @@ struct AngleLaw {
 
 class SurfaceAngle {
  public:
-  // There is no angle if a or b is parallel to t: sine, cosine and moments are then zero.
+  // Vectors in m. If a or b is parallel to t, there is no angle: sine, cosine and moments are zero.
   SurfaceAngle(const Vec3& t, const Vec3& a, const Vec3& b);
   template <int nodes>
   SurfaceAngle(const AngleBasis<nodes>& basis, const NodesOf<double, nodes>& x)
@@ -41,7 +42,7 @@ class SurfaceAngle {
   double width() const { return 0.5 * (a_.height + b_.height); }  // mean of h_a and h_b, m
 
   double energy(const AngleLaw& law) const;  // J
-  // The moment dW / d theta (J), and its slope.
+  // Return the moment dW / d theta and its derivative by theta, J.
   double moment(const AngleLaw& law) const {
     return law.stiffness * (sine_ * law.cosine - cosine_ * law.sine);
   }
@@ -49,13 +50,13 @@ class SurfaceAngle {
     return law.stiffness * (cosine_ * law.cosine + sine_ * law.sine);
   }
 
-  // The gradient of the angle (1/m).
+  // Returns the gradient of the angle by the positions of the nodes, as columns, 1/m.
   template <int nodes>
   NodesOf<double, nodes> gradient(const AngleBasis<nodes>& basis) const {
     return b_.normal * (b_.beside(basis.b, basis.t) / b_.height).matrix().transpose() -
            a_.normal * (a_.beside(basis.a, basis.t) / a_.height).matrix().transpose();
   }
-  // Adds the Hessian of the angle (1/m^2) times a factor.
+  // Adds `factor` times the Hessian of the angle (1/m^2).
   template <int nodes>
   void add_hessian(double factor, const AngleBasis<nodes>& basis,
                    StencilMatrix<double, nodes>& sum) const {
@@ -64,16 +65,19 @@ class SurfaceAngle {
   }
 
  private:
-  // One of the surfaces. The slope of the angle is n . u / h with u = da - q dt = sum_r u_r dx_r.
+  // One of the two surfaces. Its part of d theta is n . u / h up to the sign, with u = da - q dt =
+  // sum_r u_r dx_r.
   struct Side {
     Side(const Vec3& direction, double length, const Vec3& tangent);
     template <class Numbers>
     Numbers beside(const Numbers& tangent, const Numbers& along) const {
       return tangent - skew * along;
     }
-    // With du = -dq dt, dh = e . u, dq = (t / |t| . u + h / |t| e . dt) / |t| and
-    // dn = -(e / h) (n . u) - (t / |t|^2) (n . dt). The part that is not symmetric, e . dt against
-    // n . dt, cancels between both sides.
+    // Adds `factor` times the derivative of n . u / h. It follows from
+    //   du = -dq dt,  dh = e . u,  dq = (t / |t| . u + h / |t| e . dt) / |t|,
+    //   dn = -(e / h) (n . u) - (t / |t|^2) (n . dt).
+    // The product of e . dt and n . dt is not symmetric. Its antisymmetric parts on the two sides
+    // cancel.
     template <class Numbers, int nodes>
     void add_hessian(double factor, const Vec3& direction, double length, const Numbers& t,
                      const Numbers& u, StencilMatrix<double, nodes>& sum) const {
@@ -96,7 +100,7 @@ class SurfaceAngle {
     Vec3 normal{0, 0, 0};  // n
   };
 
-  Vec3 direction_;  // of t
+  Vec3 direction_;  // t / |t|
   double length_;
   Side a_, b_;
   double cosine_, sine_;

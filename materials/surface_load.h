@@ -13,7 +13,7 @@ struct Tangents {
   Vec3 u{0, 0, 0}, v{0, 0, 0};
 };
 
-// Generalised forces of a load: the virtual work of a displacement w(u, v) of the surface is
+// Generalised forces of a load. In a displacement w(u, v) of the surface they do the virtual work
 //   position . w + along_u . dw/du + along_v . dw/dv.
 struct SurfaceForce {
   Vec3 position{0, 0, 0}, along_u{0, 0, 0}, along_v{0, 0, 0};
@@ -24,26 +24,28 @@ struct SurfaceForceSlopes {
   std::array<Mat3, 3> by_u, by_v;
 };
 
-// The matrix [a] of the cross product: [a] b = a x b.
+// Returns the matrix [a] of the cross product: [a] b = a x b.
 Mat3 cross_matrix(const Vec3& a);
 
-// Orthonormal frame of the surface, as columns: along a_u, in the plane beside it, along n.
+// Returns the orthonormal frame of the surface with the columns e_1, e_2 and n: e_1 along a_u, e_2
+// = n x e_1 in the tangent plane.
 Mat3 frame_of(const Tangents& tangents);
 
-// Pressure p (Pa) along the normal, per du dv: p a_u x a_v.
+// A pressure p (Pa) along the normal. The force per du dv is p a_u x a_v.
 SurfaceForce pressure_load(const Tangents& tangents, double pressure);
 SurfaceForceSlopes pressure_load_slopes(const Tangents& tangents, double pressure);
 
-// A force f (N) that keeps its components in the frame of the surface: Q c with the frame Q and the
-// components c. A change of the tangents turns it by
+// A force f (N) that keeps its components c in the frame Q of the surface: f = Q c. A change of the
+// tangents rotates the frame by dw, so that df = dw x f, with
 //   dw = n (e_2 . da_u) / |a_u| - e_2 (n . da_u) / |a_u|
-//        + e_1 (n . da_v - (a_v . e_1) (n . da_u) / |a_u|) / (a_v . e_2):   df = dw x f.
+//        + e_1 (n . da_v - (a_v . e_1) (n . da_u) / |a_u|) / (a_v . e_2).
 SurfaceForce turning_load(const Tangents& tangents, const Vec3& components);
 SurfaceForceSlopes turning_load_slopes(const Tangents& tangents, const Vec3& components);
 
 // A moment M (N m) about an edge along a_u, where the surface lies on the side of a_v. It does work
-// on the rotation of the surface about its edge. The rotation is positive if the surface beyond the
-// edge would move along n; with nu, the unit normal of the edge in the plane, pointing outwards,
+// on the rotation theta of the surface about the edge. A positive rotation would move a
+// continuation of the surface beyond the edge along n. With nu, the outward unit normal of the edge
+// in the tangent plane,
 //   d theta = n . dx,nu = ((a_u . a_v) n . da_u / |a_u|^2 - n . da_v) |a_u| / |a_u x a_v|.
 SurfaceForce edge_moment(const Tangents& tangents, double moment);
 SurfaceForceSlopes edge_moment_slopes(const Tangents& tangents, double moment);

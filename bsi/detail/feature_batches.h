@@ -10,8 +10,8 @@
 
 namespace weft::bsi {
 
-// The kind of a pair of four points, as in closest_vertex_triangle and closest_edge_edge
-// (proximity.h).
+// The kind of a pair of features. Each pair has four points, in the order of
+// closest_vertex_triangle() or closest_edge_edge() (proximity.h).
 enum class FeatureKind { vertex_triangle, edge_edge };
 using FourParticles = std::array<int, 4>;
 

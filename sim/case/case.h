@@ -1,6 +1,6 @@
-// A case file as data: one struct per table. case_schema.cpp describes each struct's fields once
-// (key, unit, limits, meaning). The parser, the JSON schema and the reference page all read that
-// description.
+// A case file as data: one struct per table. case_schema.cpp and the other *_schema.cpp describe
+// the fields of each struct once (key, unit, limits, meaning). The parser, the JSON schema and the
+// reference page all read these descriptions.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@
 
 namespace weft::sim {
 
-// The place in the text that a value came from, for messages. Line 0 marks a value that no file
-// contains (a default or --set).
+// The place of a value in a case file, for messages. Line 0 marks a value from outside the file (a
+// default or --set).
 struct SourceLocation {
   std::string file;
   int line = 0;
@@ -27,29 +27,29 @@ enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
 
 struct TimeCase {
   TimeMethod method = TimeMethod::cvode;
-  double duration = 1.0;                     // s, > 0
-  double frames_per_second = 60.0;           // 1/s, > 0
-  std::optional<double> accuracy;            // m; chooses the method and the values below
-  double position_tolerance = 1e-5;          // m, local error per step
+  double duration = 1.0;             // s, > 0
+  double frames_per_second = 60.0;   // 1/s, > 0
+  std::optional<double> accuracy;    // m, error to aim for; chooses the method and tolerances
+  double position_tolerance = 1e-5;  // m, local error per step
   std::optional<double> velocity_tolerance;  // m/s; default 100 /s * position_tolerance
-  double relative_tolerance = 1e-4;          // of the speed
-  std::optional<double> step;                // s, of fixed steps
+  double relative_tolerance = 1e-4;          // velocity error per step, as a fraction of the speed
+  std::optional<double> step;                // s, length of fixed steps
   int newton = 0;                            // Newton iterations per step; 0: to convergence
   int maximum_order = 2;                     // BDF order, 1..5
   double minimum_step = 1e-7;                // s
   std::optional<double> maximum_step;        // s
   PreconditionerChoice preconditioner = PreconditionerChoice::automatic;  // of the linear solver
-  bool sleep = true;  // bodies at rest are not simulated until something touches them
+  bool sleep = true;  // bodies that have come to rest are not simulated until they are touched
 };
 
-// The course of an equilibrium's loads, and its action at the end of a stable path.
+// The course of the loads of equilibria, and the action at the end of a stable path.
 enum class Loading { proportional, in_time, arc_length };
 enum class AtLimitPoint { stop, jump };
 
 struct StaticCase {  // of [static]; for time.method = "static"
   Loading loading = Loading::proportional;
   AtLimitPoint at_limit_point = AtLimitPoint::stop;
-  bool scale_gravity = false;                  // by the load factor of the path
+  bool scale_gravity = false;                  // multiplies gravity by the load factor
   double first_load_factor = 0.1;              // of the first point of the path
   std::optional<double> largest_step;          // m, RMS of the displacements between two points
   std::optional<double> largest_load_factor;   // > 0; the path ends there
@@ -76,13 +76,13 @@ struct ContactCase {
 enum class MaterialModel { cloth, shell };
 enum class MembraneModel { triangles, springs };
 
-// Force per width against strain, straight between the points of the table and beyond them.
+// Force per width against strain: linear between the points of the table, straight beyond them.
 struct StretchCurveCase {
   std::vector<double> strains;   // increasing, with 0
-  std::vector<double> tensions;  // N/m, one per strain; they do not fall, and are 0 at 0
+  std::vector<double> tensions;  // N/m, one per strain; not falling, 0 at strain 0
 };
 
-// Stiffness along warp, weft and in shear: a constant or a curve for each.
+// Stiffness along warp, along weft and in shear: for each a constant or a curve.
 struct OrthotropicMembraneCase {
   std::optional<double> warp_stiffness, weft_stiffness;  // Young's moduli times thickness, N/m
   std::optional<double> shear_modulus;                   // times thickness, N/m
@@ -92,32 +92,33 @@ struct OrthotropicMembraneCase {
   bool has_curves() const { return warp_curve || weft_curve || shear_curve; }
 };
 
-// Stiffness by strain and bias angle, each with six entries in N/m (materials/measured_stretch.h):
-// without stretch, then stretched by a sixth at 0, 22.5, 45, 67.5 and 90 degrees to the warp.
+// Stiffness by strain and by angle to the warp. Each list has six entries in N/m
+// (materials/measured_stretch.h): without stretch, then stretched by a sixth at 0, 22.5, 45, 67.5
+// and 90 degrees to the warp.
 struct MeasuredMembraneCase {
   std::vector<double> warp, coupling, weft, shear;
-  double factor = 1;  // of all of them
+  double factor = 1;  // multiplies all entries
 };
 
 // Bending stiffness along the warp, at 45 degrees and along the weft.
 struct OrthotropicBendingCase {
-  std::vector<double> warp, bias, weft;  // N m, at each of the curvatures
-  std::vector<double> curvatures;        // 1/m, increasing from 0; one stiffness needs none
-  double factor = 1;                     // of all of them
+  std::vector<double> warp, bias, weft;  // N m, one entry per curvature
+  std::vector<double> curvatures;        // 1/m, increasing from 0; may be empty for one entry
+  double factor = 1;                     // multiplies all stiffnesses
 };
 
 struct MaterialCase {
   std::string name;    // of [material.NAME]
-  std::string preset;  // name of the preset that it begins with (material_presets.h); empty: none
+  std::string preset;  // name of a preset that gives values (material_presets.h); empty: none
   MaterialModel model = MaterialModel::cloth;
-  double density = 0.2;  // kg/m^2, > 0; cloth
+  double density = 0.2;  // kg/m^2, > 0; of cloth
   MembraneModel membrane = MembraneModel::triangles;
-  double membrane_stiffness = 1000.0;          // E h, N/m
-  double poisson_ratio = 0.3;                  // of the triangles and of bending
+  double membrane_stiffness = 1000.0;          // E h, N/m; of cloth
+  double poisson_ratio = 0.3;                  // of isotropic triangles, of bending, of shells
   std::optional<double> structural_stiffness;  // N/m; springs only; default 3/4 E h
   std::optional<double> shear_stiffness;       // N/m; springs only; default half the structural
   std::optional<double> bend_stiffness;        // N/m; springs only; default 0
-  double bending_stiffness = 0.0;              // D, N m; cloth
+  double bending_stiffness = 0.0;              // D, N m; of cloth
   double youngs_modulus = 0;                   // Pa; this and the next three: shell
   double shell_thickness = 0;                  // m
   double volume_density = 0;                   // kg/m^3
@@ -138,7 +139,7 @@ struct MaterialCase {
   std::optional<OrthotropicBendingCase> orthotropic_bending;    // instead of bending_stiffness
 
   bool is_shell() const { return model == MaterialModel::shell; }
-  // True if its membrane is isotropic, made of triangles or springs.
+  // Returns true if the membrane is isotropic triangles or springs.
   bool has_isotropic_membrane() const { return !orthotropic_membrane && !measured_membrane; }
   bool resists_bending() const { return bending_stiffness > 0 || orthotropic_bending; }
   double area_density() const { return is_shell() ? volume_density * shell_thickness : density; }
@@ -169,7 +170,7 @@ struct ShapeCase {
   ShapeType type = ShapeType::rectangle;
   std::vector<double> size;            // rectangle, plane: [x, y]; box: [x, y, z]; m
   std::vector<int> resolution;         // vertices, in the order of docs/guide.md, Shapes
-  std::vector<int> patches;            // [along rows, along columns]; empty: as the type has them
+  std::vector<int> patches;            // [rows, cols] into which the image is cut; empty: not cut
   std::optional<double> radius;        // m; not of rectangle, plane, annulus, box, torus, file
   double top_radius = 0;               // cone: m; 0 is an apex
   std::optional<double> length;        // cylinder, capsule, cone: m
@@ -179,10 +180,10 @@ struct ShapeCase {
   std::optional<double> minor_radius;  // torus: m
   std::vector<double> latitude_deg;    // sphere_sector: [south, north]
   double angle_deg = 360;              // annulus, cylinder, sphere_sector
-  std::string path;                    // file: HDF5, relative to the case file
-  std::string dataset;                 // file: [rows, cols, 3] or [patches, rows, cols, 3], m
-  bool wrap_u = false;                 // file
-  bool wrap_v = false;                 // file
+  std::string path;                    // file: path of an HDF5 file, relative to the case file
+  std::string dataset;  // file: dataset [rows, cols, 3] or [patches, rows, cols, 3], m
+  bool wrap_u = false;  // file: joins the last column to the first
+  bool wrap_v = false;  // file: joins the last row to the first
   SourceLocation location;
 };
 
@@ -196,19 +197,19 @@ struct MotionCase {
   Vec3 velocity{0, 0, 0};               // m/s
   Vec3 angular_velocity_deg{0, 0, 0};   // degrees/s about `centre`
   std::optional<Vec3> centre;           // m; default the mean of the moved points at t = 0
-  double start_time = 0.0;              // s: at rest before
-  std::optional<double> stop_time;      // s: at rest after
+  double start_time = 0.0;              // s; at rest before
+  std::optional<double> stop_time;      // s; at rest after; default: never
   std::vector<KeyframeCase> keyframes;  // instead of the velocities
   SourceLocation location;
 };
 
-// Every vertex of a body that any selector names. Rows and cols together select a block; one of
-// them alone selects whole rows or columns.
+// Selects every vertex of a body that any selector names. Rows and cols together select a block;
+// one of them alone selects whole rows or columns.
 struct VertexSelection {
   std::vector<std::string>
       corners;  // "first_first", "first_last", "last_first", "last_last" (row_col), or "all"
   std::vector<std::string> edges;  // "first_row", "last_row", "first_col", "last_col"
-  std::vector<int> rows;           // [first, last], counted from 0, negative from the end
+  std::vector<int> rows;           // [first, last]; negative: counted from the end
   std::vector<int> cols;           // [first, last]
   int patch = 0;
   std::optional<Vec3> region_min, region_max;  // m, box in world space at t = 0
@@ -216,19 +217,19 @@ struct VertexSelection {
 
 struct PinCase {
   VertexSelection vertices;
-  bool clamp = false;                  // holds the surface's tangent plane at the held edges, too
-  std::vector<std::string> axes;       // "x", "y", "z": those held; empty: all
+  bool clamp = false;                  // also holds the surface's tangent plane at the held edges
+  std::vector<std::string> axes;       // "x", "y", "z": held directions; empty: all
   std::optional<Vec3> symmetry;        // normal of a plane of symmetry through the vertices
-  double hold_time = 0;                // s: the vertices are free before
-  std::optional<double> release_time;  // s: the vertices are free from then on
+  double hold_time = 0;                // s; the vertices are free before
+  std::optional<double> release_time;  // s; the vertices are free from then on
   std::optional<MotionCase> motion;
   SourceLocation location;
 
-  // True if the vertices are held in some directions only.
+  // Returns true if the vertices are held in some directions only.
   bool slides() const { return !axes.empty() || symmetry.has_value(); }
 };
 
-// The shape in which a body starts, if it is not its rest shape: `shape`, or the rest shape bent.
+// The shape in which a body starts, if that is not its rest shape: `shape`, or the rest shape bent.
 struct StartCase {
   std::optional<ShapeCase> shape;     // an image like that of the rest shape
   std::optional<double> bend_radius;  // m: bends upwards if positive, downwards if negative
@@ -240,15 +241,15 @@ struct BodyCase {
   std::string name;
   ShapeCase shape;
   std::string material;                // name of a [material.NAME]
-  std::optional<StartCase> start;      // default: it starts in its rest shape
+  std::optional<StartCase> start;      // default: the rest shape
   Vec3 stretch{1, 1, 1};               // factors along the axes of the start shape
   Vec3 position{0, 0, 0};              // m
   Vec3 rotation_deg{0, 0, 0};          // rotation vector, degrees, before the translation
   Vec3 velocity{0, 0, 0};              // m/s
   Vec3 angular_velocity_deg{0, 0, 0};  // degrees/s about the body's centre
-  std::optional<double> thickness;     // m; default 1e-3, of a shell shell_thickness
-  double warp_angle_deg = 0;           // of the warp to the rows of the image, towards columns
-  bool control_net = false;            // of a shell: the image holds its control points
+  std::optional<double> thickness;     // m; default 1e-3, for shells shell_thickness
+  double warp_angle_deg = 0;           // from the rows of the image to the warp, towards columns
+  bool control_net = false;            // shells: the image holds control points, not surface points
   bool self_contact = true;
   std::vector<PinCase> pin;
   SourceLocation location;
@@ -278,13 +279,13 @@ struct LoadCase {
   SourceLocation location;
 };
 
-// Ties vertices of a body to another body, or to an obstacle, by springs.
+// Springs that tie vertices of a body to another body or to an obstacle.
 struct TieCase {
   VertexSelection vertices;
   std::string body;
   std::string to;                     // name of a body or obstacle
   double stiffness = 1e4;             // N/m, of all springs together
-  std::optional<double> break_force;  // N: the sum of their forces at which all break
+  std::optional<double> break_force;  // N: sum of the spring forces at which the tie breaks
   SourceLocation location;
 };
 
@@ -312,7 +313,7 @@ struct SeamCase {
 
 // A file with materials and obstacles that belong to the case.
 struct IncludeCase {
-  std::string path;  // TOML, relative to the file that includes it
+  std::string path;  // TOML file, relative to the file that includes it
 };
 
 enum class Precision { float32, float64 };
@@ -320,19 +321,19 @@ enum class Compression { none, lossless, bounded };
 
 // A part of a body or obstacle that is recorded instead of the whole.
 struct OutputPartCase {
-  std::string body;       // of a body or an obstacle
-  std::vector<int> rows;  // [first, last], counted from 0, negative from the end; default: all
+  std::string body;       // name of a body or an obstacle
+  std::vector<int> rows;  // [first, last]; negative: from the end; default: all
   std::vector<int> cols;  // [first, last]
-  int every = 1;          // records every so many rows and columns, and the last ones
+  int every = 1;  // step from one recorded row or column to the next; the last ones are added
   SourceLocation location;
 };
 
 struct OutputCase {
-  bool velocity = false;              // record velocities too
-  bool step_energies = false;         // record energies after every step, not only in frames
-  std::vector<std::string> channels;  // more to record in frames: names of sim/case/channels.h
-  std::vector<double> frame_times;    // s, increasing; default: by time.frames_per_second
-  std::vector<std::string> bodies;    // bodies and obstacles that are recorded; default: all
+  bool velocity = false;              // records velocities
+  bool step_energies = false;         // records energies after every step, not only in frames
+  std::vector<std::string> channels;  // further quantities in frames, by name (sim/case/channels.h)
+  std::vector<double> frame_times;    // s, increasing; empty: by time.frames_per_second
+  std::vector<std::string> bodies;    // recorded bodies and obstacles; empty: all
   std::vector<OutputPartCase> part;   // [[output.part]]
   Precision precision = Precision::float32;     // of positions
   Compression compression = Compression::none;  // of positions and fields
@@ -342,7 +343,7 @@ struct OutputCase {
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };
 
 struct ComputeCase {
-  std::optional<int> threads;                          // absent: chosen by the number of vertices
+  std::optional<int> threads;                          // default: by the number of vertices
   ComputeBackend backend = ComputeBackend::automatic;  // of the contact search
   std::optional<double> cpu_limit;                     // s
   std::optional<double> memory_limit;                  // MiB; default nine tenths of the machine's
@@ -356,7 +357,7 @@ struct Case {
   ContactCase contact;
   OutputCase output;
   ComputeCase compute;
-  // [[include]]. A case that has been read holds the contents of these files instead.
+  // [[include]]; empty once a case has been read, which then holds the contents of these files.
   std::vector<IncludeCase> include;
   std::vector<MaterialCase> material;  // [material.NAME]
   std::vector<BodyCase> body;          // [[body]]
@@ -365,15 +366,15 @@ struct Case {
   std::vector<LoadCase> load;
   std::vector<SeamCase> seam;  // [[seam]]
 
-  std::string path;  // of the case file; base of relative paths
-  // The case as TOML with every default and override, as trajectories store it. The values chosen
-  // by time.accuracy replace that key.
+  std::string path;  // path of the case file; base of relative paths
+  // The case as TOML with every default and override, as trajectories store it. The values that
+  // time.accuracy chose replace that key.
   std::string resolved_text;
-  // Facts about the text that choose_accuracy() (sim/accuracy/accuracy_choice.h) needs.
+  // Facts about the text, for choose_accuracy() (sim/accuracy/accuracy_choice.h).
   bool method_given = false;
   SourceLocation method_location, accuracy_location;
-  // The choice that time.accuracy made, with its reason; empty before the choice, and without
-  // time.accuracy.
+  // The choice that time.accuracy made, with its reason. Empty without time.accuracy and before the
+  // choice.
   std::string accuracy_choice;
   bool awaits_accuracy() const { return time.accuracy && accuracy_choice.empty(); }
 };

@@ -232,8 +232,7 @@ class Checker {
            "nothing holds body " + in_quotes(case_.body[i].name) +
                ": under gravity it has no equilibrium (time.method = \"static\")",
            "expected a pin, a tie, a seam, or an obstacle or a pinned body that it can rest on, "
-           "with "
-           "contact");
+           "with contact");
     }
   }
 

@@ -16,8 +16,8 @@ std::vector<NamedValue<TimeMethod>> named_methods() {
 
 }  // namespace
 
-// Every describe() below unpacks its struct by a structured binding. A member that is added to
-// case.h but not described here therefore does not compile.
+// Every describe() below unpacks its struct by a structured binding. A member in case.h without a
+// description here therefore does not compile.
 
 Table describe(TimeCase& target) {
   auto& [method, duration, frames, accuracy, position_tolerance, velocity_tolerance,

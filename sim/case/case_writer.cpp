@@ -30,7 +30,8 @@ std::string inline_table(const Table& table) {
   return "{ " + text + " }";
 }
 
-// Makes the TOML text of a member; empty for a table and for an absent value.
+// Makes the TOML text of a member. An absent whole number is "auto"; the text is empty for a table
+// and for any other absent value.
 struct ValueText {
   const Field& field;
 

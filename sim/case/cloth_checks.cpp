@@ -15,9 +15,10 @@ namespace weft::sim {
 
 namespace {
 
-class Checker {
+class ClothChecker {
  public:
-  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+  ClothChecker(const Case& target, const Locations& locations)
+      : case_(target), locations_(locations) {}
 
   void check() const {
     for (const MaterialCase& material : case_.material) {
@@ -119,7 +120,7 @@ class Checker {
 }  // namespace
 
 void check_cloth(const Case& target, const Locations& locations) {
-  Checker(target, locations).check();
+  ClothChecker(target, locations).check();
 }
 
 }  // namespace weft::sim

@@ -1,13 +1,13 @@
-// Rules between the keys of cloth that differs by direction.
+// Checks of materials whose stiffness depends on the direction.
 #pragma once
 
 #include "sim/case/case_locations.h"
 
 namespace weft::sim {
 
-// Throws CaseError at the key of a [material.NAME.orthotropic_membrane], its curves, a
-// [material.NAME.measured_membrane] or a [material.NAME.orthotropic_bending] that does not go with
-// the others.
+// Throws CaseError at the first key that is missing, out of order or in contradiction to another
+// one. Covers the tables orthotropic_membrane, measured_membrane and orthotropic_bending of all
+// materials of `target`.
 void check_fabrics(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

@@ -25,14 +25,14 @@ struct PresetText {
 
 #include "sim/case/material_presets.inc"
 
-constexpr std::string_view preset_place = "preset \"";  // of its values, before its name
+constexpr std::string_view preset_place = "preset \"";  // prefix of the place of preset values
 
 toml::array* array_at(toml::table& keys, const char* table, const char* key) {
   return keys[table][key].as_array();
 }
 
-// Fits published numbers may be negative, which no cloth can be. They count as zero, and couplings
-// that exceed the root of warp x weft count as that root.
+// Makes published numbers valid. Some fitted numbers are negative, which no cloth can be: they
+// become zero. Couplings above the root of warp x weft become that root.
 class Changer {
  public:
   explicit Changer(MaterialPreset& preset) : preset_(preset) {}
@@ -79,7 +79,7 @@ bool is_of_preset(const toml::node& node) {
   return path && path->starts_with(preset_place);
 }
 
-// Moves what the table lacks into it; a copy would lose its place in the text.
+// Moves entries of `more` that `table` lacks into `table`. A copy would lose its place in the text.
 void fill(toml::table& table, toml::table& more) {
   for (auto&& [key, node] : more) {
     toml::node* own = table.get(key.str());
@@ -91,7 +91,8 @@ void fill(toml::table& table, toml::table& more) {
   }
 }
 
-// True if the case gives, by itself, a key that excludes this one or that it excludes.
+// Returns true if the case itself gives a key that excludes this field, or that this field
+// excludes.
 bool is_excluded(const Field& field, const Table& schema, const toml::table& table) {
   return std::ranges::any_of(schema.fields, [&](const Field& other) {
     const toml::node* given = table.get(other.key);
@@ -101,7 +102,7 @@ bool is_excluded(const Field& field, const Table& schema, const toml::table& tab
   });
 }
 
-// True if the switches of the table, or their defaults, let the field have a value.
+// Returns true if the switches of the table, or their defaults, allow a value of the field.
 bool is_switched_on(const Field& field, const Table& schema, const toml::table& table) {
   if (field.switch_key.empty()) return true;
   const Field& by = *schema.find(field.switch_key);
@@ -154,7 +155,7 @@ Json json_of(const toml::node& node) {
   return *node.value<double>();
 }
 
-// Writes "key = value" for every number and word of a table, those of tables inside with their
+// Writes "key = value" for every value of a table. Keys of tables inside it are written with their
 // path.
 void write_values(const toml::table& table, const std::string& path, std::ostream& out) {
   for (auto&& [key, node] : table) {

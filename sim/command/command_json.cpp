@@ -34,7 +34,7 @@ void add_bill(Json& json, const Bill& bill) {
   }
 }
 
-// Returns the first members of every object.
+// Returns the members with which every object starts.
 Json ending_json(int code, const std::string& status, const std::string& reason) {
   Json json{{"weft_version", WEFT_VERSION}, {"status", status}, {"exit_code", code}};
   json["reason"] = reason.empty() ? Json() : Json(reason);
@@ -84,7 +84,7 @@ void add_counts(Json& json, const IntegratorCounts& counts) {
   json["restarts"] = counts.restarts;
 }
 
-// All members of an analysis of modes except the modes themselves.
+// Returns all members of a report of modes except the list of modes, which is empty.
 Json modes_head(const RunCommand& command, const ModesReport& report, int unknowns, int code) {
   Json json = ending_json(code, report.failure ? "failed" : "done",
                           report.failure ? report.failure->text : "");

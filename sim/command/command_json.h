@@ -23,11 +23,12 @@ std::string modes_json(const RunCommand& command, const ModesReport& report,
                        const VibrationModes& found, int code);
 std::string modes_json(const RunCommand& command, const ModesReport& report,
                        const BucklingModes& found, int code);
-// Returns the object for a command on a case without a report. It has a title if the case was read.
-// A mistake in the case or the arguments gives the status "refused", any other fault "failed".
+// Returns the object of a command on a case that ended without a report. It has a title if the case
+// was read. A mistake in the case or the arguments gives the status "refused", any other fault
+// "failed".
 std::string refusal_json(const RunCommand& command, const std::optional<std::string>& title,
                          int code, const std::string& reason);
-// Returns the object for any other command without a result.
+// Returns the object of any other command that ended without a result.
 std::string refusal_json(int code, const std::string& reason);
 
 }  // namespace weft::sim

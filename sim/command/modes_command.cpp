@@ -27,10 +27,10 @@ std::string formatted(const char* format, auto... values) {
   return text.data();
 }
 
-// The steps that both commands share.
+// The steps that `weft modes` and `weft buckling` share.
 class Analysis {
  public:
-  // Reads the case. An existing trajectory is refused before any work.
+  // Reads the case. Refuses an existing trajectory before any work.
   Analysis(const ModesCommand& command, const std::string& suffix,
            std::optional<std::string>& title)
       : command_(command), source_(read_case(command.run.case_path, command.run.overrides)) {
@@ -45,7 +45,8 @@ class Analysis {
   CaseEquilibrium& equilibrium() { return *equilibrium_; }
   ModesReport& report() { return report_; }
 
-  // Finds the state. Returns false if that fails.
+  // Finds the state about which modes are computed. Returns false, with the failure in report(), if
+  // there is none.
   bool find_state(std::optional<double> load_factor) {
     ProgressBar bar(source_.time.duration, !command_.run.quiet);
     equilibrium_.emplace(source_, EquilibriumOptions{.start_shape = command_.start_shape,
@@ -70,14 +71,15 @@ class Analysis {
     report_.trajectory = path_;
   }
 
-  // Ends a table with the facts about all modes.
+  // Returns the table with a footer: number of unknowns, CPU time and trajectory.
   std::string with_footer(std::string table, int unknowns) const {
     table += formatted("%s, %.3g s of CPU\n", counted(unknowns, "unknown", "unknowns").c_str(),
                        command_.run.started.elapsed().cpu);
     if (!report_.trajectory.empty()) table += "trajectory " + report_.trajectory + '\n';
     return table;
   }
-  // Prints the object with --json, or the table, and a failure. Returns the exit code.
+  // Prints the JSON object with --json, otherwise the table; then a failure, if any. Returns the
+  // exit code.
   int finish(const auto& modes, const std::string& table) {
     const int code = report_.failure ? exit_code::numerical_failure : exit_code::done;
     report_.cost = command_.run.started.elapsed();
@@ -142,7 +144,7 @@ void write(Analysis& analysis, const BucklingModes& found) {
   analysis.write(modes, {{"load_factor", "1"}});
 }
 
-// Writes and prints what has been found.
+// Writes and prints the modes found. Returns the exit code.
 int deliver_modes(Analysis& analysis, const auto& found) {
   if (!analysis.report().failure) analysis.report().failure = found.failure;
   write(analysis, found);

@@ -11,12 +11,12 @@
 namespace weft::sim {
 
 struct ModesCommand {
-  RunCommand run;            // its folder is used with `writes` alone
-  int count = 10;            // modes
-  bool writes = false;       // a trajectory of the modes
-  int frames_per_mode = 1;   // of the trajectory
-  bool start_shape = false;  // modes: about the start shape as it is
-  double load_factor = 0;    // buckling: of the equilibrium
+  RunCommand run;            // its folder is used only with `writes`
+  int count = 10;            // number of modes
+  bool writes = false;       // writes a trajectory of the modes
+  int frames_per_mode = 1;   // in the trajectory
+  bool start_shape = false;  // `weft modes`: about the start shape
+  double load_factor = 0;    // `weft buckling`: of the equilibrium
 };
 
 // Computes natural modes about the equilibrium of a case, and prints their frequencies. The
@@ -26,7 +26,7 @@ int show_modes(const ModesCommand& command);
 // Returns the exit code.
 int show_buckling(const ModesCommand& command);
 
-// The facts that the objects of `--json` have beside the modes.
+// The members of the `--json` object other than the modes.
 struct ModesReport {
   std::string title;
   std::string about;       // the state: "equilibrium" or "start_shape"
@@ -34,7 +34,7 @@ struct ModesReport {
   double imbalance = 0;    // CaseEquilibrium::imbalance()
   double load_factor = 1;  // of the state
   Cost cost;               // of the process so far
-  std::string trajectory;  // empty: none
+  std::string trajectory;  // path; empty: none written
   std::optional<Failure> failure;
 };
 

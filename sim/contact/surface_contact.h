@@ -110,7 +110,8 @@ class SurfaceContact {
     bool edges = false;
     double thickness = 0;
   };
-  // Candidates of one list and one kind.
+  // The candidates of one CandidateList that are of one kind: vertex-triangle, triangle-vertex or
+  // edge-edge.
   struct PairGroup {
     bool edges = false;
     bool samples = false;  // vertices of a dynamic body; other pairs have the short barrier

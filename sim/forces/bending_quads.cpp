@@ -29,8 +29,8 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
   return hinges;
 }
 
-// The law of a triangle over the angles of its hinges: its modulus, or its map to the curvature,
-// and how it yields.
+// Adds the law of a triangle over the angles of its hinges: its modulus, or its map to the
+// curvature, and how it yields.
 void add_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
                   const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
   const MaterialCase& material = *body.material;

@@ -1,4 +1,4 @@
-// Addition of a batch of 3 x 3 blocks, one per stencil, to a block matrix.
+// Adds batches of 3 x 3 blocks, one block per stencil, to a block matrix.
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   return rows;
 }
 
-// Adds the block of each stencil to the upper block at its place. It is not inlined, because it is
-// long and every pair needs it.
+// Adds the block of each of the first `lanes` stencils to the upper block at its place. Not
+// inlined, because the code is long and every pair of nodes uses it.
 [[gnu::noinline]] inline void add_block(int lanes, const BlockBatch& value,
                                         const LaneIntegers& places, BlockMatrix& matrix) {
   using materials::lane_count;
@@ -37,8 +37,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   }
 }
 
-// Returns the block where a is before b, its transpose where a is behind b, and the sum of both
-// where they are the same particle.
+// Returns one block per lane: `value` if a < b, `transposed` if a > b, and their sum if both nodes
+// are one particle (a == b).
 inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
                         const LaneIntegers& a, const LaneIntegers& b) {
   using materials::Lanes;
@@ -56,8 +56,8 @@ inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
   return result;
 }
 
-// Adds the blocks between nodes a and b to the upper blocks: the transpose where a is behind b, and
-// the sum of both where they are the same particle.
+// Adds the blocks between nodes a and b to the upper blocks at their places. If a > b, adds the
+// transpose. If both nodes are one particle (a == b), adds the sum of the block and its transpose.
 inline void add_pair_block(int lanes, const BlockBatch& value, const LaneIntegers& a,
                            const LaneIntegers& b, const LaneIntegers& places, BlockMatrix& matrix) {
   unsigned behind = 0, one = 0;

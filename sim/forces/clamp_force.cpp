@@ -14,7 +14,7 @@ bool has_clamps(const Case& source) {
   });
 }
 
-void add_body(const Scene& scene, int b, BorderTriangles& all) {
+void add_clamped_body(const Scene& scene, int b, BorderTriangles& all) {
   const SceneBody& body = scene.bodies[b];
   const std::vector<ClampedBy> edges = clamped_edges_of(scene, b);
   if (edges.empty()) return;
@@ -48,7 +48,7 @@ void add_body(const Scene& scene, int b, BorderTriangles& all) {
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   if (!has_clamps(scene.source)) return nullptr;
   BorderTriangles all;
-  for (int b = 0; b < scene.dynamic_bodies; ++b) add_body(scene, b, all);
+  for (int b = 0; b < scene.dynamic_bodies; ++b) add_clamped_body(scene, b, all);
   return make_border_bending("clamp", std::move(all), scene);
 }
 

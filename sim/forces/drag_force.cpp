@@ -103,7 +103,8 @@ class DragForce final : public Force {
                                                triangle_nodes(v, triangle), wind_);
   }
 
-  // Returns the sums at the corners of a quad, from the value that every node of a triangle gets.
+  // Returns the sums at the corners of a quad, where each node of a triangle receives the value of
+  // the triangle.
   static Corners shared(const Vec3Of<Lanes>& one, const Vec3Of<Lanes>& other) {
     Corners corners;
     corners << one, one + other, one + other, other;
@@ -115,11 +116,11 @@ class DragForce final : public Force {
   StencilArray<4, QuadCorners> quads_;
   DragNumbers drags_;
   TimeCurve<Vec3> wind_in_time_;
-  StencilNumbers normal_, tangential_;  // at the time set
-  Vec3Of<Lanes> wind_;                  // m/s, at the time set
+  StencilNumbers normal_, tangential_;  // at the time of set_time()
+  Vec3Of<Lanes> wind_;                  // m/s, at the time of set_time()
 };
 
-// Appends the drag of a body's quads: density times coefficient.
+// Appends the drag of the quads of a body: air density times coefficient.
 void append(int quads, const Varying<double>& density, const Varying<double>& coefficient,
             VaryingNumbers& numbers) {
   const TimeCurve<double> of_air(density), of_body(coefficient);

@@ -11,9 +11,9 @@ namespace weft::sim {
 template <class Point>
 class ElementPoints {
  public:
-  // Points of one element keep the order in which they are added.
+  // Adds a point. Points of one element keep the order of these calls.
   void add(int element, const Point& point) { unsorted_.emplace_back(element, point); }
-  // Must be called once, after the last point and before of().
+  // Sorts the points. Must be called once, after the last point and before of().
   void finish(int elements) {
     first_.assign(elements + 1, 0);
     for (const auto& [element, point] : unsorted_) ++first_[element + 1];

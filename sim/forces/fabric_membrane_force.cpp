@@ -1,4 +1,4 @@
-// Membranes whose tension is any function of the strain: curves, and measured coefficients.
+// Membranes whose tension is a nonlinear function of the strain: curves, and measured coefficients.
 #include "materials/fabric_membrane.h"
 
 #include "sim/base/parallel.h"
@@ -76,7 +76,10 @@ class FabricMembraneForce final : public Force {
   }
   void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
 
-  // K = G (A B^T w'' B) G^T + sum_i s_i d^2 q_i / dx dx and D = beta G (A B^T V B) G^T, G = dq/dx.
+  // Adds K = G (A B^T w'' B) G^T + sum_i s_i d^2 q_i / dx dx and D = beta G (A B^T V B) G^T. The
+  // q_i are the changes of squared edge lengths, and G = dq/dx. B maps q to strains, and the s_i
+  // are the tensions. A is the area, w the energy per area, V the viscosity and beta the damping
+  // time.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     const bool semi_definite = definiteness == Definiteness::semi_definite;
@@ -97,8 +100,8 @@ class FabricMembraneForce final : public Force {
       batch.strains.map.data()[i].values[lane] = membrane.strains.map.data()[i];
     batch.strains.area.values[lane] = membrane.strains.area;
   }
-  // Rest lengths are computed by the operations that later compute lengths: a body at rest then
-  // feels no force at all.
+  // Computes rest lengths by the same operations as later lengths, so that forces on a body at rest
+  // are exactly zero.
   void set_rest_lengths(const std::vector<Vec3>& rest) {
     quads_.for_each_batch(1, [&](int first) {
       const Corners x = quads_.gather(first, rest);
@@ -151,7 +154,7 @@ class FabricMembraneForce final : public Force {
     QuadBlocks stiffness, damping;
     stiffness.blocks.fill(Mat3Of<Lanes>::Zero());
     if (has_damping() && !into.is_joined()) damping.blocks.fill(Mat3Of<Lanes>::Zero());
-    std::array<Nodes, 2> pulls;  // of the damping along the given displacement
+    std::array<Nodes, 2> pulls;  // damping forces for the displacement `along`
     for (int t = 0; t < 2; ++t) {
       const Triangle& own = triangle(first, t);
       const Nodes nodes = triangle_nodes(x, t), edges = materials::opposite_edges(nodes);
@@ -191,7 +194,7 @@ class FabricMembraneForce final : public Force {
 
   Law law_;
   TimeCurve<double> damping_time_;  // s
-  double time_ = 0;                 // s, at the time set
+  double time_ = 0;                 // s, at the time of set_time()
   MembraneStencils quads_;
   // The triangles of each batch of quads. Lanes beyond the last quad have no area.
   std::vector<std::array<Triangle, 2>> membranes_;

@@ -27,8 +27,8 @@ std::unique_ptr<Force> make_drag_force(const Scene& scene);        // wind on tr
 std::unique_ptr<Force> make_shell_drag_force(const Scene& scene);  // wind on spline shells
 std::unique_ptr<Force> make_load_force(const Scene& scene);        // loads from outside
 
-// Parts of the bending force: of all materials that yield, and of one whose stiffness depends on
-// its curvature.
+// Parts of the bending force: of all materials that yield, and of a material whose stiffness
+// depends on its curvature.
 std::unique_ptr<Force> make_yielding_bending_force(const Scene& scene);
 std::unique_ptr<Force> make_curved_bending_force(const Scene& scene, const MaterialCase& material);
 // Parts of the membrane force: one for each material whose tension is not linear in its strain.

@@ -1,4 +1,4 @@
-// Several arrays of one kind of force as a single force, with one energy.
+// Combines several arrays of one kind of force into a single force with one energy.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,9 @@
 
 namespace weft::sim {
 
-// Returns null for no members, a single member as it is, and otherwise a force that is the sum of
-// all. Null members are left out; all have the same name and are membranes or not.
+// Returns the sum of all members as one force. Null members are left out. Returns null if none is
+// left, and a single member as it is. Precondition: all members have the same name() and the same
+// is_membrane().
 std::unique_ptr<Force> grouped(std::vector<std::unique_ptr<Force>> members);
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// Loads on the cells and elements of surfaces, as a force uses them.
+// Forces and stiffness of loads on the cells and spline elements of surfaces.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@
 
 namespace weft::sim {
 
-// The size of a load at a time: a force or its components in the surface's frame (N, N/m or N/m^2),
-// a pressure (Pa), or a moment (N m/m).
+// The value of a load at a time. `force` (N, N/m or N/m^2) has components in the surface's frame if
+// the load is a follower. `scalar` is a pressure (Pa) or a moment (N m/m).
 struct LoadValue {
   LoadType type = LoadType::point;
   bool follower = false;
@@ -23,7 +23,7 @@ struct LoadValue {
   bool turns() const { return follower || type == LoadType::pressure || type == LoadType::moment; }
 };
 
-// The points of all loads on surfaces whose points depend on so many nodes.
+// The points of all loads on surfaces whose points depend on `nodes` nodes each.
 template <int nodes>
 class LoadElements {
  public:
@@ -31,8 +31,7 @@ class LoadElements {
   using Nodes = materials::NodesOf<double, nodes>;
   using Blocks = materials::StencilMatrix<double, nodes>;
 
-  // Adds a point of a load, by its number. Points of one element that follow each other share a
-  // stencil.
+  // Adds a point of the load with number `load`. Consecutive points of one element share a stencil.
   void add(int load, int first_particle, const LoadPoint& from) {
     Stencil stencil;
     Point point{.load = load, .measure = from.measure, .parameters = from.measure};
@@ -77,7 +76,7 @@ class LoadElements {
   }
   void attach(const BlockPattern& pattern) { elements_.attach(pattern); }
 
-  // Adds the symmetric part of -dF/dx of the loads that turn.
+  // Adds the symmetric part of -dF/dx of the loads that turn with the surface.
   void add_stiffness(std::span<const LoadValue> loads, std::span<const Vec3> position,
                      BlockMatrix& matrix, int threads) const {
     elements_.for_each(threads, [&](int e) {
@@ -97,8 +96,8 @@ class LoadElements {
  private:
   struct Point {
     int load = 0;
-    double measure = 0;     // m or m^2 at rest; of a vertex 1
-    double parameters = 0;  // part of the area of the parameters
+    double measure = 0;     // m or m^2 at rest; 1 for a vertex
+    double parameters = 0;  // length or area in parameter space
     std::array<double, nodes> value{}, slope_u{}, slope_v{};
   };
 
@@ -136,7 +135,7 @@ class LoadElements {
   static void add_point_stiffness(const LoadValue& load, const Point& point, const Nodes& x,
                                   Blocks& sum) {
     const materials::SurfaceForceSlopes slopes = slopes_at(load, point, tangents(point, x));
-    // dF of node a by the place of node b.
+    // Derivative of the force on node a with respect to the position of node b.
     const auto slope = [&](int a, int b) {
       Mat3 total = Mat3::Zero();
       const std::array<double, 3> factor{point.value[a], point.slope_u[a], point.slope_v[a]};

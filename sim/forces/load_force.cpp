@@ -42,7 +42,7 @@ class LoadForce final : public Force {
     scale();
   }
   double evaluation_work() const override { return 0.6; }
-  // A load comes from outside, where its energy is not known.
+  // The energy of a load is outside the simulation and not known.
   double energy(const Kinematics&, int) override { return 0; }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
@@ -56,7 +56,7 @@ class LoadForce final : public Force {
   void attach(const BlockPattern& pattern) override {
     visit([&](auto& elements) { elements.attach(pattern); });
   }
-  // The semi-definite form has nothing of loads, whose stiffness has either sign.
+  // The semi-definite form leaves out loads, because their stiffness has either sign.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     if (definiteness == Definiteness::semi_definite) return;
@@ -67,7 +67,7 @@ class LoadForce final : public Force {
 
  private:
   struct Curves {
-    LoadValue value;  // at the time set, with a load factor of 1
+    LoadValue value;  // at the time of set_time(), with load factor 1
     TimeCurve<Vec3> force;
     TimeCurve<double> scalar;
   };
@@ -102,7 +102,7 @@ class LoadForce final : public Force {
   LoadElements<9> quadratic_;
   LoadElements<16> cubic_;
   std::vector<Curves> curves_;     // by load
-  std::vector<LoadValue> values_;  // by load, at the time set
+  std::vector<LoadValue> values_;  // by load, at the time of set_time()
   double factor_ = 1;
 };
 

@@ -1,4 +1,4 @@
-// The two triangles of a quad in the forces of membranes.
+// Sums over the two triangles of a quad, for the forces of membranes.
 #pragma once
 
 #include "materials/membrane.h"
@@ -12,7 +12,7 @@ using MembraneStencils = StencilArray<4, QuadCorners>;
 using QuadBlocks = materials::StencilMatrix<materials::Lanes, 4>;
 using TriangleBlocks = materials::StencilMatrix<materials::Lanes, 3>;
 
-// Returns the forces of both triangles on the corners of their quad.
+// Returns the sum of the forces of both triangles on the corners of their quad.
 inline MembraneCorners sum_of(const materials::NodesOf<materials::Lanes, 3>& one,
                               const materials::NodesOf<materials::Lanes, 3>& other) {
   MembraneCorners sum;
@@ -37,7 +37,8 @@ inline void add_triangle(const TriangleBlocks& triangle, int t, QuadBlocks& quad
   }
 }
 
-// Adds the stress part of triangle t, with its edge tensions (N/m), to the blocks of its quad.
+// Adds the stiffness of triangle t due to its edge tensions (N/m) to the blocks of its quad.
+// `pull_only` leaves out edges that push.
 inline void add_stress(const materials::Vec3Of<materials::Lanes>& tensions, bool pull_only, int t,
                        QuadBlocks& quad) {
   TriangleBlocks stress;
@@ -46,8 +47,8 @@ inline void add_stress(const materials::Vec3Of<materials::Lanes>& tensions, bool
   add_triangle(stress, t, quad);
 }
 
-// Calls visit(body, quad, its corners among all particles, the rest positions of its two triangles)
-// for the quads of a body.
+// Calls visit(quad, corners as particles of the scene, rest positions of the two triangles) for
+// each quad of a body.
 template <class Visit>
 void for_each_quad(const SceneBody& body, const Visit& visit) {
   for (int q = 0; q < quad_count(body); ++q) {

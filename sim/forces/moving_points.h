@@ -11,8 +11,8 @@ namespace weft::sim {
 // vertices are tied.
 class MovingPoints {
  public:
-  // Adds a point that the motion of `held` carries along from `start` (m), or that rests if `held`
-  // does. Returns its number. `held` must outlive this object.
+  // Adds a point at `start` (m) that moves with `held`, or rests if `held` does not move. Returns
+  // the number of the point. `held` must outlive this object.
   int add(const PrescribedMotion& held, const Vec3& start) {
     return add(held.moves ? &held : nullptr, start);
   }
@@ -22,7 +22,8 @@ class MovingPoints {
   int add_on_body(const Scene& scene, const SceneBody& body, const Vec3& place);
   // True if a point moves.
   bool move() const { return !motions_.empty(); }
-  // Puts the points where they are at a time. Called before the first use if they move.
+  // Sets positions and velocities of the points at `now`. Must be called before their first use if
+  // move().
   void set_time(const Instant& now);
   const Vec3& position(int point) const { return position_[point]; }  // m
   const Vec3& velocity(int point) const { return velocity_[point]; }  // m/s

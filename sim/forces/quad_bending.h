@@ -15,7 +15,7 @@
 
 namespace weft::sim {
 
-// What all laws of bending have in common: the stencils, the damping times, and the blocks of
+// The part of bending that all laws share: the stencils, the damping times, and the blocks of
 // matrices, which are compiled once.
 class QuadBending : public Force {
  public:

@@ -8,8 +8,9 @@
 
 namespace weft::sim {
 
-// The nodes of a quad and those across its sides. Nodes 0 to 2 and 3 to 5 follow each other in rows
-// of the image, whose last row is at the top. The corners are those of sim/forces/quads.h:
+// The corners of a quad and the nodes across its sides. Nodes 0 to 2 and nodes 3 to 5 are
+// consecutive in rows of the image; the last row of the image is at the top. Corners 0, 1, 4 and 5
+// are in the order of sim/forces/quads.h:
 //
 //         7
 //     3 - 4 - 5
@@ -29,8 +30,8 @@ struct QuadSurroundings {
 };
 inline constexpr std::array<int, 4> quad_corner_nodes = {0, 1, 4, 5};
 
-// Nodes of each hinge in the order of materials/hinge.h; the diagonal comes first. The opposite
-// node within the quad precedes the one across.
+// Nodes of each hinge in the order of materials/hinge.h; the diagonal comes first. For sides, the
+// opposite node within the quad precedes the node across the side.
 inline constexpr int hinge_count = 5;
 inline constexpr std::array<std::array<int, 4>, hinge_count> hinge_nodes = {
     {{1, 4, 0, 5}, {4, 0, 1, 3}, {0, 1, 4, 6}, {5, 4, 1, 7}, {1, 5, 4, 2}}};
@@ -47,7 +48,7 @@ struct HingedTriangle {
     }
     return -1;
   }
-  // Returns the index of the edge that `node` lies across, or -1.
+  // Returns the index of the hinge across which `node` lies, or -1 if there is none.
   constexpr int across(int node) const {
     if (own(node) >= 0) return -1;
     for (int i = 0; i < 3; ++i) {

@@ -1,4 +1,4 @@
-// The quads of images. Forces treat the two triangles of a quad together.
+// The quads of images, whose two triangles forces treat together.
 #pragma once
 
 #include <array>

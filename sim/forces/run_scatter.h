@@ -1,4 +1,4 @@
-// Addition of the results of stencils along a row of an image to their nodes.
+// Adds the results of stencils along a row of an image to their nodes.
 #pragma once
 
 #include <array>
@@ -8,10 +8,11 @@
 
 namespace weft::sim {
 
-// Adds the results of batches that are runs (stencil_nodes.h). Values at nodes that follow each
-// other are summed in registers and added to memory once: separate additions would wait for each
-// other. The last stencil's value at a node that follows belongs to a particle of the next batch.
-// It is added with that batch if it comes next, otherwise by finish().
+// Adds the results of batches that are runs (stencil_nodes.h). Values of consecutive nodes at one
+// particle are summed in registers and added to memory once, because separate additions would wait
+// for each other. If a node follows its predecessor, its value in the last stencil belongs to a
+// particle of the next batch. This value is added with the next batch if the stencils continue
+// there, otherwise by finish().
 template <int Nodes, class Layout>
 class RunScatter {
  public:
@@ -47,7 +48,7 @@ class RunScatter {
       next_[node] = nodes[node].values[materials::lane_count - 1];
     }
   }
-  // Adds the values that were kept for a next batch.
+  // Adds the values kept for the next batch. Must be called after the last add().
   void finish() {
     for (int node = 0; node < Nodes; ++node) {
       if (!Layout::follows(node) || next_[node] == no_node) continue;
@@ -66,7 +67,7 @@ class RunScatter {
   const StencilNodes<Nodes, Layout>& stencils_;
   std::span<Vec3> sums_;
   std::array<std::array<Lanes, 3>, Nodes> last_;  // values of the last batch at nodes that follow
-  std::array<int, Nodes> next_;  // the particles these belong to in the last stencil
+  std::array<int, Nodes> next_;                   // the particles of these in the last stencil
 };
 
 }  // namespace weft::sim

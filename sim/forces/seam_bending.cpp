@@ -9,7 +9,7 @@ namespace weft::sim {
 namespace {
 
 // Adds the triangles of a body at seams, but for those whose bending a clamp has taken over.
-void add_body(const Scene& scene, int b, BorderTriangles& all) {
+void add_sewn_body(const Scene& scene, int b, BorderTriangles& all) {
   const std::vector<const SeamFold*> folds = seam_folds_of(scene, b);
   if (folds.empty()) return;
   const SceneBody& body = scene.bodies[b];
@@ -39,7 +39,7 @@ std::unique_ptr<Force> make_seam_bending(const Scene& scene) {
       std::ranges::any_of(scene.seams, [](const Seam& seam) { return !seam.folds.empty(); });
   if (!bends) return nullptr;
   BorderTriangles all;
-  for (int b = 0; b < scene.dynamic_bodies; ++b) add_body(scene, b, all);
+  for (int b = 0; b < scene.dynamic_bodies; ++b) add_sewn_body(scene, b, all);
   return make_border_bending("seam_bending", std::move(all), scene);
 }
 

@@ -12,10 +12,10 @@ namespace weft::sim {
 
 namespace {
 
-// The air on a body: its density times a drag coefficient, kg/m^3.
+// The air on a body: density (kg/m^3) and drag coefficients.
 struct AirOnBody {
   TimeCurve<double> density, normal, tangential;
-  materials::Drag now;  // at the time set
+  materials::Drag now;  // products (kg/m^3) at the time of set_time()
 };
 
 // The elements of all shells of one degree, with two Gauss points per axis.
@@ -75,7 +75,7 @@ class DragElements {
   static constexpr int points_per_element = 4;
 
   struct Point {
-    double weight = 0;  // area of the parameters
+    double weight = 0;  // area in parameter space
     Values value{}, slope_u{}, slope_v{};
   };
 
@@ -98,7 +98,7 @@ class DragElements {
     }
   }
 
-  // Calls visit(values of the basis functions, flow) for the points of an element.
+  // Calls visit(values of the basis functions, flow) for each Gauss point of an element.
   template <class Visit>
   void visit_flows(int e, const Vec3& wind, const Kinematics& state, const Visit& visit) const {
     const Stencil& stencil = stencils_[e];
@@ -196,8 +196,8 @@ class ShellDragForce final : public Force {
   }
 
   TimeCurve<Vec3> wind_in_time_;
-  Vec3 wind_;                   // m/s, at the time set
-  std::vector<AirOnBody> air_;  // by body in air
+  Vec3 wind_;                   // m/s, at the time of set_time()
+  std::vector<AirOnBody> air_;  // by body with drag
   DragElements<2> quadratic_;
   DragElements<3> cubic_;
 };

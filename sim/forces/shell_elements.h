@@ -209,7 +209,8 @@ class ShellElements {
                                                    material.shell_thickness, w)});
                });
   }
-  // Calls body(basis along u, basis along v, weight) for the points of a product of rules.
+  // Calls body(basis along u, basis along v, weight) for each point of the tensor
+  // product of two quadrature rules.
   template <class Body>
   static void visit_grid(const SplineAxis& u, const SplineAxis& v,
                          const std::vector<QuadraturePoint>& along_u,

@@ -1,5 +1,5 @@
-// Kirchhoff-Love shells: stretching and bending of spline surfaces (materials/shell.h), whose
-// patches keep the angle at which they meet (materials/surface_angle.h).
+// Kirchhoff-Love shells: stretching and bending of spline surfaces (materials/shell.h). Joints keep
+// the angles at which patches meet (materials/surface_angle.h).
 #include "sim/base/parallel.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/shell_elements.h"

@@ -1,4 +1,4 @@
-// The joints between patches of shells, as a force uses them.
+// Forces and stiffness of the joints between patches of shells.
 #pragma once
 
 #include <algorithm>
@@ -16,12 +16,12 @@
 
 namespace weft::sim {
 
-// Stiffness of a joint per length of the border, as a multiple of the bending stiffness over the
-// width of the elements beside it. The angle gives way as if the surface were longer by the inverse
-// of it, in widths of elements (docs/decisions/0051).
+// Stiffness of a joint per length of the border, as a multiple of the bending stiffness divided by
+// the width of the adjacent elements. The joint bends like a strip of surface whose width is that
+// of an element divided by this multiple (docs/decisions/0051).
 inline constexpr double joint_hardness = 1e3;
 
-// The joints of all shells of one degree. Along the border, the change of the angle between both
+// The joints of all shells of one degree. Along the border, the change of the angle between the two
 // patches (materials/surface_angle.h) is measured at about one point per element.
 template <int degree>
 class ShellJoints {
@@ -146,7 +146,7 @@ class ShellJoints {
   void scatter(int point, const Nodes& values, std::span<Vec3> sums) const {
     for (int i = 0; i < nodes; ++i) sums[stencils_[point][i]] += values.col(i);
   }
-  // The moment, damping included.
+  // Returns the moment (N m) at a point, damping included.
   double moment(int point, const SurfaceAngle& angle, const Nodes& gradient,
                 std::span<const Vec3> velocity) const {
     const double elastic = angle.moment(laws_[point]);
@@ -168,8 +168,8 @@ class ShellJoints {
   std::vector<materials::AngleLaw> laws_;
   StencilArray<nodes> points_;
   VaryingNumbers damping_;
-  std::vector<double> damping_time_;  // s, by point, at the time set
-  bool is_damped_ = false;            // at any time
+  std::vector<double> damping_time_;  // s, by point, at the time of set_time()
+  bool is_damped_ = false;            // true if damped at any time
 };
 
 }  // namespace weft::sim

@@ -85,10 +85,11 @@ class SpringForce final : public Force {
   StencilArray<2> ends_;
   std::vector<Spring> springs_;
   VaryingNumbers damping_times_;
-  bool is_damped_;  // at any time
+  bool is_damped_;  // true if damped at any time
 };
 
-// Collects springs along steps of the image. A pair of particles on two patches gets one spring.
+// Collects springs between texels that are a given step apart in the image. A pair of particles
+// that two patches share gets one spring.
 class SpringCollector {
  public:
   SpringCollector(const SceneBody& body, double damping_time, SpringNetwork& network)

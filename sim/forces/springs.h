@@ -15,7 +15,7 @@ struct SpringNetwork {
   std::vector<std::array<int, 2>> ends;  // particles
   std::vector<materials::Spring> springs;
   VaryingNumbers damping_times;  // s
-  bool is_damped = false;        // at any time
+  bool is_damped = false;        // true if damped at any time
 };
 
 // Returns the springs of all dynamic bodies whose membrane is made of springs.

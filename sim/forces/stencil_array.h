@@ -14,8 +14,8 @@
 #include "sim/matrix/block_matrix.h"
 
 // Marks a function that processes a batch of stencils: all calls in it are inlined, so that numbers
-// stay in registers. Sanitizers check every access in it, and would take the compiler 20 minutes
-// with eight lanes. With them, the compiler chooses what to inline.
+// stay in registers. Sanitizers check every access: the compiler would take 20 minutes with eight
+// lanes. With sanitizers, the compiler therefore chooses which calls to inline.
 #if defined(WEFT_SANITIZED)
 #define WEFT_FLATTEN
 #else
@@ -26,8 +26,8 @@ namespace weft::sim {
 
 // Stencils of `Nodes` particles each, as forces use them. Loops run over chunks in parallel
 // (stencil_chunks.h). Values are read and added one by one or in batches (stencil_nodes.h,
-// run_scatter.h, stencil_blocks.h). stencil_layout.h describes `Layout` and absent nodes. A batch
-// is named by its first stencil.
+// run_scatter.h, stencil_blocks.h). stencil_layout.h describes `Layout` and absent nodes. The index
+// of its first stencil identifies a batch.
 template <int Nodes, class Layout = AnyStencil>
 class StencilArray {
  public:
@@ -43,7 +43,8 @@ class StencilArray {
   int count() const { return nodes_.count(); }
   Stencil operator[](int i) const { return nodes_[i]; }
 
-  // Calls body(stencil index). Bodies may add to the particles of their stencil.
+  // Calls body(i) for each stencil i. Calls may add to the particles of their stencil without
+  // locks.
   template <class Body>
   void for_each(int threads, const Body& body) const {
     for_each_chunk(threads, [&](int first, int last) {
@@ -63,7 +64,7 @@ class StencilArray {
     });
   }
 
-  // Returns the values at the nodes of a batch. Beyond the last stencil they repeat the last one's.
+  // Returns the values at the nodes of a batch. Lanes beyond the last stencil repeat its values.
   NodeValues gather(int first, std::span<const Vec3> values) const {
     return nodes_.gather(first, values);
   }
@@ -74,14 +75,14 @@ class StencilArray {
   NodeValues gather_run(int first, std::span<const Vec3> values) const {
     return nodes_.gather_run(first, values);
   }
-  // Adds the values of a batch to its nodes, node by node.
+  // Adds the values of a batch to `sums` at the particles of its nodes.
   void scatter(int first, const NodeValues& values, std::span<Vec3> sums) const {
     if (!is_run(first)) return nodes_.scatter_one_by_one(first, values, sums);
     RunScatter run = scatter_runs(sums);
     run.add(first, values);
     run.finish();
   }
-  // Returns an object that adds batch after batch, for batches that are runs.
+  // Returns an object that adds consecutive batches to `sums`, for batches that are runs.
   RunScatter scatter_runs(std::span<Vec3> sums) const { return RunScatter(nodes_, sums); }
 
   // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,

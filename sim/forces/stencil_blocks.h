@@ -1,4 +1,4 @@
-// The places of the blocks of stencils in matrices of one pattern.
+// The places of the blocks of stencils in matrices with one block pattern.
 #pragma once
 
 #include <algorithm>
@@ -32,8 +32,8 @@ class StencilBlocks {
     }
   }
 
-  // Returns the upper block of a pair of nodes of stencil i. Coupled pairs are numbered in the
-  // order (0, 1), (0, 2) ..
+  // Returns the index of the upper block of a pair of nodes of stencil i. Coupled pairs are
+  // numbered in the order (0, 1), (0, 2) ..
   int place(int i, int pair) const { return places_[i / lane_count][pair].values[i % lane_count]; }
 
   // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
@@ -57,8 +57,8 @@ class StencilBlocks {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // A pair with an absent node refers to the diagonal block of the stencil's first node, to which
-  // it adds zero.
+  // Returns the place of the block of nodes a and b. A pair with an absent node refers to the
+  // diagonal block of the stencil's first node, to which it adds zero.
   static int place_of(const typename Stencils::Stencil& stencil, int a, int b,
                       const BlockPattern& pattern) {
     if (a == no_node || b == no_node) return pattern.upper_diagonal(stencil[0]);

@@ -4,7 +4,7 @@ namespace weft::sim {
 
 namespace {
 
-// Gives each chunk the first colour that no earlier chunk sharing a particle has.
+// Gives each chunk the lowest colour that no earlier chunk has with which it shares a particle.
 class ChunkColouring {
  public:
   ChunkColouring(std::span<const int> particles, int particles_per_chunk, int particle_count)
@@ -62,7 +62,7 @@ class ChunkColouring {
 
   std::span<const int> particles_;
   int particles_per_chunk_, chunk_count_;
-  std::vector<std::vector<int>> chunk_by_colour_;  // by particle; -1: it is in none of that colour
+  std::vector<std::vector<int>> chunk_by_colour_;  // by particle and colour; -1: none
   std::vector<std::vector<int>> colours_;          // chunks by colour
   std::vector<std::size_t> colour_of_;             // by chunk
 };

@@ -7,13 +7,13 @@
 
 namespace weft::sim {
 
-// Stencils are cut into chunks of consecutive ones. Chunks of one colour share no particle: they
-// run in parallel, colour after colour. Chunks and colours depend on the stencils alone. Hence
-// every particle receives its contributions in the same order on any number of threads.
+// Divides stencils into chunks of consecutive stencils. Chunks of one colour share no particle.
+// They run in parallel, one colour after the other. Chunks and colours depend on the stencils
+// alone, so every particle receives its contributions in the same order on any number of threads.
 class StencilChunks {
  public:
   StencilChunks() = default;
-  // `particles` lists the particles of stencil after stencil, `nodes` per stencil.
+  // `particles` lists the particles stencil by stencil, `nodes` of them per stencil.
   StencilChunks(std::span<const int> particles, int nodes, int particle_count);
 
   // Calls body(first, last) for each chunk of stencils.
@@ -33,13 +33,13 @@ class StencilChunks {
   }
 
  private:
-  static constexpr int stencils_per_chunk = 512;  // whole batches
+  static constexpr int stencils_per_chunk = 512;  // a multiple of all lane counts
 
   int stencil_count_ = 0;
   std::vector<std::vector<int>> colours_;  // chunks by colour
-  // The order of all chunks for one thread. Every particle meets its chunks in the order of their
-  // colours, and chunks stay close to each other. In the order of colours, a matrix larger than the
-  // cache would be read once per colour.
+  // The order of all chunks on one thread. Chunks that share a particle are in the order of their
+  // colours, and neighbouring chunks stay close to each other. If chunks ran colour by colour, a
+  // matrix larger than the cache would be read once per colour.
   std::vector<int> order_;
 };
 

@@ -7,18 +7,18 @@
 
 namespace weft::sim {
 
-// Stands for the particle of a node that a stencil lacks. Any node but the first may be absent. A
-// value read there is that of some particle; a value added there must be zero.
+// Marks a node that a stencil lacks. Any node but the first may be absent. A value read at an
+// absent node is that of an arbitrary particle, and a value added there must be zero.
 inline constexpr int no_node = -1;
 
 // A layout tells which pairs of nodes are coupled, and which nodes follow the preceding one in
-// memory, along the rows of an image. This one fits any stencil.
+// memory, along the rows of an image. AnyStencil fits any stencil.
 struct AnyStencil {
   static constexpr bool follows(int) { return false; }
   static constexpr bool couples(int, int) { return true; }
 };
-// The corners of a quad in the order of bsi::quad_triangles. The edges of its triangles couple
-// them.
+// The corners of a quad in the order of bsi::quad_triangles. Corners are coupled if an edge of the
+// two triangles joins them.
 struct QuadCorners {
   static constexpr bool follows(int node) { return node == 1 || node == 3; }
   static constexpr bool couples(int a, int b) { return a + b != 3 || a * b != 0; }

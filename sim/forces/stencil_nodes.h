@@ -1,4 +1,4 @@
-// The nodes of stencils in batches, and reading and adding values of particles there.
+// The nodes of stencils in batches, with functions that read and add values at their particles.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 
 namespace weft::sim {
 
-// Stencils of `Nodes` particles each, in batches of consecutive ones (materials/lanes.h). The last
-// batch is filled up with copies of the last stencil.
+// Stencils of `Nodes` particles each, in batches of consecutive stencils (materials/lanes.h). The
+// last batch is filled with copies of the last stencil.
 //
-// Stencils along a row of an image have nodes that are neighbours in memory. A batch of such
-// stencils is a run: it reads and adds whole batches of particles.
+// Stencils along a row of an image have nodes that are neighbours in memory. A batch of these
+// stencils is a run: it reads and adds the values of consecutive particles together.
 template <int Nodes, class Layout>
 class StencilNodes {
  public:
@@ -40,7 +40,7 @@ class StencilNodes {
 
   int count() const { return count_; }
   int batch_count() const { return static_cast<int>(nodes_.size()); }
-  // Returns the number of stencils in the batch from `first` on.
+  // Returns the number of stencils in the batch whose first stencil is `first`.
   int lanes_of(int first) const { return std::min(lane_count, count() - first); }
   // Returns the particles of a batch, with other particles in place of absent nodes.
   const std::array<LaneIntegers, Nodes>& batch(int first) const {
@@ -53,7 +53,8 @@ class StencilNodes {
           is_absent(i, node) ? no_node : nodes_[i / lane_count][node].values[i % lane_count];
     return stencil;
   }
-  // Returns the particles of all stencils, stencil by stencil, as in batch().
+  // Returns the particles of all stencils, stencil by stencil, with other particles in place of
+  // absent nodes.
   std::vector<int> particles() const {
     std::vector<int> particles;
     particles.reserve(static_cast<std::size_t>(Nodes) * count_);
@@ -95,15 +96,15 @@ class StencilNodes {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // Not inlined: the short paths then compile better.
+  // Not inlined, because the code of its callers then compiles better.
   [[gnu::noinline]] void gather_one_by_one(int first, std::span<const Vec3> values,
                                            NodeValues& result) const {
     for (int node = 0; node < Nodes; ++node) {
       const LaneIntegers& nodes = nodes_[first / lane_count][node];
       std::array<const double*, lane_count> at;
       for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
-      // Makes the vector from all numbers at once. If it were built in memory, number by number,
-      // loading it would have to wait for the last one.
+      // Makes the vector from all numbers at once. If the numbers were written to memory one by
+      // one, loading the vector would wait for the last of them.
       const auto together = [&]<int... lane>(int axis, std::integer_sequence<int, lane...>) {
         return Lanes(Lanes::Vector{at[lane][axis]...});
       };
@@ -134,7 +135,7 @@ class StencilNodes {
   void replace_absent_nodes(int batch, int particle_count) {
     for (int node = 0; node < Nodes; ++node) {
       auto& particles = nodes_[batch][node].values;
-      int start = nodes_[batch][0].values[0];  // of the run
+      int start = nodes_[batch][0].values[0];  // first particle of the run
       for (int lane = 0; lane < lane_count; ++lane) {
         if (particles[lane] != no_node) start = particles[lane] - lane;
       }

@@ -18,7 +18,7 @@ using materials::StrainLimit;
 using materials::StrainLimitOf;
 
 using Corners = MembraneCorners;
-using Triangles = std::array<StrainLimitOf<Lanes>, 2>;  // of a batch of quads
+using LimitedTriangles = std::array<StrainLimitOf<Lanes>, 2>;  // of a batch of quads
 
 struct LimitedQuads {
   std::vector<Quad> corners;
@@ -87,7 +87,7 @@ class StrainLimitForce final : public Force {
 
  private:
   // True if no triangle of the batch has reached the onset of its limit.
-  static bool is_slack(const Triangles& triangles, const Corners& x) {
+  static bool is_slack(const LimitedTriangles& triangles, const Corners& x) {
     bool slack = true;
     for (int t = 0; t < 2; ++t) {
       const Lanes over = materials::largest_squared_stretch(triangles[t], triangle_nodes(x, t)) -
@@ -98,7 +98,7 @@ class StrainLimitForce final : public Force {
   }
 
   WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
-    const Triangles& triangles = batches_[first / lane_count];
+    const LimitedTriangles& triangles = batches_[first / lane_count];
     const Corners x = quads_.gather(first, position);
     if (is_slack(triangles, x)) return 0;
     return materials::strain_limit_energy(triangles[0], triangle_nodes(x, 0)) +
@@ -108,7 +108,7 @@ class StrainLimitForce final : public Force {
   // Returns the first lane of the batch whose quad exceeds its limit, or -1. A position that is not
   // finite does.
   WEFT_FLATTEN int lane_beyond_limit(int first, std::span<const Vec3> position) const {
-    const Triangles& triangles = batches_[first / lane_count];
+    const LimitedTriangles& triangles = batches_[first / lane_count];
     const Corners x = quads_.gather(first, position);
     std::array<Lanes, 2> left;
     for (int t = 0; t < 2; ++t) {
@@ -123,7 +123,7 @@ class StrainLimitForce final : public Force {
 
   WEFT_FLATTEN void add_batch(int first, std::span<const Vec3> position,
                               std::span<Vec3> force) const {
-    const Triangles& triangles = batches_[first / lane_count];
+    const LimitedTriangles& triangles = batches_[first / lane_count];
     const Corners x = quads_.gather(first, position);
     if (is_slack(triangles, x)) return;
     const auto forces = [&](int t) {
@@ -134,7 +134,7 @@ class StrainLimitForce final : public Force {
 
   WEFT_FLATTEN void add_batch_stiffness(int first, std::span<const Vec3> position,
                                         BlockMatrix& matrix) const {
-    const Triangles& triangles = batches_[first / lane_count];
+    const LimitedTriangles& triangles = batches_[first / lane_count];
     const Corners x = quads_.gather(first, position);
     if (is_slack(triangles, x)) return;
     QuadBlocks sum;
@@ -145,10 +145,10 @@ class StrainLimitForce final : public Force {
   }
 
   MembraneStencils quads_;
-  std::vector<Triangles> batches_;  // lanes beyond the last quad have no stiffness
+  std::vector<LimitedTriangles> batches_;  // lanes beyond the last quad have no stiffness
 };
 
-LimitedQuads quads_of(const Scene& scene) {
+LimitedQuads limited_quads(const Scene& scene) {
   LimitedQuads quads;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
@@ -168,7 +168,7 @@ LimitedQuads quads_of(const Scene& scene) {
 }  // namespace
 
 std::unique_ptr<Force> make_strain_limit_force(const Scene& scene) {
-  const LimitedQuads quads = quads_of(scene);
+  const LimitedQuads quads = limited_quads(scene);
   if (quads.corners.empty()) return nullptr;
   return std::make_unique<StrainLimitForce>(quads, scene.dynamic_particles);
 }

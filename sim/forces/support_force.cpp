@@ -12,11 +12,11 @@ namespace weft::sim {
 
 namespace {
 
-// Stiffness of a spring, as a multiple of the body's own in its plane (N/m). A held component gives
-// way by about the inverse of this, as a fraction of what the body stretches there. In equilibria,
-// rounded positions limit the multiple; in motion, their tolerances do.
+// Stiffness of a spring, as a multiple of the in-plane stiffness of the body (N/m). A held
+// component is displaced by about the local stretch of the body divided by this multiple. Rounded
+// positions limit the multiple in equilibria, and tolerances of positions limit it in motion.
 constexpr double static_hardness = 1e5, hardness = 1e3;
-// Damping of a spring in motion, as a time times its stiffness, s.
+// Ratio (s) of the damping of a spring in motion to its stiffness.
 constexpr double damping_time_in_motion = 1e-4;
 
 double own_stiffness(const MaterialCase& material) {
@@ -123,7 +123,7 @@ class SupportForce final : public Force {
         if (each.base >= 0) into.product[each.base] -= damping * along;
       } else {
         add_blocks(each, stiffness, into.stiffness);
-        add_blocks(each, damping, *into.damping);
+        if (has_damping()) add_blocks(each, damping, *into.damping);
       }
     }
   }
@@ -132,11 +132,11 @@ class SupportForce final : public Force {
   struct Spring {
     const SlidingSupport* source = nullptr;
     const RigidMotion* motion = nullptr;  // null: at rest
-    int particle = 0, base = -1;          // dynamic particles
+    int particle = 0, base = -1;          // dynamic particles; base -1: none
     double stiffness = 0;                 // N/m
     int body = 0;
-    int between = -1;                    // upper block of the particle and its base
-    double target = 0, target_rate = 0;  // m and m/s, at the time set
+    int between = -1;                    // index of the upper block between both
+    double target = 0, target_rate = 0;  // m and m/s, at the time of set_time()
     Vec3 place{0, 0, 0};
   };
 
@@ -165,7 +165,7 @@ class SupportForce final : public Force {
     return spring.source->direction.dot(rate) - spring.target_rate;
   }
   double damping_time() const { return is_static_ ? 0 : damping_time_in_motion; }
-  // The force (N) on the particle along the spring's direction.
+  // Returns the force (N) on the particle along the spring's direction.
   double force_of(const Spring& spring, const Kinematics& state) const {
     const double damped = is_static_ ? 0 : damping_time() * rate_of(spring, state.velocity);
     return -spring.stiffness * (gap_of(spring, state.position) + damped);

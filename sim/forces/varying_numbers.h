@@ -1,4 +1,4 @@
-// Coefficients of stencils that vary in time.
+// Coefficients of stencils, constant or varying in time.
 #pragma once
 
 #include <functional>
@@ -11,13 +11,14 @@
 
 namespace weft::sim {
 
-// The coefficients of all stencils of an array. At any time they are equal within each run of
-// stencils that one append() added.
+// The coefficients of all stencils of an array. Each append() adds a run of stencils with one
+// common coefficient.
 class VaryingNumbers {
  public:
   using Coefficient = std::function<double(const Instant&)>;
 
-  // Appends a run of `count` stencils: with a coefficient that varies, or with a constant.
+  // Appends a run of `count` stencils. If the coefficient does not vary, it is evaluated once,
+  // here.
   void append(int count, bool varies, Coefficient coefficient) {
     varies_ |= varies;
     end_ += count;
@@ -31,7 +32,7 @@ class VaryingNumbers {
 
   bool varies() const { return varies_; }
   // Calls visit(first, last, coefficient) for the runs whose coefficient has changed since the last
-  // call. Stencils are first .. last - 1.
+  // call. The run has the stencils first .. last - 1.
   template <class Visit>
   void visit_changed(const Instant& now, const Visit& visit) {
     int first = 0;
@@ -44,14 +45,14 @@ class VaryingNumbers {
       first = run.end;
     }
   }
-  // Gives `numbers` the coefficients at this time.
+  // Sets `target` to the coefficients at `now` if any has changed since the last call.
   void update(const Instant& now, StencilNumbers& target) {
     bool changed = false;
     visit_changed(now, [&](int, int, double) { changed = true; });
     if (changed) target = numbers();
   }
-  // Returns the coefficients of the last visit_changed() or update(). Before the first, those that
-  // vary are NaN.
+  // Returns the coefficients of the last visit_changed() or update(). Varying coefficients are NaN
+  // before the first of these calls.
   StencilNumbers numbers() const {
     StencilNumbers numbers;
     int first = 0;

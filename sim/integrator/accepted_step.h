@@ -11,8 +11,8 @@
 
 namespace weft::sim {
 
-// The states (6 * particles doubles) at both ends of the last accepted step. With contact it also
-// holds the positions of all particles at both ends, between which paths are checked.
+// Holds the states (6 * particles doubles) at both ends of the last accepted step. With contact,
+// also holds the positions of all particles at both ends, for path checks.
 class AcceptedStep {
  public:
   // Begins at t = 0 with the scene's initial state and no step. `dynamics` must outlive the object.
@@ -24,26 +24,29 @@ class AcceptedStep {
   std::span<const double> start_state() const { return other_state_; }
   // Returns the positions of all particles at time(); empty without contact.
   const std::vector<Vec3>& positions() const { return positions_; }
-  // False before the first step, after restart() and from begin_trial() to accept(). The state at
-  // the start is then unknown.
+  // True if start_state() is known. False before the first step, after restart(), and from
+  // begin_trial() to accept().
   bool has_start() const { return has_start_; }
 
-  // Begins a trial of the next step. Returns storage for its end state, which overwrites the state
-  // at the start of the last step.
+  // Begins a trial of the next step. Returns storage for the end state of the trial. It replaces
+  // start_state().
   std::span<double> begin_trial();
-  // Finds the positions of all particles in the trial state `y`. Does nothing without contact.
+  // Computes the positions of all particles in the trial state `y` at `time` (s). Does nothing
+  // without contact.
   void place_trial(double time, std::span<const double> y);
-  // Checks the straight path from positions() to those of the trial. Precondition: contact is on.
+  // Checks the path from positions() to the positions of place_trial() by Dynamics::check_path().
+  // Precondition: contact is on.
   std::optional<ContactFault> check_trial_path(double time);
-  // Makes the trial the last accepted step. Precondition: begin_trial() and place_trial().
+  // Makes the trial the last accepted step. Precondition: begin_trial() and place_trial() have been
+  // called.
   void accept(double time);
 
-  // Puts prescribed particles where they are at time().
+  // Writes the positions and velocities of moving pins at time() to state().
   void place_pins() { dynamics_.place_pins(time_, state_); }
-  // Replaces the state and the time, and discards the step.
+  // Continues from the state `y` at `time` (s), and forgets the last step.
   void restart(double time, std::span<const double> y);
 
-  // Makes `y`, interpolated at `time` within the step, safe by settle_frame(). Precondition:
+  // Applies settle_frame() to `y`, the state interpolated at `time` within the step. Precondition:
   // has_start().
   [[nodiscard]] std::optional<Failure> settle(double time, std::span<double> y) const;
 
@@ -56,7 +59,7 @@ class AcceptedStep {
   Dynamics& dynamics_;
   double time_ = 0, start_time_ = 0;
   bool has_start_ = false;
-  // other_state_ holds the state at the start or, from begin_trial() to accept(), that of the
+  // other_state_ holds the state at the start or, from begin_trial() to accept(), the state of the
   // trial.
   std::vector<double> state_, other_state_;
   std::vector<Vec3> positions_, start_positions_;

@@ -13,18 +13,19 @@ namespace weft::sim {
 
 namespace {
 
-constexpr int most_corrections = 12;       // of a point
+constexpr int most_corrections = 12;       // per point of the path
 constexpr int wanted_corrections = 5;      // the arc grows if a point takes fewer
-constexpr double largest_change = 2;       // of the arc from point to point
-constexpr double default_largest_arc = 5;  // times the first
-constexpr double smallest_arc = 1e-6;      // times the first: the path is lost
-// A point whose corrections exceed this many arcs is not on the path near the last one.
+constexpr double largest_change = 2;       // factor between successive arcs
+constexpr double default_largest_arc = 5;  // times the first arc
+constexpr double smallest_arc = 1e-6;      // times the first arc; shorter arcs end the run
+// A correction longer than this many arcs leads away from the path: the trial of the point ends.
 constexpr double longest_correction = 5;
 
 // Follows the path of equilibria F(x) + lambda q(x) = 0 by points that lie one arc apart (Crisfield
-// 1981, cylindrical arc length: the RMS of the displacements of free particles). Each correction
-// solves the equilibrium and the length of the arc together, linearised, by two solutions with one
-// factorisation. The direction of the last step decides the sign of the next one.
+// 1981). The arc length is cylindrical: the RMS displacement of free particles. Each correction
+// solves the linearised equilibrium and the constraint on the arc length together, by two solves
+// with one factorisation. The predictor is the displacement per load factor, scaled to one
+// arc, with the sign for which its product with the last step is not negative.
 class ArcLengthIntegrator final : public OneStepIntegrator {
  public:
   ArcLengthIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -83,11 +84,11 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
       if (arc_ < smallest_arc * first_arc_) break;
     }
     set_factor(factor_);
-    end = time();  // no step in time is shorter
+    end = time();  // leaves no shorter step to try
     return trouble;
   }
 
-  // Finds the equilibrium without the loads, and the length of the first arc.
+  // Finds the equilibrium without loads and the length of the first arc.
   Trouble begin_path(double end, std::span<double> y) {
     for (const bool careful : {false, true}) {
       begin_trial(y);
@@ -105,7 +106,8 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     return name_trouble();
   }
 
-  // Sets `y` to the last point, or to the equilibrium without loads.
+  // Sets `y` to the last point, at rest; before the first point, to the equilibrium without loads
+  // if known. The path starts at the last positions.
   void begin_trial(std::span<double> y) {
     const std::span<const double> from = start_.empty() || time() > 0 ? state() : start_;
     const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
@@ -114,7 +116,8 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     path_.start(time(), positions());
   }
 
-  // Solves K by_load = q at `y`, where the load has the present factor.
+  // Solves K by_load = q at `y`, with K at the present load factor. Returns false if the forces
+  // cannot be evaluated or K is singular.
   bool find_load_direction(double time, std::span<const double> y) {
     return newton_.evaluate(time, y) && newton_.factorise(time, y) && solve_load(time, y);
   }
@@ -138,7 +141,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     move(y, step_, part);
     for (int i = 0; i < most_corrections && !should_stop(); ++i) {
       const double moved = correct(end, y);
-      // The comparison also finds a move that is not a number.
+      // The negated comparison also rejects a move that is not a number.
       if (!(moved <= longest_correction * arc_ * std::sqrt(static_cast<double>(free_))))
         return name_trouble();
       if (!newton_.evaluate(end, y)) return name_trouble();
@@ -147,8 +150,8 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     return name_trouble();
   }
 
-  // Corrects `y` and the factor. Returns the largest move of a particle (m), or infinity if there
-  // is no correction.
+  // Applies one correction to `y` and the load factor. Returns the largest displacement (m) of a
+  // particle, or infinity if the correction cannot be computed.
   double correct(double end, std::span<double> y) {
     ++corrections_;
     constexpr double none = std::numeric_limits<double>::infinity();
@@ -217,7 +220,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     return {Failure::Kind::newton, time(), place(), what + where};
   }
 
-  // The mean product (m^2) of two displacements over the free particles.
+  // Returns the mean of a_i . b_i (m^2) over the free particles.
   double mean_product(const std::vector<Vec3>& a, const std::vector<Vec3>& b) const {
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
@@ -228,12 +231,12 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   const StaticCase& options_;
   EquilibriumNewton newton_;
   SafePath path_;
-  int free_ = 0;  // free particles
+  int free_ = 0;  // number of free particles
   double factor_ = 0, trial_factor_ = 0;
   double arc_ = 0, first_arc_ = 0, longest_arc_ = 0;  // m
-  std::vector<Vec3> direction_;                       // of the last step, m; empty before
+  std::vector<Vec3> direction_;                       // m, the last step; empty before it
   std::vector<double> start_;                         // the equilibrium without loads
-  int negative_ = 0;                                  // directions of the tangent at the last point
+  int negative_ = 0;                                  // of negative directions at the last point
   bool has_ended_ = false, is_beginning_ = false;
   std::int64_t corrections_ = 0;
   std::vector<Vec3> load_, by_load_, by_residual_, step_;

@@ -19,13 +19,13 @@ namespace weft::sim {
 
 namespace {
 
-// Error control holds the explicit method at steps of `explicit_limit` divided by the fastest rate
-// (measured). A step takes `explicit_stages` evaluations.
+// Error control keeps the steps of the explicit method at `explicit_limit` / (fastest rate), a
+// measured limit. A step takes `explicit_stages` evaluations of the forces.
 constexpr double explicit_limit = 2.7;
 constexpr double explicit_stages = 6;
 
-// Explicit steps are considered once the cost of `measured_steps` implicit ones is known. Implicit
-// steps are tried again after `first_explicit_steps` explicit ones, and each further time after
+// The cost of every `measured_steps` implicit steps is compared with that of explicit steps.
+// Implicit steps are tried again after `first_explicit_steps` explicit steps, then each time after
 // twice as many.
 constexpr std::int64_t measured_steps = 20;
 constexpr std::int64_t first_explicit_steps = 500;
@@ -95,12 +95,12 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   N_Vector y_ = nullptr;
   SUNLinearSolver newton_solver_ = nullptr;
   bool implicit_ = true;
-  double arkode_time_ = 0;    // s, ARKODE's own time; not time() after a refused step
+  double arkode_time_ = 0;    // s, ARKODE's own time; if not time(), ARKODE is reset
   IntegratorCounts earlier_;  // counts of solvers already destroyed
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;
   // Values at the last comparison with the other method. While steps are explicit, the next
-  // comparison follows after `explicit_steps_` of them.
+  // comparison follows after `explicit_steps_` steps.
   std::int64_t steps_at_comparison_ = 0, explicit_steps_ = first_explicit_steps;
   double work_at_comparison_ = 0, time_at_comparison_ = 0;
 };
@@ -181,7 +181,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   }
   if (motions_limit_steps() && !set_stop_time(end)) return Trouble::unstable;
   fault_in_step_.reset();
-  // The time passed only gives ARKODE the direction: in this mode it returns after every step.
+  // time() + 1 only gives ARKODE the direction: in this mode it returns after every step.
   const int flag = ARKStepEvolve(arkode_, time() + 1, y_, &arkode_time_, ARK_ONE_STEP);
   if (flag < 0) return trouble_of(flag, end);
   end = arkode_time_;
@@ -190,8 +190,9 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   return Trouble::none;
 }
 
-// `end` is derived from the length of the last step, but ARKODE's next step may be longer. Motion
-// limits are therefore evaluated for the later of the two ends.
+// Sets ARKODE's stop time to the latest end that motions allow. Returns false if no step is short
+// enough. ARKODE's next step may end after `end`, so the motion limits are asked for the later of
+// the two ends.
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
@@ -224,9 +225,9 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
 // Returns the work done so far, in the unit of work.h.
 double ArkodeIntegrator::work() const { return work_of(dynamics(), counts().linear_iterations); }
 
-// Chooses between implicit and explicit steps. Stability limits explicit steps, however smooth the
-// motion; they take over where they should cost less than the measured implicit ones. As long as
-// stability limits them, implicit steps are tried again at growing intervals.
+// Chooses between implicit and explicit steps. Explicit steps take over if their predicted cost is
+// well below the measured cost of implicit steps. While stability limits explicit steps, implicit
+// steps are tried again at growing intervals.
 void ArkodeIntegrator::reconsider() {
   const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_comparison_;
   if (steps < (implicit_ ? measured_steps : explicit_steps_)) return;

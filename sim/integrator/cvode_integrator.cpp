@@ -25,21 +25,21 @@ namespace weft::sim {
 namespace {
 
 // Newton tolerance as a fraction of the error allowed in a step. The first is CVODE's default. The
-// second applies for `tight_steps` steps after errors that swing (find_swing).
+// tight one applies for `tight_steps` steps after errors that swing (find_swing).
 constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
 constexpr int tight_steps = 10;
-// Errors of two steps swing if the cosine of the angle between them is below this.
+// The errors of two successive steps swing if the cosine of the angle between them is below this.
 constexpr double swing_cosine = -0.95;
 
 // Largest number of steps that share a matrix. The number grows by one after `smooth_steps` smooth
-// steps and is halved after any other (docs/decisions/0007). A smooth step takes at most
-// `smooth_iterations` Newton iterations and none of them fails.
+// steps and is halved after any other step (docs/decisions/0007). A smooth step takes at most
+// `smooth_iterations` Newton iterations without a failure of convergence.
 constexpr int longest_interval = 20;
 constexpr int smooth_steps = 5;
 constexpr int smooth_iterations = 3;
 
-// A step that contact refuses this often, each time at a quarter of the length, is impossible. Any
-// sensible time.minimum_step is reached long before.
+// Largest number of times that contact may reject one step, which then becomes four times shorter.
+// Any sensible time.minimum_step is reached long before.
 constexpr int most_vetoes_of_a_step = 40;
 
 // Largest number of vetoes per window; more end the run.
@@ -171,9 +171,9 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   return 1;  // recoverable: CVODE cuts the step
 }
 
-// Assembles new K and D whenever CVODE would reuse older ones with a new gamma
-// (docs/decisions/0007). They are semi-definite: the Newton iteration then also converges for long
-// steps, at which the exact matrix is indefinite (docs/decisions/0006).
+// Assembles K and D anew even if CVODE offers to reuse the last ones with a new gamma
+// (docs/decisions/0007). The matrices are semi-definite, so that the Newton iteration also
+// converges for long steps, at which the exact matrix is indefinite (docs/decisions/0006).
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
   return 0;
@@ -196,9 +196,10 @@ void CvodeIntegrator::Implementation::choose_matrix_interval() {
   CVodeSetLSetupFrequency(cvode, matrix_interval);
 }
 
-// On a smooth motion the errors of successive steps are similar; on a stiff one they decay. Errors
-// that change sign from step to step come from Newton's iteration. A tighter iteration reduces
-// them, a shorter step does not (docs/decisions/0005).
+// Tightens the Newton iteration if the local error changes sign from step to step
+// (docs/decisions/0005). Such an error comes from the Newton iteration, since errors of smooth
+// motions are similar in successive steps and errors of stiff motions decay. A shorter step does
+// not reduce it.
 void CvodeIntegrator::Implementation::find_swing() {
   std::swap(step_error, previous_step_error);
   CVodeGetEstLocalErrors(cvode, step_error);
@@ -215,14 +216,15 @@ void CvodeIntegrator::Implementation::find_swing() {
   CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
 }
 
-// Tells CVODE the latest end of its next step. Restarts CVODE where a
-// velocity or a curve jumps, because its history is then of no use.
+// Tells CVODE the latest end of its next step. Restarts CVODE if a prescribed velocity or a curve
+// jumps at the start of that step, because the history is then invalid.
 std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const double start = accepted.time();
   const bool jumps = start > 0 && motion_limits.jumps_at(start);
   if (jumps) begin_anew();
   dynamics.begin_step(start);
-  // After a jump of the forces, the first step at t = 0 is no guide for the next one.
+  // CVODE would otherwise use the length of the first step at t = 0, which does not suit forces
+  // that jump.
   if (jumps && dynamics.varies())
     CVodeSetInitStep(cvode, first_step(dynamics, start, accepted.state()));
   double next = 0;
@@ -257,7 +259,8 @@ int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   return 1;
 }
 
-// Takes CVODE's state, which differs in the last bits from the one that veto() saw.
+// Accepts CVODE's state. Its positions are placed again, because it differs in the last bits from
+// the state that veto() checked.
 void CvodeIntegrator::Implementation::accept(double t) {
   const std::span<double> end = accepted.begin_trial();
   std::copy(values(y).begin(), values(y).end(), end.begin());
@@ -316,7 +319,7 @@ std::optional<Failure> CvodeIntegrator::step() {
   if (self.motion_limits.apply()) {
     if (auto failure = self.follow_motions()) return failure;
   }
-  // The time passed only gives CVODE the direction: in this mode it returns after every step.
+  // time + 1 only gives CVODE the direction: in this mode it returns after every step.
   const int flag = CVode(self.cvode, self.time + 1, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);

@@ -14,7 +14,7 @@ namespace weft::sim {
 // position_tolerance (m), velocity errors by velocity_tolerance + relative_tolerance |v| (m/s).
 // Their root mean square over all components of all particles is at most 1 per step. The result
 // does not depend on the origin or the directions of the axes. Prescribed motions bound the steps
-// (motion_limits.h); the method restarts where one of their velocities jumps.
+// (motion_limits.h). The method restarts when a prescribed velocity or a curve jumps.
 class CvodeIntegrator final : public Integrator {
  public:
   CvodeIntegrator(const Scene& scene, Dynamics& dynamics);

@@ -9,14 +9,16 @@ namespace weft::sim {
 
 namespace {
 
-// Limits of convergence: of the residual as a fraction of the applied forces, and of the last
-// correction as a fraction of the size.
+// Convergence limits: of the residual relative to the applied forces, and of the last correction
+// relative to the size of the bodies.
 constexpr double residual_fraction = 1e-8, correction_fraction = 1e-8;
-// Iterations of whole corrections and of careful ones.
+// Largest number of iterations of an ordinary search and of a careful one.
 constexpr int most_iterations = 20, most_careful_iterations = 60;
-// After this number of whole corrections, they must be shorter than the first one.
+// After this number of iterations, an ordinary search diverges if a correction is longer than the
+// first one.
 constexpr int trial_iterations = 7;
-// A correction longer than this part of the size is shortened if careful, and else diverges.
+// Longest correction as a fraction of the size of the bodies. Beyond it, an ordinary search
+// diverges and a careful search shortens the correction.
 constexpr double longest_correction = 1, longest_careful_correction = 0.2;
 constexpr double shortest_fraction = 1e-4;  // of a correction
 
@@ -108,8 +110,8 @@ EquilibriumNewton::End EquilibriumNewton::solve(const Goal& goal, std::span<doub
   return End::diverged;
 }
 
-// Solves K way = residual. A careful search replaces a K with negative directions by its positive
-// semi-definite part where that is regular.
+// Solves K way = residual; returns false if K is singular. A careful search replaces a K with
+// negative directions by the positive semi-definite one, if that is regular.
 bool EquilibriumNewton::find_way(const Goal& goal, std::span<const double> y) {
   ++iterations_;
   if (!factorise(goal.time, y)) return false;
@@ -122,9 +124,9 @@ bool EquilibriumNewton::find_way(const Goal& goal, std::span<const double> y) {
   return factors_.solve(residual_, way_);
 }
 
-// Takes the correction. It is halved until surfaces keep apart and, in a careful search, shortened
-// until the forces at its end push back by at most half of their pull at its start. Returns the
-// fraction taken, or 0 if none is allowed.
+// Moves `y` along the correction, halved until surfaces stay apart. A careful search also shortens
+// it until pull() at its end is at least -1/2 of pull() at its start. Returns the fraction taken,
+// or 0 if none is allowed.
 double EquilibriumNewton::take_way(const Goal& goal, std::span<double> y, SafePath& path) {
   reached_.assign(y.begin(), y.end());
   const double start = pull();
@@ -135,7 +137,7 @@ double EquilibriumNewton::take_way(const Goal& goal, std::span<double> y, SafePa
     const bool is_evaluated = evaluate(goal.time, y);
     const double now = is_evaluated ? pull() : 0;
     if (is_evaluated && goal.careful && start > 0 && now < -0.5 * start) {
-      // The push of a stretched membrane grows with the cube of the distance.
+      // The restoring force of a stretched membrane grows with the cube of the distance.
       fraction *= std::clamp(std::cbrt(start / (start - now)), 0.1, 0.8);
       continue;
     }

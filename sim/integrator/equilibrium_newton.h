@@ -14,8 +14,9 @@
 
 namespace weft::sim {
 
-// Solves F(x) = kept for the free particles; `kept` (N) is zero but in homotopies. A state is an
-// equilibrium once a whole correction moves no particle by more than time.position_tolerance and
+// Solves F(x) = kept for the free particles. `kept` (N) is zero except in homotopies (see keep()).
+// A state is an equilibrium if a full correction moves no particle by more than
+// time.position_tolerance and
 // - the residual is at most 1e-8 of the applied forces: loads, weight and forces on held particles;
 // - or the correction is at most 1e-8 of the size of the bodies. The residual of a thin body stalls
 //   above its limit, because rounded positions stretch its stiff membrane.
@@ -24,42 +25,42 @@ class EquilibriumNewton {
   EquilibriumNewton(const Scene& scene, Dynamics& dynamics);
 
   enum class End { converged, diverged, singular, blocked, stopped };
-  // The equilibrium that is searched for.
+  // The target and the strategy of a search.
   struct Goal {
     double time = 0;  // s
-    // Shortens corrections whose forces push back, and descends where the tangent is indefinite.
-    // It diverges less, and takes more iterations.
+    // Shortens corrections that overshoot, and replaces an indefinite tangent by a semi-definite
+    // one. The search diverges less often but takes more iterations.
     bool careful = false;
     std::function<bool()> should_stop;  // ends the search with End::stopped
   };
-  // Moves the free particles of `y`, 6 * particles doubles, to an equilibrium. `path` has been
-  // moved to `y`. Costs one factorisation and mostly one evaluation of the forces per iteration.
+  // Moves the free particles of `y` (6 * particles doubles) to an equilibrium. Precondition: `path`
+  // is at `y`. Cost per iteration: one factorisation, up to three if careful, and usually one
+  // evaluation of the forces.
   End solve(const Goal& goal, std::span<double> y, SafePath& path);
 
-  // The parts of an iteration. They use the load of the dynamics.
-  // Evaluates the residual (N, by dynamic particle; zero for held ones). Returns false and has a
-  // fault() if the forces cannot be evaluated.
+  // Evaluates the residual (N, by dynamic particle; zero for held ones) at the load set in the
+  // dynamics. Returns false and sets fault() if the forces cannot be evaluated.
   bool evaluate(double time, std::span<const double> y);
-  // Assembles and factorises the tangent at the place of the last evaluate(). Returns false if it
-  // is singular.
+  // Assembles and factorises the tangent at (time, y). Precondition: this is the state of the last
+  // evaluate(). Returns false if the tangent is singular.
   bool factorise(double time, std::span<const double> y,
                  Definiteness definiteness = Definiteness::exact);
   const std::vector<Vec3>& residual() const { return residual_; }
   const TangentFactors& factors() const { return factors_; }
-  // True if the last evaluate() and a last correction that moved particles by up to `move` (m)
-  // fulfil the conditions above.
+  // True if (time, y) is an equilibrium as defined above. Preconditions: the last evaluate() was at
+  // this state, and the last correction moved particles by up to `move` (m).
   bool is_converged(double time, std::span<const double> y, double move);
 
-  // Sets the forces that solve() leaves unbalanced; empty: none.
+  // Sets `kept`, the forces (N) that solve() leaves unbalanced; empty: zero.
   void keep(std::vector<Vec3> forces) { kept_ = std::move(forces); }
   // Diagonal of the box around the start of the dynamic bodies, m.
   double size() const { return size_; }
   const std::optional<ContactFault>& fault() const { return fault_; }
-  // The free particle whose forces are farthest from balance in the last evaluation.
+  // Returns the particle with the largest residual in the last evaluation.
   int worst_particle() const;
 
-  // Negative directions of the tangent at the last factorisation, and the most since the last
-  // forget_signs().
+  // Number of negative directions of the last exact tangent that was factorised, and the largest
+  // such number since forget_signs().
   int negative_directions() const { return negative_; }
   int most_negative_directions() const { return most_negative_; }
   void forget_signs() { most_negative_ = 0; }

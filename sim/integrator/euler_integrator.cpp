@@ -31,9 +31,10 @@ class EulerIntegrator final : public StageIntegrator {
     return trouble != Trouble::none || is_fixed() ? trouble : test_error(h, y);
   }
 
-  // Estimates the local error, h^2 y'' / 2, from the slopes of this step and the last one. After an
-  // event of a prescribed motion it uses the slope at the start instead of the last step's: a long
-  // step at rest before it would hide the change.
+  // Estimates the local error, h^2 y'' / 2, from the slopes of this step and the last one. In the
+  // first step and after an event of a prescribed motion, the slope at the start of the step
+  // replaces that of the last step. A long step at rest before the event would otherwise hide the
+  // change.
   Trouble test_error(double h, std::span<const double> y) {
     const bool begins_anew = last_step() == 0 || event_time_ == time();
     if (begins_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
@@ -59,9 +60,9 @@ class EulerIntegrator final : public StageIntegrator {
     StageIntegrator::forget();
   }
 
-  double event_time_ = -1;    // s, of the last event of a prescribed motion
-  std::vector<double> rate_;  // slope of the last step, or at the start if that does not count
-  std::vector<double> weight_, error_;  // used without a fixed step
+  double event_time_ = -1;              // s, of the last event of a prescribed motion
+  std::vector<double> rate_;            // slope of the last step or, in test_error(), at the start
+  std::vector<double> weight_, error_;  // empty with a fixed step
 };
 
 }  // namespace

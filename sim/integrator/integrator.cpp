@@ -15,8 +15,9 @@ struct MethodMaker {
   std::unique_ptr<Integrator> (*make)(const Scene&, Dynamics&);
 };
 
-// To add a method, add its name to TimeMethod, its line to sim/case/time_methods.cpp and to this
-// table, and a file of its own.
+// The makers of the integrators, in the order of TimeMethod. A new method needs a name in
+// TimeMethod, a line in sim/case/time_methods.cpp, a line here, a declaration in
+// integrator_makers.h and a file of its own. is_in_order_of_methods() names the last method.
 constexpr std::array makers{
     MethodMaker{TimeMethod::cvode, make_cvode_integrator},
     MethodMaker{TimeMethod::arkode, make_arkode_integrator},

@@ -10,8 +10,8 @@ namespace weft::sim {
 
 namespace {
 
-// Largest number of steps of one length before twice the length is tried again. A failed step costs
-// more than several successful ones.
+// Largest number of successful steps of one length before twice the length is tried again. A failed
+// step costs more than several successful ones.
 constexpr int longest_patience = 16;
 
 // Largest growth of a chosen length per accepted step after surfaces blocked a step. The error test
@@ -20,7 +20,7 @@ constexpr double growth_after_veto = 1.2;
 
 // Largest number of vetoes per window; more end the run. With steps of given length, more than
 // `many_vetoes` also end it if the window advanced by less than two steps. If motions limit steps,
-// two mean steps within their limits count instead.
+// twice the mean of the longest allowed steps counts instead of two steps.
 constexpr int most_vetoes = 100, many_vetoes = 8;
 
 // True if it is a state or path that is refused, whatever its error.
@@ -42,7 +42,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
 
 double OneStepIntegrator::grid_time() const {
   const double time = static_cast<double>(completed_steps_ + 1) * *step_;
-  // A search for equilibria ends at the duration, where the load is 1.
+  // A search for equilibria ends exactly at the duration.
   if (!traits_of(scene_.source.time.method).finds_equilibria()) return time;
   return std::min(static_cast<double>(completed_steps_ + 1) / scene_.source.time.frames_per_second,
                   scene_.source.time.duration);
@@ -63,7 +63,8 @@ std::optional<double> OneStepIntegrator::next_time() {
   return end;
 }
 
-// Times of the grid are exact multiples, whatever steps lead to them.
+// Returns the end (s) of the next trial if no motion limits it. Times of the grid are exact
+// multiples of the step.
 double OneStepIntegrator::wanted_time() const {
   if (!is_fixed()) {
     const auto longest = scene_.source.time.maximum_step;
@@ -174,7 +175,7 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
 void OneStepIntegrator::restart(double time, std::span<const double> y) {
   accepted_.restart(time, y);
   if (step_) {
-    // The grid keeps its times. The next one must be at least a minimum step away.
+    // The times of the grid do not change. The next one is at least a minimum step away.
     const double share = (time + scene_.source.time.minimum_step) / *step_;
     completed_steps_ = static_cast<std::int64_t>(std::floor(share));
   }

@@ -1,5 +1,5 @@
-// Base of the one-step methods. Steps lie on a grid or have a chosen length; they are shortened
-// until they succeed and keep surfaces apart. States within a step are interpolated.
+// Base of the one-step methods. Steps lie on a grid or have a chosen length. They are shortened
+// until they succeed and surfaces stay apart. States within a step are interpolated.
 #pragma once
 
 #include <limits>
@@ -15,12 +15,13 @@
 namespace weft::sim {
 
 // With `time.step`, steps end at its multiples (for `static`, at multiples of the time between
-// frames). A step that fails is taken in parts, halved until they succeed. A success doubles the
-// length again, up to the next multiple. Each time the doubled length fails, twice as many
-// successes are required before the next doubling, up to 16.
+// frames). The length of a step that fails is halved until a step succeeds. A success doubles the
+// length again, up to the next multiple. Each time the doubled length fails, the number of
+// successes required before the next doubling doubles, up to 16.
+//
 // Without `time.step`, the method chooses the length of the next step. Moving pins or obstacles may
-// end either kind of step earlier (motion_limits.h); a step on the grid then continues to the next
-// multiple. More than 100 cuts to keep surfaces apart within 200 accepted steps end the run.
+// end either kind of step earlier (motion_limits.h); on a grid, the following step leads to the
+// next multiple. More than 100 cuts to keep surfaces apart within 200 accepted steps end the run.
 class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -38,25 +39,25 @@ class OneStepIntegrator : public Integrator {
  protected:
   using Trouble = StepTrouble;
   // Tries a step from time() and state() to `end` and stores its end state in `y`. A method without
-  // a fixed step may end elsewhere and then sets `end`. On trouble, it may name the cause by
-  // set_fault() or set_place().
+  // a fixed step may end the step at another time, which it writes to `end`. On trouble, it may
+  // name the cause by set_fault() or set_place().
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
-  // True if attempt() itself checks the path it took, which need not be straight.
+  // True if attempt() itself checks its path, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
   // Called when a prescribed motion starts, stops or passes a keyframe at time(), or a curve has a
-  // corner there: earlier slopes do not predict what follows. If a velocity or a curve `jumps`,
-  // earlier states do not either.
+  // corner there. Slopes of earlier steps do not extrapolate beyond time(). If a velocity or a
+  // curve `jumps`, earlier states do not either.
   virtual void pass_event(bool /*jumps*/) {}
-  // Called when the state has been replaced: nothing known of earlier steps holds.
+  // Called after restart() has replaced the state: discards data of earlier steps.
   virtual void forget() {}
   // Writes or reads the members of this class.
   void transfer_steps(StateArchive& archive);
   // Called before the first step. If it returns a failure, the run does not begin.
   virtual std::optional<Failure> refusal() { return std::nullopt; }
 
-  // Returns the length (s) below which steps are not cut.
+  // Returns the shortest length (s) to which a failed step may be cut.
   virtual double shortest_step() const { return scene_.source.time.minimum_step; }
-  // Returns the failure of a step that may not be cut any more, because of this trouble.
+  // Returns the failure of a step that cannot be cut further after this trouble.
   virtual Failure final_failure(Trouble trouble) const;
 
   bool is_fixed() const { return step_.has_value(); }
@@ -66,25 +67,24 @@ class OneStepIntegrator : public Integrator {
   const std::optional<ContactFault>& fault() const { return fault_; }
   void set_place(int particle) { place_ = particle; }
   int place() const { return place_; }
-  // Checks for a reason to stop between the parts of a long trial. If there is one, the trial must
-  // end with any trouble, and step() fails with the reason.
+  // Asks for a reason to stop, for use between the parts of a long trial. If this returns true, the
+  // trial must end with any Trouble; step() then fails with the reason.
   bool should_stop() {
     if (!stopped_) stopped_ = reason_to_stop();
     return stopped_.has_value();
   }
 
-  // Returns the latest end (s) that motions allow a step that should end at `wanted`. Returns
+  // Returns the latest end (s) that motions allow for a step that should end at `wanted`. Returns
   // nothing if no step is short enough; step() then fails with the reason.
   std::optional<double> latest_end(double wanted);
   bool motions_limit_steps() const { return motion_limits_.apply(); }
   double last_possible_end() const { return motion_limits_.last_possible_end(time()); }
-  // Returns the next corner (s) of a motion or a curve after time(); infinite without one.
+  // Returns MotionLimits::next_event() (s) after time().
   double next_event() const { return motion_limits_.next_event(time()); }
 
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }
-  // Returns the positions of all particles at time(); empty without contact, where no path is
-  // checked.
+  // Returns the positions of all particles at time(); empty without contact.
   const std::vector<Vec3>& positions() const { return accepted_.positions(); }
 
  private:
@@ -99,18 +99,18 @@ class OneStepIntegrator : public Integrator {
   const Scene& scene_;
   Dynamics& dynamics_;
   MotionLimits motion_limits_;
-  std::optional<double> step_;  // s, of the grid; empty: steps of chosen length
+  std::optional<double> step_;  // s, of the grid; empty if the method chooses the length
   AcceptedStep accepted_;
   double size_ = 0;                                                      // s, of the next trial
   double longest_after_veto_ = std::numeric_limits<double>::infinity();  // s, of chosen steps
   std::int64_t completed_steps_ = 0;                                     // on the grid
-  int successes_ = 0, patience_ = 1;  // successes of a length, and the number required to double it
+  int successes_ = 0, patience_ = 1;  // successes at a length, and number required to double it
   IntegratorCounts counts_;
   std::optional<ContactFault> fault_;
   VetoWindow veto_window_;
   double window_start_ = 0;    // s
-  double window_allowed_ = 0;  // s, sum of allowed_ over its steps
-  double allowed_ = 0;         // s, longest present step that motions allow
+  double window_allowed_ = 0;  // s, sum of allowed_ over the steps of the window
+  double allowed_ = 0;         // s, longest step that motions allow now
   int place_ = -1;
   std::optional<Failure> stopped_;  // the reason that ends the present step
 };

@@ -13,18 +13,20 @@ namespace {
 
 // Shortest step as a fraction of the time between frames.
 constexpr double shortest_increment = 1.0 / 1024;
-// From this fraction on, other ways than Newton's method may lead to the first equilibrium.
+// A first step of at most this fraction of the time between frames may also use a homotopy or a
+// relaxation.
 constexpr double increment_of_first = 1.0 / 16;
-// Fractions of the start's imbalance that a homotopy removes at a time: at first and at least.
+// Fraction of the initial imbalance that one step of a homotopy removes: the first and the
+// smallest.
 constexpr double first_homotopy_step = 0.25, least_homotopy_step = 1.0 / 256;
 // Longest extrapolation of the last step, in lengths of that step.
 constexpr double longest_extrapolation = 2.5;
-// An equilibrium is on the path of the last ones if it lies within this many lengths of what the
-// last step leads to, and of the fraction `least_stray` of the size. Near a limit point, steps of
-// one load grow by a factor of 2.4.
+// An equilibrium is on another branch if a particle moves more than `farthest_stray` times as far
+// as expected. The expected distance is that of the extrapolated last step plus `least_stray` times
+// the size of the bodies. Near a limit point, steps of equal load grow by a factor of 2.4.
 constexpr double farthest_stray = 4, least_stray = 1e-3;
 
-// Finds the equilibrium at each time by Newton's method from the one before.
+// Finds the equilibrium at each time by Newton's method from the previous equilibrium.
 class QuasiStaticIntegrator final : public OneStepIntegrator {
  public:
   QuasiStaticIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -72,7 +74,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
 
   Trouble attempt(double& end, std::span<double> y) override {
     note_last_step();
-    dynamics().set_hardness(1);  // a relaxation that surfaces blocked may have ended softened
+    dynamics().set_hardness(1);  // a blocked relaxation leaves bodies softened
     newton_.forget_signs();
     set_fault({});
     End found = End::diverged;
@@ -92,8 +94,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return Trouble::surfaces;
   }
 
-  // True if an equilibrium was reached through unstable states and lies far from where the last
-  // step leads: it is on another branch, beyond a limit point.
+  // True if an equilibrium was reached through unstable states and lies far from the extrapolated
+  // last step. It is then on another branch, beyond a limit point.
   bool is_elsewhere(double end, std::span<const double> y) const {
     if (earlier_.empty()) return false;
     if (newton_.most_negative_directions() <= std::max(negative_, newton_.negative_directions()))
@@ -122,7 +124,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return newton_.solve({end, careful, [this] { return should_stop(); }}, y, path_);
   }
 
-  // Keeps the last two equilibria, from which the next one is extrapolated.
+  // Stores the last two equilibria, from which the next one is extrapolated.
   void note_last_step() {
     if (!known_.empty() && known_time_ == time()) return;
     earlier_.swap(known_);
@@ -132,8 +134,9 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     if (!found_first_) earlier_.clear();
   }
 
-  // Sets `y` to the start of a search. A careful one starts without extrapolation. Returns false if
-  // surfaces stand in the way of what moves by prescription.
+  // Sets `y` to the start of a search: the prediction for `end` or, if surfaces block it, the last
+  // equilibrium. A careful search predicts by follow_pins() only. Returns false if surfaces also
+  // block the prescribed motion alone.
   bool begin_search(double end, bool careful, std::span<double> y) {
     for (const bool predicted : {true, false}) {
       const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
@@ -147,7 +150,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return false;
   }
 
-  // Extrapolates the last two equilibria. Before there are two, moves as the tangent predicts.
+  // Extrapolates the last two equilibria. Without two equilibria, or if that is too far, calls
+  // follow_pins().
   bool predict(double end, std::span<double> y) {
     const double last = known_time_ - earlier_time_, now = end - known_time_;
     if (earlier_.empty() || now > longest_extrapolation * last) return follow_pins(end, y);
@@ -156,7 +160,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   }
 
   // Moves free particles as the tangent at the last equilibrium predicts for the displacements of
-  // pins. Returns false if no pin moves or the tangent is singular.
+  // pins until `end`. Returns false if no pin moves or the tangent is singular.
   bool follow_pins(double end, std::span<double> y) {
     if (!dynamics().pins_move()) return false;
     scratch_.assign(state().begin(), state().end());
@@ -199,7 +203,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return false;
   }
 
-  // Reaches the first equilibrium by a homotopy: the imbalance of the start is removed in parts.
+  // Searches for the first equilibrium by a homotopy that removes the imbalance of the start in
+  // steps.
   bool remove_imbalance(double end, std::span<double> y) {
     if (!begin_search(end, true, y)) return false;
     newton_.keep({});
@@ -250,10 +255,10 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   EquilibriumNewton newton_;
   Relaxation relaxation_;
   SafePath path_;
-  bool found_first_ = false;                  // an equilibrium, from which others follow
-  bool is_singular_ = false;                  // the tangent of the last search
-  int negative_ = 0;                          // directions of the tangent at the last equilibrium
-  int weakest_ = -1;                          // particle in the last search
+  bool found_first_ = false;                  // true once an equilibrium is known
+  bool is_singular_ = false;                  // true if the last search met a singular tangent
+  int negative_ = 0;                          // negative directions at the last equilibrium
+  int weakest_ = -1;                          // weakest particle of the last search
   double known_time_ = 0, earlier_time_ = 0;  // s
   std::vector<double> known_, earlier_;       // the last two equilibria; empty: unknown
   std::vector<double> scratch_;

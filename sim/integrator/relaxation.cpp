@@ -15,16 +15,16 @@ namespace {
 constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
-constexpr double newton_step = 1;  // s; from here on the correction measures the distance left
+constexpr double newton_step = 1;  // s; from this length on, corrections measure the distance left
 constexpr double growth = 5;       // after a step that was not shortened
-// Limit of pseudo-steps per load, however small the load: hanging cloth may have to rotate all the
-// way towards gravity. A smaller load would start over.
+// Limit of pseudo-steps per load. It does not shrink with the load: under any load, hanging cloth
+// may have to rotate all the way towards gravity.
 constexpr int most_pseudo_steps = 600;
 // Limit of pseudo-steps at full stiffness before bodies are softened. A hanging sheet takes some 30
 // to 100; beyond that, its stiffness slows it down.
 constexpr int patience = 100;
-// Residual acceleration at rest (mass-weighted RMS) as a fraction of gravity, at full stiffness and
-// with softened bodies.
+// Residual acceleration at rest (mass-weighted RMS) as a fraction of the applied acceleration, at
+// full stiffness and with softened bodies.
 constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
 // Softening starts at a stiffness of `softest` times the weight of the body per width. Each stage
 // multiplies it by `hardening`.
@@ -33,7 +33,7 @@ constexpr double softest = 100, hardening = 10;
 constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
                                            .scale = VelocitySystem::Goal::Scale::matrix};
 constexpr double shortest_fraction = 1e-6;  // of a step
-// Number of pseudo-steps after an indefinite exact matrix before the next exact one is tried.
+// Number of pseudo-steps from an indefinite exact matrix to the next trial of an exact one.
 constexpr int exact_interval = 4;
 
 }  // namespace
@@ -64,10 +64,10 @@ Relaxation::Relaxation(const Scene& scene, Dynamics& dynamics)
 
 int Relaxation::worst_particle() const { return sim::worst_particle(rate_, weight_); }
 
-// Relaxes the bodies at full stiffness. If that is slow, it relaxes them again, from softened to
-// full stiffness. Slack stiff bodies rotate by a small angle per pseudo-step, because straight
-// paths stretch them. Softened bodies rotate by large angles. Both reach the same place except
-// for their stretch.
+// Relaxes the bodies at full stiffness. If the search is slow, it continues with softened bodies,
+// whose stiffness increases in stages to its full value. Slack stiff bodies rotate by a small angle
+// per pseudo-step, because straight paths stretch them. Softened bodies rotate by large angles.
+// Both reach one equilibrium, up to their stretch.
 Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePath& path) {
   goal_ = &goal;
   path_ = &path;
@@ -86,7 +86,7 @@ Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePat
   return end;
 }
 
-// Takes pseudo-steps until the forces balance or the load has taken `most_steps`.
+// Takes pseudo-steps until the forces balance, or the search has taken `most_steps` in all.
 Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int most_steps) {
   dynamics_.set_hardness(hardness);
   fault_ = dynamics_.rate(goal_->time, y, rate_);
@@ -135,10 +135,11 @@ VelocitySystem::Outcome Relaxation::solve(std::span<const double> y, Definitenes
   return outcome;
 }
 
-// Takes the correction, shortened until the forces at its end push back by at most half of their
-// pull at its start. Returns the fraction taken. The work of the forces decides, not their size:
-// a straight path stretches a body that rotates, and the forces of a stiff body grow long before
-// its energy does. Returns 0 if no fraction is accepted; the last evaluation is then at `y`.
+// Moves `y` along the correction, shortened until surfaces stay apart and pull() at its end is at
+// least -1/2 of pull() at its start. Returns the fraction taken. If none is accepted, returns 0,
+// and `y` and rate_ are those before the call. The test uses the work of the forces, not their
+// size. A straight path stretches a rotating body, and the forces of a stiff body grow long before
+// its energy does.
 double Relaxation::take_correction(std::span<double> y) {
   std::copy(y.begin(), y.end(), reached_.begin());
   const double start = pull();
@@ -147,7 +148,7 @@ double Relaxation::take_correction(std::span<double> y) {
     fault_ = dynamics_.rate(goal_->time, y, rate_);
     const double now = fault_ ? 0 : pull();
     if (now < -0.5 * start) {
-      // The push grows with the cube of the distance.
+      // The restoring force grows with the cube of the distance.
       fraction *= std::clamp(std::cbrt(start / (start - now)), 0.1, 0.8);
     } else if (fault_ || !path_is_safe(y)) {
       fraction /= 2;
@@ -176,8 +177,8 @@ bool Relaxation::path_is_safe(std::span<const double> y) {
   return !fault_;
 }
 
-// Judges rest by the size of the forces and, at full stiffness, by the largest move of the last
-// Newton step.
+// True if the residual forces are small enough. At full stiffness, the last Newton step must also
+// move no particle by more than time.position_tolerance.
 bool Relaxation::is_at_rest(double fraction, bool softened) const {
   if (pseudo_step_ < (goal_->acceleration == 0 ? longest_pseudo_step : newton_step)) return false;
   if (!softened) {
@@ -194,8 +195,8 @@ bool Relaxation::is_at_rest(double fraction, bool softened) const {
   return std::sqrt(force / mass_) <= fraction * goal_->acceleration;
 }
 
-// Returns the factor of the stiffness at which the stiffest body, hung up, would stretch by a
-// hundredth.
+// Returns the factor of the stiffness, at most 1, at which the stiffest body would stretch by 1 %
+// under its own weight.
 double Relaxation::least_hardness() const {
   double hardness = 1;
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {

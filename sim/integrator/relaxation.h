@@ -18,28 +18,30 @@ namespace weft::sim {
 // loads at the present load factor would cause alone.
 double applied_acceleration(Dynamics& dynamics, double time, std::span<const double> y);
 
-// Finds a stable equilibrium that may be far away, as slack cloth has. A pseudo-step is one Newton
-// iteration of backward Euler from rest. Short ones follow the forces; long ones are Newton's
-// method for the equilibrium. If that is slow, it starts again with softened bodies.
+// Finds a stable equilibrium that may be far away, as with slack cloth. A pseudo-step is one Newton
+// iteration of backward Euler from rest. Short pseudo-steps follow the forces. Long pseudo-steps
+// approach Newton's method for the equilibrium. If the search is slow, it continues with softened
+// bodies.
 class Relaxation {
  public:
   Relaxation(const Scene& scene, Dynamics& dynamics);
 
   enum class End { at_rest, slow, stuck, blocked };
-  // The equilibrium that is searched for.
+  // The target of a search.
   struct Goal {
     double time = 0;  // s
     double acceleration =
-        0;  // m/s^2, of free bodies under the applied loads: measures the residual
+        0;  // m/s^2, by applied_acceleration(); it scales the limit for the residual
     std::function<bool()> should_stop;  // ends the search
   };
-  // Relaxes the free particles of `y`, 6 * particles doubles, whose velocities must be zero. `path`
-  // has started at the state before. After End::blocked, fault() has the reason. The dynamics
-  // return to full stiffness.
+  // Relaxes the free particles of `y` (6 * particles doubles). Preconditions: the velocities are
+  // zero, and `path` has started at the last accepted state. After End::blocked, fault() holds the
+  // reason, and bodies may still be softened. After any other end, the dynamics have full
+  // stiffness.
   End relax(const Goal& goal, std::span<double> y, SafePath& path);
 
   const std::optional<ContactFault>& fault() const { return fault_; }
-  // The particle whose forces are farthest from balance in the last evaluation.
+  // Returns the particle with the largest residual acceleration in the last evaluation.
   int worst_particle() const;
   std::int64_t newton_iterations() const { return newton_iterations_; }
   std::int64_t linear_iterations() const { return linear_iterations_; }

@@ -1,4 +1,4 @@
-// The path of iterates towards an equilibrium, which must keep surfaces apart.
+// The path of iterates towards an equilibrium, on which surfaces must stay apart.
 #pragma once
 
 #include <optional>
@@ -9,26 +9,26 @@
 
 namespace weft::sim {
 
-// Checks the straight way from iterate to iterate with contact, and its end if membranes have a
-// strain_limit. Otherwise every way is safe.
+// Checks the path from iterate to iterate by Dynamics::check_path(), and its end if membranes have
+// a strain_limit. Without both, every path is safe.
 class SafePath {
  public:
   explicit SafePath(Dynamics& dynamics) : dynamics_(dynamics) {}
 
-  // Starts at these positions of all particles (m) at a time (s). Without contact they may be
-  // empty.
+  // Starts the path at `positions` of all particles (m) at `time` (s). Without contact, `positions`
+  // may be empty.
   void start(double time, const std::vector<Vec3>& positions) {
     time_ = time;
     from_ = positions;
   }
-  // Moves to the state `y` at `time`. Returns the fault if the way there might let surfaces touch;
-  // the path then stays where it was.
+  // Extends the path to the state `y` at `time`. Returns the fault if surfaces might touch on the
+  // way there; the path then does not change.
   [[nodiscard]] std::optional<ContactFault> move_to(double time, std::span<const double> y) {
     if (auto fault = dynamics_.check_limits(time, y)) return fault;
     if (dynamics_.contact() == nullptr) return std::nullopt;
     dynamics_.expand(time, y, to_, velocity_);
     if (auto fault = dynamics_.check_path(time_, from_, time, to_)) return fault;
-    time_ = time;  // prescribed points have reached it
+    time_ = time;  // the next call starts with prescribed points of `time`
     from_.swap(to_);
     return std::nullopt;
   }

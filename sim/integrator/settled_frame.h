@@ -1,4 +1,4 @@
-// The check of states within a step, which the path check of the step has not seen.
+// Checks states interpolated within a step, which the path check of the step does not cover.
 #pragma once
 
 #include <optional>
@@ -11,18 +11,19 @@
 
 namespace weft::sim {
 
-// The step within which a state is interpolated.
+// The accepted step within which a state is interpolated.
 struct StepEnds {
   std::span<const double> start, end;     // states
   std::span<const Vec3> start_positions;  // of all particles; empty without contact
   double start_time = 0;                  // s
 };
 
-// Checks the path to `y`, interpolated at `part` (0 .. 1) of a step, if contact is on. If it might
-// let surfaces touch, or if `y` exceeds a strain_limit, `y` becomes the point on the straight line
-// between the step's ends. Fails if
-// prescribed points block that line, too, at `time`. `position` and `velocity` are scratch for all
-// particles. Costs one path check or two.
+// Makes the state `y`, interpolated at `part` (0 to 1) of a step, safe if contact is on or
+// membranes have a strain_limit. If surfaces might touch on the path from the start of the step to
+// `y`, or if `y` exceeds a strain_limit, the linear interpolation of the step's ends replaces `y`.
+// Returns a failure if surfaces might cross on that path too, with prescribed points at their
+// places at `time`. `position` and `velocity` are scratch for all particles. Cost: one or two path
+// checks.
 [[nodiscard]] std::optional<Failure> settle_frame(Dynamics& dynamics, double time, double part,
                                                   const StepEnds& step, std::span<double> y,
                                                   std::vector<Vec3>& position,

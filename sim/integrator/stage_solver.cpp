@@ -22,23 +22,23 @@ namespace {
 // improve. A larger error takes more corrections.
 constexpr double linear_error = 3e-2;
 
-// Relative error allowed in the linear solves of a given number of corrections, for a gamma of
-// `longest_gamma` (s). With a single correction it changes the error of steps of 1/60 s by 1 to 5 %
-// (docs/benchmarks.md). For a shorter gamma it is proportional to gamma: errors of short steps add
-// up, and their sum must decrease with the step.
+// Relative error allowed in the linear solves if the number of corrections is given, for a gamma of
+// at least `longest_gamma` (s). With a single correction, this error changes the error of steps of
+// 1/60 s by 1 to 5 % (docs/benchmarks.md). For a shorter gamma, the allowed error is proportional
+// to gamma: errors of short steps add up, and their sum must decrease with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
-// Largest residual velocity of a particle that a given number of corrections may leave, less the
-// tolerance, as a fraction of the fastest velocity. If more is left, corrections go on. It is
-// tested if there is contact and prescribed motion. Fractions from 0.05 to 0.2 end the same runs of
-// the suite `moving`.
+// Largest residual velocity of a particle that a given number of corrections may leave, as a
+// fraction of the fastest velocity; the velocity tolerance is added. A larger residual requires
+// further corrections. Tested only with contact and prescribed motion. Fractions from 0.05 to 0.2
+// do not change which runs of the suite `moving` reach their end.
 constexpr double largest_driven_residual = 0.1;
 
 // Largest weighted component of the correction that ends the iteration.
 constexpr double largest_last_correction = 0.3;
 
-// KINSOL measures corrections relative to u + 1 / uscale. With so small a scale, 1 / uscale
-// dominates, and the origin does not matter.
+// KINSOL measures corrections relative to u + 1 / uscale. With this small scale, 1 / uscale
+// dominates, and results do not depend on the origin.
 constexpr double scale_of_corrections = 1e-9;
 
 // Limit of corrections with a line search. A stage that takes more costs more than two stages of
@@ -91,7 +91,7 @@ struct StageSolver::Implementation {
   const Scene& scene;
   Dynamics& dynamics;
   int newton_count;
-  // A given number of iterations needs neither KINSOL nor its eight vectors.
+  // Used instead of KINSOL and its eight vectors if the number of iterations is given.
   std::optional<VelocitySystem> system;
   std::vector<double> right, solution, weight;
   std::vector<double> slope;  // (y - a) / gamma of the last stage solved; empty with contact
@@ -106,7 +106,7 @@ struct StageSolver::Implementation {
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
-  double kept_part = 1;                                  // fraction of the present correction
+  double kept_part = 1;  // fraction of the present correction that limit() kept
   std::span<const double> linearised_at, last_residual;  // views of KINSOL's vectors
   std::vector<double> trial;
   std::vector<Vec3> position, velocity;
@@ -143,7 +143,8 @@ void StageSolver::Implementation::create() {
                           .limit = [this](std::span<double> correction) { limit(correction); }},
                          context);
   KINSetLinearSolver(kinsol, newton_solver, nullptr);
-  // KINSOL calls the setup only if there is a solve function, too; this one is never called.
+  // KINSOL calls the setup function only if there is a solve function, too. The latter is never
+  // called.
   KINSetPreconditioner(
       kinsol,
       [](N_Vector state, N_Vector, N_Vector, N_Vector, void* self) {
@@ -200,9 +201,9 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
 }
 
 // Guesses y = a + gamma times the slope of the last stage; the error is of second order in the
-// step. If steps are so short that this error is within the tolerance, one iteration suffices. From
-// `a`, one iteration would be accepted with an error of first order. With contact the guess gains
-// nothing: run times are within 20 % either way.
+// step. If steps are so short that this error is within the tolerance, one iteration suffices. A
+// start at `a` would be accepted after one iteration with an error of first order. With contact the
+// guess gains nothing: run times are within 20 % either way.
 void StageSolver::Implementation::guess(std::span<double> y) {
   std::copy(right_side.begin(), right_side.end(), y.begin());
   for (std::size_t i = 0; i < slope.size(); ++i) y[i] += gamma * slope[i];
@@ -243,10 +244,11 @@ void StageSolver::Implementation::limit(std::span<double> correction) {
   std::fill(correction.begin(), correction.end(), 0.0);
 }
 
-// Multiplies the system by the correction that solves it, for KINSOL's line search: the product is
-// minus the residual. KINSOL's own difference of residuals spans metres where corrections are
-// small. It costs one more evaluation per correction, and fails where it moves surfaces into each
-// other.
+// Computes the product of the Jacobian and the last correction, for KINSOL's line search. Since the
+// correction solves the linear system, the product is minus the residual, scaled like the
+// correction. A finite difference by KINSOL would displace particles by metres where corrections
+// are small. It would also cost one evaluation per correction, and fail if it moved surfaces into
+// each other.
 int StageSolver::Implementation::multiply_correction(std::span<double> product) const {
   for (std::size_t i = 0; i < product.size(); ++i) product[i] = -kept_part * last_residual[i];
   return 0;
@@ -309,9 +311,10 @@ bool StageSolver::Implementation::leaves_small_residual(std::span<const double> 
          velocity_tolerance(scene.source.time) + largest_driven_residual * std::sqrt(fastest);
 }
 
-// Leaves the solution in `y`. With contact and prescribed motion, corrections go on until the
-// residual is small. A single correction moves cloth only part of the way out of a barrier into
-// which an obstacle moves by its full step. The gap would shrink with every step until it vanishes.
+// Applies the given number of corrections to `y`. With contact and prescribed motion, further
+// corrections follow until the residual is small. A single correction moves cloth only part of the
+// way out of a barrier into which an obstacle moves by its full step. The gap would shrink with
+// every step until it vanishes.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   const int count = static_cast<int>(y.size());
   error_weights(scene.source.time, y, weight);

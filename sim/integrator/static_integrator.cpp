@@ -8,7 +8,8 @@ namespace weft::sim {
 
 namespace {
 
-// Relaxes the bodies under gravity and loads that are t / duration of the case's.
+// Finds equilibria by relaxation. The load at time t is t / duration of the case's gravity and
+// applied loads.
 class StaticIntegrator final : public OneStepIntegrator {
  public:
   StaticIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -59,7 +60,7 @@ class StaticIntegrator final : public OneStepIntegrator {
 
   Relaxation relaxation_;
   SafePath path_;
-  double acceleration_ = 0;  // m/s^2, by the loads in full
+  double acceleration_ = 0;  // m/s^2, under the full loads
 };
 
 }  // namespace

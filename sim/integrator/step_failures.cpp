@@ -12,7 +12,7 @@ struct Reason {
   std::string what;
 };
 
-// `shortest` is the length of the shortest step in words.
+// Returns the reason why a time step fails. `shortest` is the length of the shortest step in words.
 Reason reason_of_steps(StepTrouble trouble, const std::string& shortest) {
   switch (trouble) {
     case StepTrouble::surfaces:
@@ -34,8 +34,8 @@ Reason reason_of_steps(StepTrouble trouble, const std::string& shortest) {
   }
 }
 
-// Returns the reason for `static`, which has loads instead of steps. The message goes on with the
-// time of the last load.
+// Returns the reason why a search for an equilibrium fails. The message continues with the time of
+// the last load.
 Reason reason_of_loads(StepTrouble trouble) {
   switch (trouble) {
     case StepTrouble::surfaces:

@@ -27,8 +27,8 @@ StepTrouble trouble_of(const ContactFault& fault);
 struct FailurePlace {
   double time = 0;  // s
   const std::optional<ContactFault>& fault;
-  // The particle where the error is largest or, if unstable, the motion fastest; for `static` where
-  // the forces are farthest from balance. -1: unknown.
+  // The particle with the largest error; if unstable, the fastest particle; for `static`, the
+  // particle farthest from balance. -1: unknown.
   int particle = -1;
 };
 
@@ -36,8 +36,8 @@ struct FailurePlace {
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene);
 
-// Returns the failure of a run in which this trouble failed every step down to time.minimum_step.
-// For `static` the text speaks of loads.
+// Returns the failure of a step that fails by `trouble` at every length down to time.minimum_step.
+// For `static`, the text names loads instead of steps.
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene);
 
 }  // namespace weft::sim

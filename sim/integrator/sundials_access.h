@@ -9,7 +9,7 @@
 
 namespace weft::sim {
 
-// Views a serial vector.
+// Returns a view of the entries of a serial vector.
 inline std::span<double> values(N_Vector v) {
   return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))};
 }
@@ -22,7 +22,8 @@ inline long counter_of(void* solver, int (*get)(void*, long*)) {
 }
 
 // Returns the particle with the largest weighted local error in the last trial of a solver whose
-// state is `y`. The functions are that solver's, for errors and weights.
+// state is `y`. `get_errors` and `get_weights` are functions of that solver, such as
+// CVodeGetErrWeights.
 inline int worst_particle(void* solver, N_Vector y, int (*get_errors)(void*, N_Vector),
                           int (*get_weights)(void*, N_Vector)) {
   N_Vector error = N_VClone(y), weight = N_VClone(y);

@@ -13,15 +13,15 @@ namespace weft::sim {
 
 namespace {
 
-// Without a given step, the step is a chosen share of the longest stable one. It changes if its
-// share exceeds `no_longer_safe`, or leaves `too_short` to `too_long` times the chosen share. Every
-// change costs some of the symmetry that conserves the energy.
+// Without a given step, the step is a chosen share of the longest stable step. It changes if its
+// present share exceeds `no_longer_safe`, or leaves the range of `too_short` to `too_long` times
+// the chosen share. Every change breaks the symmetry in time that conserves the energy.
 constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
 // Relative changes of the tracked frequency above which it is checked more often, and below which
 // it is checked less often.
 constexpr double large_change = 0.02, small_change = 0.005;
-// Steps between two checks of the frequency that the motion shows, while that is below `slow_share`
-// of the highest stable one.
+// Steps between two checks of shown_frequency(), while that is below `slow_share` of the highest
+// stable frequency.
 constexpr int steps_per_slow_check = 4;
 constexpr double slow_share = 0.1;
 
@@ -48,7 +48,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
  private:
-  // Oscillations grow if h omega > 2, damped ones if h d > 2.
+  // Refuses a given step h that is unstable; without one, chooses the step. A vibration of
+  // frequency omega grows if h omega > 2, a decay of rate d if h d > 2.
   std::optional<Failure> refusal() override {
     const TimeCase& options = scene().source.time;
     if (options.step) return refuse_unstable(*options.step);
@@ -76,8 +77,8 @@ class VerletIntegrator final : public OneStepIntegrator {
                        " s: the motion is fastest at " + scene().describe_particle(fastest.place)};
   }
 
-  // x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1). Forces that depend on the
-  // velocity use its prediction at the end.
+  // A step h is x1 = x + h (v + h/2 a), a1 = a(x1, v + h a), v1 = v + h/2 (a + a1). Forces that
+  // depend on the velocity use its prediction at the end.
   Trouble attempt(double& end, std::span<double> y) override {
     if (!is_fixed() && chosen_step_ < scene().source.time.minimum_step) {
       set_place(tracker_ ? tracker_->place() : stiff_place_);
@@ -104,8 +105,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // Finds the acceleration at the start. The one at the end of the last step is reused: a step then
-  // costs one evaluation.
+  // Finds the acceleration at the start of a step. Reuses the one at the end of the last step, so
+  // that a step costs one evaluation of the forces.
   Trouble find_start_acceleration() {
     if (start_ == time()) return Trouble::none;
     if (end_ == time()) {
@@ -118,8 +119,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // Adapts the step to the stiffness: stretched cloth vibrates faster. `y` is the end of the step.
-  // A vibration that the tracker misses shows in the motion once it grows.
+  // Adapts the step to the stiffness: stretched cloth vibrates faster. `y` is the state at the end
+  // of the step. A vibration that the tracker misses shows in the motion once it grows.
   void follow_limit(double h, std::span<const double> y) {
     if (!tracker_) return;
     ++steps_;
@@ -132,8 +133,9 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
   }
 
-  // Returns the frequency that the motion itself shows, as a share of the highest stable one. An
-  // unstable vibration grows by a small factor per step, so it takes several steps to matter.
+  // Returns the frequency that the motion itself shows, as a share of the highest stable frequency.
+  // A low one is checked less often: an unstable vibration grows by a small factor per step and
+  // needs several steps to matter.
   double check_shown_frequency(double h) {
     const double share = shown_frequency(h) * chosen_step_ / 2;
     next_shown_check_ = steps_ + (share < slow_share ? steps_per_slow_check : 1);
@@ -161,7 +163,7 @@ class VerletIntegrator final : public OneStepIntegrator {
 
   // Returns the frequency (rad/s) from the Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 =
   // -h^2 M^-1 K a. It never exceeds the highest frequency, and reaches it once an unstable
-  // vibration outweighs all else.
+  // vibration dominates the motion.
   double shown_frequency(double h) const {
     const VibrationProducts seen = dynamics().mass().vibration(
         before_acceleration_, start_acceleration_, end_acceleration_, dynamics().threads());
@@ -169,8 +171,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   void forget() override { start_ = end_ = -1; }
-  // After a jump of a curve, the acceleration at the end of the last step is not that at the start
-  // of the next, and differences across it show no vibration.
+  // After a jump of a curve, the acceleration at the end of the last step is not the one at the
+  // start of the next step. Differences across the jump show no vibration.
   void pass_event(bool jumps) override {
     if (!dynamics().varies()) return;
     if (jumps) {
@@ -183,8 +185,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     propose(chosen_step_);
   }
 
-  // Estimates the decay, and returns the fastest rate (1/s). Until the next corner of a curve,
-  // damping is strongest at one of its ends.
+  // Estimates the decay, and returns the fastest rate (1/s) at time(). Until the next corner of a
+  // curve, damping is strongest now or at that corner, so the decay is the larger of the two.
   double find_decay() {
     dynamics().begin_step(time());
     SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
@@ -204,19 +206,19 @@ class VerletIntegrator final : public OneStepIntegrator {
     return sim::trouble_of(fault);
   }
 
-  bool needs_velocities_;  // for forces that depend on them
+  bool needs_velocities_;  // true if forces depend on velocities
 
   // State of runs without a given step.
-  double share_ = 0;        // of the longest stable step
+  double share_ = 0;        // chosen share of the longest stable step
   double chosen_step_ = 0;  // s
-  double decay_ = 0;        // 1/s, at the start
-  int stiff_place_ = -1;    // the fastest particle at the start
+  double decay_ = 0;        // 1/s, by find_decay()
+  int stiff_place_ = -1;    // moves most in the fastest mode; by find_decay()
   std::optional<FrequencyTracker> tracker_;
   std::int64_t steps_ = 0, next_check_ = 1, next_shown_check_ = 0;
   int steps_per_check_ = 1;
 
-  double start_ = -1, end_ = -1;  // s: times of two of the accelerations
-  std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;  // of three steps
+  double start_ = -1, end_ = -1;  // s: times of start_acceleration_ and end_acceleration_
+  std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;  // of three times
 };
 
 }  // namespace

@@ -6,10 +6,10 @@
 
 namespace weft::sim {
 
-// Steps as a fraction of the longest stable one. At the default relative_tolerance it is a fifth,
-// which keeps the energy of an undamped sheet within one percent however its chaotic motion goes.
-// The error is proportional to the square of the step. The fraction therefore grows with the root
-// of the tolerance, up to `longest_verlet_share`.
+// The step as a fraction of the longest stable step. At the default relative_tolerance it is a
+// fifth, which keeps the energy of an undamped sheet in chaotic motion within one percent. The
+// error is proportional to the square of the step. The fraction therefore grows with the square
+// root of the tolerance, up to `longest_verlet_share`.
 inline constexpr double default_verlet_share = 0.2, default_verlet_tolerance = 1e-4;
 inline constexpr double longest_verlet_share = 0.9;
 

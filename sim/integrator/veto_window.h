@@ -1,4 +1,4 @@
-// The count of steps cut because of contact, which ends runs that hardly advance.
+// Counts the steps that contact cuts, in order to end runs that hardly advance.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace weft::sim {
 
 // Counts vetoes over windows of accepted steps. A healthy run almost never cuts a step because of
-// contact; a run that keeps doing so does not end in any useful time (docs/decisions/0010).
+// contact; a run that often does would take too long to end (docs/decisions/0010).
 class VetoWindow {
  public:
   static constexpr int length = 200;  // accepted steps
@@ -22,7 +22,7 @@ class VetoWindow {
   // nothing.
   std::optional<std::int64_t> add_step();
   // Returns the failure of a run with this many vetoes in the last window. It names the last fault,
-  // although a later step found a way past it. `remedy` says what may be wrong with the case.
+  // although a later, shorter step has passed. `remedy` says which option of the case may be wrong.
   Failure failure(std::int64_t vetoes, double time, const char* remedy, const Scene& scene) const;
 
   void transfer(StateArchive& archive) { archive(steps_, vetoes_, last_fault_); }

@@ -19,10 +19,11 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 
-// Largest displacement of the differences, as a part of the size of the bodies: rotations of this
-// size leave an error of its square, and rounding one of 1e-16 over it.
+// Largest displacement of the finite differences, as a fraction of the size of the bodies.
+// Rotations of this size cause a relative error of its square, and rounding causes one of 1e-16
+// divided by it.
 constexpr double difference_part = 1e-5;
-// A mode is one of rounding if the change of energy along it is less than this many roundings.
+// A mode is rounding noise if the change of energy along it is less than this many rounding errors.
 constexpr double roundings = 100;
 
 class Buckling {
@@ -63,7 +64,7 @@ class Buckling {
   }
   bool scales_gravity() const { return scene_.source.equilibria.scale_gravity; }
 
-  // Factorises K. Returns false, with a failure, unless it is positive definite.
+  // Factorises K. Returns true if K is positive definite, otherwise sets the failure.
   bool is_stable() {
     if (!factors_.factorise(stiffness_)) {
       const int weakest = unknowns_.particle(factors_.weakest());
@@ -78,8 +79,8 @@ class Buckling {
     return !result_.failure;
   }
 
-  // Sets the change of K per load factor. Returns false, with the reason in fault_, if the loads
-  // move nothing.
+  // Sets change_ to G. Returns false, with the reason in fault_, if the loads move nothing or
+  // forces cannot be evaluated.
   bool find_change() {
     std::vector<Vec3> load(dynamics_.particle_count()), way(dynamics_.particle_count());
     set_load_factor(1);
@@ -128,7 +129,7 @@ class Buckling {
   double load_factor_;
   Matrix stiffness_, change_;
   SymmetricFactors factors_;
-  double step_ = 0;  // of the load factor
+  double step_ = 0;  // increment of the load factor
   std::string fault_;
   BucklingModes result_;
 };

@@ -17,8 +17,9 @@ namespace weft::sim {
 
 namespace {
 
-// A start shape is in balance if its forces are at most this part of the loads, or if each would
-// move its particle, against the others at rest, by less than this part of the size of the bodies.
+// A start shape is in balance if the norm of its forces is at most `balanced_part` of that of the
+// loads. It is also in balance if no force would move its particle alone by more than
+// `balanced_move_part` of the size of the bodies.
 constexpr double balanced_part = 1e-8, balanced_move_part = 1e-12;
 
 void refuse_timed_pins(const Case& source) {
@@ -33,7 +34,7 @@ void refuse_timed_pins(const Case& source) {
 
 bool moves(const std::optional<MotionCase>& motion) { return motion.has_value(); }
 
-// True if loads, fields, supports or seams change in time.
+// True if the case has curves, moving pins, moving obstacles or seams that close.
 bool changes(const Case& source) {
   const auto has_moving_pin = [](const BodyCase& body) {
     return std::ranges::any_of(body.pin, [](const PinCase& pin) { return moves(pin.motion); });
@@ -45,7 +46,7 @@ bool changes(const Case& source) {
                              [](const ObstacleCase& each) { return moves(each.motion); });
 }
 
-// The case as a search for its equilibrium at time.duration.
+// Returns the case with the options of a search for its equilibrium at time.duration.
 Case equilibrium_case(Case source, const EquilibriumOptions& options) {
   refuse_timed_pins(source);
   for (TieCase& tie : source.tie) tie.break_force.reset();
@@ -81,8 +82,8 @@ double norm(std::span<const Vec3> vectors) {
   return std::sqrt(sum);
 }
 
-// The forces on free particles (N), which are zero for held ones, with their norm and that of the
-// loads and of the forces on held particles.
+// `force` has the net forces (N) by dynamic particle, zero for held ones, and `left` is their norm.
+// `applied` is the norm (N) of the loads and of the forces on held particles.
 struct Balance {
   std::vector<Vec3> force;
   double left = 0, applied = 0;
@@ -125,7 +126,7 @@ void CaseEquilibrium::apply_load_factor() {
   if (scene_->source.equilibria.scale_gravity) dynamics().set_load(*options_.load_factor);
 }
 
-// The start shape at rest, with moving pins at their places of a time.
+// Returns the start shape at rest, with moving pins at their places at `time`.
 std::vector<double> CaseEquilibrium::start_at(double time) const {
   std::vector<double> y = dynamics().initial_state();
   dynamics().place_pins(time, y);

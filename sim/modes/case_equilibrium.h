@@ -13,39 +13,40 @@ namespace weft::sim {
 
 struct Case;
 
-// How a state is found.
+// Options of CaseEquilibrium.
 struct EquilibriumOptions {
-  // Takes the shape at t = 0 as it is, under the loads of that time, in equilibrium or not.
+  // Uses the shape at t = 0 under the loads of that time, without a search for an equilibrium.
   bool start_shape = false;
-  // The factor of the loads: of each [[load]], and of gravity with static.scale_gravity. A path of
-  // loads (static.loading = "arc_length") is then not followed. Empty: the loads of the case.
+  // Factor of each [[load]], and of gravity with static.scale_gravity. If set, no path of loads
+  // (static.loading = "arc_length") is followed. Empty: the loads of the case.
   std::optional<double> load_factor;
   std::function<void(double time)> progress;  // called after every step of the search; may be empty
 };
 
-// The equilibrium of a case under the loads and with the moving pins of time.duration, whatever its
-// time.method. It is searched for as time.method = "static" does, in one step if nothing varies or
-// moves in time, and else through the frames of the case. The end of a path of loads counts if the
-// case follows one. A start shape that is in balance is taken as it is: a body that nothing holds
-// then needs no other equilibrium.
+// The equilibrium of a case at time.duration, under the loads and with the moving pins of that
+// time, for any time.method. The search is that of time.method = "static". It takes one step if
+// nothing varies or moves in time, and otherwise goes through the frames of the case. If the case
+// follows a path of loads, the equilibrium is the end of the path. A start shape that is in balance
+// is accepted without a search, because a body that nothing holds has no isolated equilibrium.
 class CaseEquilibrium {
  public:
   // Throws CaseError as build_scene() and check_initial_state() do, and for a pin that takes hold
-  // or lets go in time. A tie holds, whatever its break_force.
+  // or lets go in time. Ties do not break, whatever their break_force.
   CaseEquilibrium(const Case& source, EquilibriumOptions options);
   ~CaseEquilibrium();
 
-  // Searches. After a failure, the state is that of the last good step.
+  // Searches for the equilibrium. After a failure, state() is that of the last successful step.
   [[nodiscard]] std::optional<Failure> find();
 
   const Scene& scene() const { return *scene_; }
   Simulation& simulation() { return simulation_; }
   Dynamics& dynamics() const { return simulation_.dynamics(); }
   double time() const { return time_; }  // s
-  // Positions and velocities, which are zero (sim/motion/dynamics.h).
+  // Positions, then velocities, which are zero (sim/motion/dynamics.h).
   std::span<const double> state() const { return state_; }
-  // Norm of the forces on free particles over that of the loads and of the forces on held ones; 0
-  // if there are none.
+  // Returns the norm of the forces on free particles, divided by that of the loads and the forces
+  // on held particles. The result is 0 without forces on free particles, and infinite if the forces
+  // cannot be evaluated. Cost: one evaluation of the forces.
   double imbalance();
 
  private:

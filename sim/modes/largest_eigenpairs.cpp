@@ -14,18 +14,20 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 
-// Relative error allowed of the residual of an eigenpair, and restarts of Lanczos at most.
+// Relative residual allowed for an eigenpair, and largest number of restarts of Lanczos.
 constexpr double tolerance = 1e-11;
 constexpr int most_restarts = 300;
-// Lanczos keeps twice the wanted vectors and some more. Smaller problems are solved densely.
+// Lanczos keeps two vectors per wanted pair and this number more. A problem with no more unknowns
+// than such vectors is solved densely.
 constexpr int more_vectors = 20;
-// Eigenvalues whose magnitudes differ by less than this part count as equal.
+// Eigenvalues whose magnitudes have a smaller relative difference count as equal.
 constexpr double separation = 1e-7;
-// Searches for missing pairs at most. One that finds none of several copies does not recur.
+// Largest number of searches. Each search after the first looks for pairs that earlier searches
+// missed.
 constexpr int most_searches = 10;
 
-// The symmetric operator R^-1 A R^-T, without its part along known eigenvectors. It is scaled to
-// about unit norm, which Spectra's test of convergence presumes.
+// The symmetric operator R^-1 A R^-T, projected orthogonally to known eigenvectors. It is scaled to
+// about unit norm, as Spectra's convergence test requires.
 class Operator {
  public:
   using Scalar = double;
@@ -72,7 +74,7 @@ class Operator {
 
 double magnitude(const Eigenpair& pair) { return std::abs(pair.value); }
 
-// Solves problems that are small, or of which most pairs are wanted.
+// Returns all pairs, by a dense solver. For small problems, or if most pairs are wanted.
 std::vector<Eigenpair> dense_pairs(const Operator& of) {
   Eigen::MatrixXd matrix(of.rows(), of.cols());
   for (Eigen::Index i = 0; i < of.cols(); ++i) {
@@ -86,7 +88,7 @@ std::vector<Eigenpair> dense_pairs(const Operator& of) {
   return pairs;
 }
 
-// Appends `count` pairs. Returns false if Lanczos does not converge.
+// Appends `count` pairs orthogonal to `pairs`. Returns false if Lanczos does not converge.
 bool add_pairs(Operator& of, int count, std::vector<Eigenpair>& pairs) try {
   of.set_known(pairs);
   const Eigen::Index vectors = 2 * count + more_vectors;
@@ -100,10 +102,10 @@ bool add_pairs(Operator& of, int count, std::vector<Eigenpair>& pairs) try {
     pairs.push_back({values[i] / of.scale(), found.col(i)});
   return true;
 } catch (const std::runtime_error&) {
-  return false;  // the small eigenproblems within Lanczos have iterations of their own
+  return false;  // an eigenvalue iteration within Lanczos did not converge
 }
 
-// Number of eigenvalues whose magnitude is larger than `least` > 0.
+// Returns the number of eigenvalues whose magnitude is larger than `least` > 0.
 int count_larger(const Matrix& a, const Matrix& f, double least) {
   int sum = 0;
   SymmetricFactors factors;

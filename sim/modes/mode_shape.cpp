@@ -9,7 +9,7 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 
-// Contacts give K + D / gamma. Over so long a time (s) nothing is left of their damping.
+// Contacts contribute K + D / gamma. With this large gamma (s), their damping is negligible.
 constexpr double contact_gamma = 1e6;
 
 // Returns |A| |v|.

@@ -1,4 +1,4 @@
-// What all modes have in common: their shapes and the accuracy of their equations.
+// Stiffness, shapes and accuracy of modes, for vibration and buckling.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -12,23 +12,24 @@
 namespace weft::sim {
 
 // Evaluates the forces of a state, and returns the exact tangent stiffness of the free unknowns.
-// Contacts are springs along their normals, without damping and friction. Returns nothing, and the
-// reason in `fault`, if the forces do not exist.
+// Contacts are springs along their normals, without damping and friction. Returns nothing, and sets
+// `fault` to the reason, if the forces cannot be evaluated.
 std::optional<Eigen::SparseMatrix<double>> stiffness_at(Dynamics& dynamics,
                                                         const FreeUnknowns& unknowns, double time,
                                                         std::span<const double> state,
                                                         std::string& fault);
 
-// Returns an eigenvector as displacements by dynamic particle, in multiples of the largest one. The
-// largest coordinate is positive.
+// Returns an eigenvector as displacements by dynamic particle, relative to the largest one. The
+// coordinate of the largest magnitude is positive.
 std::vector<Vec3> shape_of(const FreeUnknowns& unknowns, const Eigen::VectorXd& vector);
 
-// Returns |A v - value B v| / ||A| |v||, the relative error of an eigenpair's equation against the
-// largest sum that its left side could be rounded in. Of both matrices the lower halves are read.
+// Returns |A v - value B v| / ||A| |v||, the residual of an eigenpair relative to the scale at
+// which A v is rounded. Only the lower halves of both matrices are read.
 double equation_error(const Eigen::SparseMatrix<double>& a, const Eigen::SparseMatrix<double>& b,
                       double value, const Eigen::VectorXd& vector);
 
-// Returns |v|^T |A| |v|: v^T A v is known to this times the rounding of numbers.
+// Returns |v|^T |A| |v|. Times the machine epsilon, it bounds the rounding error of v^T A v up to a
+// factor. Only the lower half of A is read.
 double rounding_scale(const Eigen::SparseMatrix<double>& a, const Eigen::VectorXd& vector);
 
 }  // namespace weft::sim

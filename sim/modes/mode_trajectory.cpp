@@ -18,12 +18,12 @@ namespace {
 
 using Series = TrajectoryWriter::Series;
 
-// Largest displacement, as a part of the diagonal of the box around the simulated bodies.
+// Largest displacement, as a fraction of the diagonal of the box around the simulated bodies.
 constexpr double amplitude_part = 0.1;
 
 const TrajectoryField displacement{"displacement", "m", "mode", 3};
 
-// Writes frames of displaced states.
+// Writes frames of the displaced equilibrium.
 class ModeWriter {
  public:
   ModeWriter(CaseEquilibrium& equilibrium, const ModeTrajectoryOptions& options)
@@ -50,7 +50,7 @@ class ModeWriter {
     amplitude_ = amplitude_part * box.diagonal().norm();
   }
 
-  // Writes the equilibrium plus a multiple of a shape, relative to the largest displacement.
+  // Writes the equilibrium displaced by `factor` times `shape`, scaled to the largest displacement.
   void write(double time, double factor, std::span<const Vec3> shape,
              const std::vector<double>& values) {
     std::vector<Vec3> displaced = place_;
@@ -85,7 +85,7 @@ class ModeWriter {
     return bodies;
   }
 
-  // The displacements of the points that are recorded, which may be others than particles.
+  // Computes the displacements of the recorded points, which need not be particles.
   void find_displacements(const std::vector<std::span<const Vec3>>& positions) {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       if (!bodies_[b].moves) continue;
@@ -103,7 +103,7 @@ class ModeWriter {
   RecordedImages images_;
   std::vector<TrajectoryBody> bodies_;
   std::vector<Vec3> place_;              // of all particles, m
-  std::vector<std::vector<Vec3>> rest_;  // of the points that are recorded, by body, m
+  std::vector<std::vector<Vec3>> rest_;  // of the recorded points at equilibrium, by body, m
   std::vector<std::vector<std::span<const double>>> fields_;
   std::vector<std::vector<double>> field_values_;
   TrajectoryWriter writer_;

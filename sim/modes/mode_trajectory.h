@@ -18,17 +18,17 @@ struct RecordedMode {
 
 struct ModeTrajectoryOptions {
   std::string path;                              // of the HDF5 file; a missing folder is created
-  bool force = false;                            // overwrite
+  bool force = false;                            // overwrites an existing file
   int frames_per_mode = 1;                       // 1: the shape alone; more: a period
-  std::vector<TrajectoryWriter::Series> series;  // after "mode", the number of the mode from 1
+  std::vector<TrajectoryWriter::Series> series;  // beside "mode", the number from 1
 };
 
-// Writes the state of the equilibrium as frame 0 at time 0, and then each mode in turn, added to
-// it. With one frame per mode, frame i at time i is mode i at its largest displacement. With n
-// frames per mode, the frames from n (i - 1) + 1 to n i are the sine of one period of mode i, at
-// times from i - 1 to i. The largest displacement of a particle is a tenth of the size of the
-// simulated bodies. The field "displacement" (m) has the displacements. Series are not numbers in
-// frame 0. `bill` is the bill so far. Throws FileError if the file cannot be written.
+// Writes the state of the equilibrium as frame 0 at time 0, then the equilibrium displaced by each
+// mode in turn. With one frame per mode, frame i at time i is mode i at its largest displacement.
+// With n frames per mode, frames n (i - 1) + 1 to n i show one period of a sine of mode i, at times
+// from i - 1 to i. The largest displacement of a particle is a tenth of the size of the simulated
+// bodies. The field "displacement" (m) holds the displacements. Series are NaN in frame 0. The file
+// records `bill`, the cost so far. Throws FileError if the file cannot be written.
 void write_modes(CaseEquilibrium& equilibrium, std::span<const RecordedMode> modes,
                  const ModeTrajectoryOptions& options, const Bill& bill);
 

@@ -20,17 +20,17 @@ using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 using Kind = VibrationMode::Kind;
 
-// An eigenvalue is zero if the energy of its shape is less than this many roundings of the sum that
-// it is computed from.
+// An eigenvalue counts as zero if the energy of its shape in K + shift M, where it is sought,
+// differs from that of the shift by less than this many rounding errors (rounding_scale()).
 constexpr double roundings = 1e4;
-// Part of a rigid shape that may be something else, as a norm.
+// A shape is rigid if its deviation from rigid motions, relative to its norm, is at most this.
 constexpr double rigid_tolerance = 1e-4;
-// The search for the scale of the wanted eigenvalues stops at this ratio of its ends, and does not
-// look below this part of the stiffest.
+// The bisection for the scale of the wanted eigenvalues ends when its limits have the ratio
+// `scale_ratio`. Its first lower limit is `smallest_scale` times the upper one.
 constexpr double scale_ratio = 16, smallest_scale = 1e-14;
 constexpr int most_shifts = 40;
 
-// Number of eigenvalues below `limit`.
+// Returns the number of eigenvalues below `limit` (1/s^2).
 int count_below(const Matrix& stiffness, const Matrix& mass, double limit,
                 SymmetricFactors& factors) {
   for (const double moved : {1.0, 1.01, 0.99}) {
@@ -39,7 +39,7 @@ int count_below(const Matrix& stiffness, const Matrix& mass, double limit,
   return 0;
 }
 
-// Returns a limit with at least `count` eigenvalues below it, and not far above the last of these.
+// Returns a limit (1/s^2) with at least `count` eigenvalues below it, not far above the `count`-th.
 double scale_of(const Matrix& stiffness, const Matrix& mass, int count, SymmetricFactors& factors) {
   double above = Vector(stiffness.diagonal()).cwiseAbs().sum() / Vector(mass.diagonal()).sum();
   for (int i = 0; i < most_shifts && count_below(stiffness, mass, above, factors) < count; ++i)
@@ -52,8 +52,8 @@ double scale_of(const Matrix& stiffness, const Matrix& mass, int count, Symmetri
   return above;
 }
 
-// Returns the distance (1/s^2) of a shift below all eigenvalues from zero, and leaves the factors
-// of K + shift M. Returns 0 if there is none.
+// Finds a positive shift (1/s^2) for which K + shift M is positive definite, and leaves the factors
+// of this matrix in `factors`. Returns the shift, or 0 if there is none.
 double factorise_shifted(const Matrix& stiffness, const Matrix& mass, double scale,
                          SymmetricFactors& factors) {
   double shift = scale / scale_ratio;
@@ -64,7 +64,8 @@ double factorise_shifted(const Matrix& stiffness, const Matrix& mass, double sca
   return 0;
 }
 
-// Displacements of one body, split into the part of a rigid motion and the rest.
+// Fits a rigid motion to the displacements of one body. Holds the norms of the displacements and of
+// the rest.
 class RigidPart {
  public:
   RigidPart(std::span<const Vec3> position, std::span<const Vec3> shape) {
@@ -102,16 +103,20 @@ bool is_rigid(const Scene& scene, std::span<const Vec3> position, std::span<cons
   return rest <= rigid_tolerance * rigid_tolerance * whole;
 }
 
-// The matrices of the modes.
+// The unknowns and the matrices of the eigenvalue problem, and the shift (1/s^2) at which it is
+// solved.
 struct System {
   FreeUnknowns unknowns;
   Matrix stiffness, mass;
+  double shift = 0;
 };
 
 Kind kind_of(const VibrationMode& mode, const System& system, const Scene& scene,
              std::span<const Vec3> position) {
-  const double rounding = roundings * std::numeric_limits<double>::epsilon() *
-                          rounding_scale(system.stiffness, system.unknowns.gather(mode.shape));
+  // The entries of K cancel along a shape without energy or are zero there. The shift remains.
+  const double scale = rounding_scale(system.stiffness, system.unknowns.gather(mode.shape)) +
+                       system.shift * mode.modal_mass;
+  const double rounding = roundings * std::numeric_limits<double>::epsilon() * scale;
   if (std::abs(mode.eigenvalue) * mode.modal_mass > rounding)
     return mode.eigenvalue < 0 ? Kind::growth : Kind::vibration;
   return is_rigid(scene, position, mode.shape) ? Kind::rigid : Kind::slack;
@@ -158,7 +163,7 @@ VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<c
     result.failure = Failure{Failure::Kind::solver, time, -1, text};
     return result;
   };
-  System system{FreeUnknowns(dynamics.scene()), {}, {}};
+  System system{FreeUnknowns(dynamics.scene()), {}, {}, 0};
   result.unknowns = static_cast<int>(system.unknowns.count());
   if (result.unknowns == 0) return result;
   std::string fault;
@@ -169,13 +174,13 @@ VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<c
   count = std::min(count, result.unknowns);
   SymmetricFactors factors;
   const double scale = scale_of(system.stiffness, system.mass, count, factors);
-  const double shift = factorise_shifted(system.stiffness, system.mass, scale, factors);
-  if (shift == 0) return fail("no shift makes the tangent stiffness definite");
-  const auto pairs =
-      largest_eigenpairs(system.mass, system.stiffness + shift * system.mass, factors, count);
+  system.shift = factorise_shifted(system.stiffness, system.mass, scale, factors);
+  if (system.shift == 0) return fail("no shift makes the tangent stiffness definite");
+  const auto pairs = largest_eigenpairs(system.mass, system.stiffness + system.shift * system.mass,
+                                        factors, count);
   if (!pairs) return fail("the search for eigenvalues does not converge");
   for (const Eigenpair& pair : *pairs) {
-    result.modes.push_back(mode_of(1 / pair.value - shift, pair.vector, system));
+    result.modes.push_back(mode_of(1 / pair.value - system.shift, pair.vector, system));
     VibrationMode& mode = result.modes.back();
     mode.kind = kind_of(mode, system, dynamics.scene(), StateView::of(state).position);
   }

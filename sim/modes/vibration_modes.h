@@ -18,14 +18,14 @@ struct VibrationMode {
   enum class Kind {
     vibration,
     growth,  // omega^2 < 0: the equilibrium is unstable, and the shape grows as exp(growth_rate t)
-    rigid,   // omega^2 = 0 up to rounding: each body moves as a rigid one
+    rigid,   // omega^2 = 0 up to rounding: each body moves rigidly
     slack    // omega^2 = 0 up to rounding: nothing resists the shape
   };
   Kind kind = Kind::vibration;
   double eigenvalue = 0;  // omega^2, 1/s^2, as computed
   double modal_mass = 0;  // shape . M shape, kg
-  double error = 0;       // of the equation (sim/modes/mode_shape.h)
-  // Displacements by dynamic particle, in multiples of the largest; zero where held.
+  double error = 0;       // equation_error() of sim/modes/mode_shape.h
+  // Displacements by dynamic particle, relative to the largest; zero for held particles.
   std::vector<Vec3> shape;
 
   double angular_frequency() const;  // rad/s; 0 unless it vibrates
@@ -33,20 +33,20 @@ struct VibrationMode {
   double growth_rate() const;        // 1/s; 0 unless it grows
 };
 
-// The kind in words: "vibration", "growth", "rigid", "slack".
+// Returns the kind in words: "vibration", "growth", "rigid", "slack".
 const char* kind_name(VibrationMode::Kind kind);
 
 struct VibrationModes {
   std::vector<VibrationMode> modes;  // by rising eigenvalue
   int unknowns = 0;                  // coordinates of free particles
-  std::optional<Failure> failure;    // there are no modes then
+  std::optional<Failure> failure;    // if set, there are no modes
 };
 
-// Returns the `count` modes of lowest eigenvalue about a state, or all if there are fewer. K is the
-// exact tangent stiffness there, under the loads and the time of the dynamics; contacts are springs
-// along their normals, without friction. M is mass_matrix(). Damping has no part.
+// Returns the `count` modes of lowest eigenvalue about `state` at `time` (s), or all if there are
+// fewer. K is the exact tangent stiffness under the loads set in the dynamics. Contacts are springs
+// along their normals, without friction. M is mass_matrix(). Damping is ignored.
 //
-// Copies of multiple modes are all found (largest_eigenpairs.h). Costs some ten factorisations of
+// All copies of a multiple mode are found (largest_eigenpairs.h). Cost: about ten factorisations of
 // K.
 VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<const double> state,
                                     int count);

@@ -29,7 +29,7 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
 
 namespace {
 
-// The mass of an equilibrium only steers the search for it.
+// An equilibrium does not depend on the mass, so lumped masses suffice to search for it.
 MassOperator::Form mass_form(const Scene& scene) {
   return traits_of(scene.source.time.method).finds_equilibria() ? MassOperator::Form::lumped
                                                                 : MassOperator::Form::consistent;
@@ -174,7 +174,7 @@ std::vector<double> Dynamics::initial_state() const {
 
 Kinematics Dynamics::kinematics(double time, std::span<const double> y) {
   set_time(time);
-  // If pins do not move, the state has the positions and zero velocities of pinned particles too.
+  // If pins do not move, y already holds their positions and zero velocities.
   if (!contact_ && !pins_move_ && !load_) {
     const StateView state = StateView::of(y);
     return {state.position, state.velocity};
@@ -236,7 +236,7 @@ std::optional<ContactFault> Dynamics::rate(double time, std::span<const double> 
   return fault;
 }
 
-// Calls visit(motion) for the moving motions that hold dynamic particles.
+// Calls visit(motion) for each motion that moves pins of dynamic bodies.
 template <class Visit>
 void Dynamics::visit_moving_pins(const Visit& visit) const {
   if (!pins_move_) return;
@@ -272,7 +272,7 @@ void Dynamics::advance_pins(double time, double factor, std::span<double> y) con
   });
 }
 
-// Bounds how far particles stray from straight paths; only those with prescribed motion do.
+// Bounds how far prescribed particles stray from straight paths. All other paths are straight.
 PathStray Dynamics::path_stray(double from, double to) {
   bool is_straight = true;
   for (const PrescribedMotion& held : scene_.prescribed) {
@@ -311,7 +311,7 @@ std::optional<ContactFault> Dynamics::check_straight_path(double start_time,
   return gap ? contact_->check_path(from, to) : contact_->check_crossing(from, to);
 }
 
-// Contact puts the particles of moving obstacles in place, so it needs a copy to write to.
+// Copies the positions if obstacles move, because contact writes the places of their particles.
 PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
                                  Placing& placing) const {
   const RigidObstacles& obstacles = contact_->obstacles();
@@ -322,7 +322,7 @@ PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
   return {placing.position, {}, placing.poses};
 }
 
-// Evaluates contact at the positions and velocities that expand() has left.
+// Evaluates contact at position_ and velocity_. Precondition: expand() has set both for `time`.
 std::optional<ContactFault> Dynamics::evaluate_contact(double time) {
   contact_->obstacles().find_poses(time, is_before_jump(time), poses_);
   for (RigidPose& pose : poses_) {
@@ -412,7 +412,8 @@ void Dynamics::add_weight_and_damping(const Kinematics& state, std::span<Vec3> f
   }
 }
 
-// M_ff a_f = F_f - M_fp a_p, with f for free and p for held particles.
+// Solves M_ff a_f = F_f - M_fp a_p for the accelerations a_f, with f for free and p for held
+// particles.
 void Dynamics::solve_for_accelerations(double time, std::span<Vec3> force) {
   if (pins_move_ && !load_) {
     coupled_.assign(force.size(), Vec3::Zero());
@@ -554,8 +555,8 @@ Energies Dynamics::energies(double time, std::span<const double> y) {
   if (contact_) {
     set_time(time);
     expand(time, y, position_, velocity_);
-    // A fault would leave no pairs in reach. None is expected: the states recorded here have been
-    // accepted.
+    // After a fault, contact would have no pairs. Recorded states have been accepted, so there is
+    // none.
     static_cast<void>(evaluate_contact(time));
   }
   return energies_at_last_rate(time, y);
@@ -588,7 +589,7 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::v
     if (!each->is_external()) each->add_forces(state, std::span(force).first(count), threads_);
   }
   if (contact_) {
-    // A fault would leave no pairs in reach. None is expected: the state has been accepted.
+    // After a fault, contact would have no pairs. Accepted states have no fault.
     static_cast<void>(evaluate_contact(time));
     contact_->add_forces(force);
     contact_->find_loaded_obstacles(loaded);
@@ -597,8 +598,9 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::v
     subtract_coupled_inertia(time, state, std::span(force).first(count));
 }
 
-// Free particles f gain the energy v_f M_ff v_f / 2 + v_f M_fp v_p + U, without that of the pins p
-// alone. With the rate r of mass damping its change is at most -(F_p - M_pf (a_f - r v_f)) . v_p.
+// The free particles f have the energy E = v_f . M_ff v_f / 2 + v_f . M_fp v_p + U, which excludes
+// the kinetic energy of the pins p alone. With the rate r of mass damping, dE/dt is at most -(F_p -
+// M_pf (a_f - r v_f)) . v_p. Subtracts M_pf (a_f - r v_f) from the forces F_p on pins.
 void Dynamics::subtract_coupled_inertia(double time, const Kinematics& state,
                                         std::span<Vec3> force) {
   std::vector<Vec3> inertia(force.begin(), force.end());
@@ -628,7 +630,7 @@ void Dynamics::find_force_parts(double time, std::span<const double> y, ForcePar
   parts.friction.assign(count, Vec3::Zero());
   parts.obstacles.assign(scene_.bodies.size(), {});
   if (contact_) {
-    // A fault leaves no pairs in reach; accepted states have none.
+    // After a fault, contact would have no pairs. Accepted states have no fault.
     static_cast<void>(evaluate_contact(time));
     contact_->add_forces(parts.contact, parts.friction);
     contact_->add_wrenches(position_, parts.obstacles);
@@ -636,8 +638,8 @@ void Dynamics::find_force_parts(double time, std::span<const double> y, ForcePar
   find_forces_of_pins(time, parts);
 }
 
-// A pin exerts M a - F on what it holds. With the consistent mass of shells, the accelerations of
-// free particles take part in M a.
+// A pin exerts M a - F on the particles that it holds. With the consistent mass of shells, M a
+// includes accelerations of free particles.
 void Dynamics::find_forces_of_pins(double time, ForceParts& parts) {
   const auto force = [&](int i) {
     return Vec3(parts.own[i] + parts.contact[i] + parts.friction[i]);
@@ -658,7 +660,7 @@ void Dynamics::find_forces_of_pins(double time, ForceParts& parts) {
   for (const int i : held_) parts.support[i] = mass_.row_product(i, acceleration.data()) - force(i);
 }
 
-// Sets the accelerations (m/s^2) of moving pins; others keep what they have.
+// Sets the accelerations (m/s^2) of moving pins. Other entries keep their values.
 void Dynamics::find_accelerations_of_pins(double time, std::span<Vec3> acceleration) const {
   if (load_) return;
   visit_moving_pins([&](const PrescribedMotion& held) {

@@ -21,10 +21,10 @@
 
 namespace weft::sim {
 
-// A state as the integrator holds it: positions (m), then velocities (m/s) of the dynamic
-// particles. Forces compute the positions of pinned particles from the time and never read them
-// here. Moving pinned particles advance here with their prescribed rates, so that a method's error
-// control sees them; those at rest do not change.
+// The state of an integrator: positions (m) of the dynamic particles, then their velocities (m/s).
+// Dynamics overrides the entries of moving pins by their prescribed values before it evaluates
+// forces. Integrators still advance these entries with the prescribed rates, so that error control
+// covers them. Entries of pins at rest do not change.
 struct StateView {
   std::span<const Vec3> position;
   std::span<const Vec3> velocity;
@@ -34,62 +34,67 @@ struct StateView {
 
 struct Energies {
   double kinetic = 0;                // J
-  double gravitational = 0;          // J, zero at the origin
+  double gravitational = 0;          // J, zero at the origin of the axes
   double contact = 0;                // J
-  double constraints = 0;            // J, part of `elastic`
+  double constraints = 0;            // J, of forces with is_constraint(); part of `elastic`
   std::optional<double> dissipated;  // J, by creases so far; not in the total; empty: none yields
   std::vector<std::pair<std::string, double>> elastic;  // by force, J
   double total() const;
 };
 
-// The numbers that a frame records of a state.
+// Scalars of a state that every frame of a trajectory records.
 struct StateSummary {
   Energies energies;
-  std::optional<double> smallest_gap;  // m, of the pairs in reach
+  std::optional<double> smallest_gap;  // m, over the pairs in reach of contact; empty without pairs
   int sleeping_bodies = 0;
 };
 
-// The forces of a state in parts, N, by dynamic particle.
+// The forces (N) on the dynamic particles of a state, split by origin. Lists are by dynamic
+// particle unless stated.
 struct ForceParts {
-  std::vector<Vec3> own;  // of their bodies, air, gravity and mass damping
+  // All forces but those of contact and of pins: elasticity, air, loads, clamps, ties, sliding
+  // supports, gravity and mass damping.
+  std::vector<Vec3> own;
   // Contact forces along the normals (contact damping included), and friction forces. Zero without
   // contact.
   std::vector<Vec3> contact, friction;
-  std::vector<Vec3> support;  // exerted by pins, with the inertia of what they hold
-  // Contact forces of each body of the scene that is not dynamic; zero for others.
+  std::vector<Vec3> support;  // exerted by pins, inertia of the held particles included
+  // By body of the scene: the contact wrench of the body on the dynamic particles. Zero for dynamic
+  // bodies.
   std::vector<Wrench> obstacles;
-  std::vector<OuterForce> outer;  // of clamps and ties
+  std::vector<OuterForce> outer;  // of each clamp, tie and sliding support
 };
 
-// The arguments of an assembly of K and D, from which they can be assembled again with the same
+// The arguments of an assembly of K and D. A second assembly from the same arguments gives the same
 // bits.
 struct Linearisation {
   double time = 0, step_start = 0;  // s
   std::vector<double> state;
   Definiteness definiteness = Definiteness::exact;
-  double gamma = 0;  // s, of a joined assembly; 0: K and D are separate
+  double gamma = 0;  // s, of a joined assembly; 0 if K and D are separate
   std::optional<double> load;
   double hardness = 1;
   CreaseHistory::Creases creases;
 };
 
-// Evaluates forces and their derivatives at states that the caller holds. It keeps only the results
-// of the last evaluation: the matrices K and D, the pairs in contact, and the candidates among
-// which these were found.
+// Evaluates forces and their derivatives at states that the caller holds. Keeps only the results of
+// the last evaluation: the matrices K and D, the contact pairs, and the candidate pairs of the
+// broad phase.
 class Dynamics {
  public:
   Dynamics(const Scene& scene, Statistics& statistics)
       : Dynamics(scene, statistics, make_forces(scene)) {}
-  // Uses these forces instead of those of the scene; contact and mass damping are added.
+  // Uses `forces` instead of the scene's forces. Contact, gravity and mass damping still act.
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces);
-  // With contact, which searches by `search`.
+  // Uses `search` as the broad phase of contact instead of choosing one.
   Dynamics(const Scene& scene, Statistics& statistics, ChosenSearch search)
       : Dynamics(scene, statistics, make_forces(scene), std::move(search)) {}
 
   const Scene& scene() const { return scene_; }
   int particle_count() const { return scene_.dynamic_particles; }
   int threads() const { return threads_; }
-  // M, with the consistent mass of shells in motion; equilibria have lumped masses.
+  // The mass matrix M. Shells have their consistent mass, except in searches for equilibria, which
+  // use lumped masses.
   const MassOperator& mass() const { return mass_; }
   MassOperator& mass() { return mass_; }
   Statistics& statistics() { return statistics_; }
@@ -104,79 +109,86 @@ class Dynamics {
   [[nodiscard]] std::optional<ContactFault> rate(double time, std::span<const double> y,
                                                  std::span<double> rate);
 
-  // Computes the second half of y': accelerations, m/s^2, by particle.
+  // Computes the second half of y': the acceleration (m/s^2) of each dynamic particle. Returns a
+  // fault as rate() does.
   [[nodiscard]] std::optional<ContactFault> acceleration(double time, std::span<const double> y,
                                                          std::span<Vec3> acceleration);
 
-  // Computes the net forces of a state with contact and gravity, N, by dynamic particle. Those on
-  // held particles are what their supports carry. Returns the fault as rate() does.
+  // Computes the net force (N) on each dynamic particle, including contact, gravity and mass
+  // damping. The force on a held particle is the load that its support carries. Returns a fault as
+  // rate() does.
   [[nodiscard]] std::optional<ContactFault> net_forces(double time, std::span<const double> y,
                                                        std::span<Vec3> force);
-  // Computes the applied loads of a state, N, by dynamic particle: those of Force::is_load() at the
-  // present load factor and, if asked for, gravity in full.
+  // Computes the applied load (N) on each dynamic particle: all forces with Force::is_load() at the
+  // present load factor, plus the full weight if `with_gravity`.
   void applied_loads(double time, std::span<const double> y, bool with_gravity,
                      std::span<Vec3> force);
-  // Sets the factor of all forces that are loads.
+  // Multiplies all forces with Force::is_load() by `factor` from now on.
   void set_load_factor(double factor);
   // True if one of the forces is a load.
   bool has_loads() const;
 
-  // Stores K = -dF/dx and D = -dF/dv of all forces except contact. Contact keeps its own matrices,
-  // which are always those of the last rate(). Mass damping is part of D.
+  // Assembles K = -dF/dx and D = -dF/dv of all forces except contact. D includes mass damping.
+  // Contact keeps its own matrices, which belong to the last evaluation of contact.
   void assemble(double time, std::span<const double> y,
                 Definiteness definiteness = Definiteness::exact);
-  // Assembles for one gamma and one right side, in half the memory. The stiffness becomes K + D /
-  // gamma, without a separate damping matrix. `residual` (m, by particle) is minus the b_x of the
-  // system to be solved. With damping_product() = D residual, gamma K b_x = gamma stiffness b_x +
-  // damping_product.
+  // Assembles for a single gamma and a single right-hand side, in half the memory. stiffness()
+  // becomes K + D / gamma, and no damping matrix is stored. `residual` (m, by particle) is -b_x,
+  // with b_x the right-hand side for positions. The assembly also computes damping_product() = D
+  // residual. Then gamma K b_x = gamma stiffness() b_x + damping_product(). Precondition: no load
+  // is set, and the hardness is 1.
   void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
                        double gamma, std::span<const Vec3> residual);
   // The arguments of the last assembly.
   const Linearisation& linearisation() const { return linearisation_; }
-  // Repeats an assembly from its arguments, contact included.
+  // Repeats an assembly from its arguments and evaluates contact's matrices at the same state.
+  // Restores the load, the hardness and the step start of that assembly. The residual of a joined
+  // assembly is not kept: damping_product() becomes zero.
   void assemble_again(const Linearisation& place);
-  // D times the residual of the last assembly (N s, by particle). Empty if that was not joined, or
-  // if there is no D.
+  // D times the residual of the last assembly (N s, by particle). Empty if that assembly was not
+  // joined, or without damping.
   std::span<const Vec3> damping_product() const { return damping_product_; }
-  // Sets the load of an equilibrium: from now on particles are at rest, and gravity is this
-  // fraction of the scene's.
+  // Sets the load of an equilibrium. From now on, gravity is multiplied by `load`, and all
+  // particles, pins and obstacles count as at rest.
   void set_load(double load) { load_ = load; }
-  // Sets the fraction of their stiffness that membranes and springs have from now on. Searches for
-  // equilibria start with softened bodies.
+  // Multiplies the forces of membranes and springs and their derivatives by `hardness` from now on.
+  // Searches for equilibria start with softened bodies (hardness < 1).
   void set_hardness(double hardness) { hardness_ = hardness; }
   const BlockMatrix& stiffness() const { return stiffness_; }
-  // Precondition: has_damping(), that is, D exists and is not joined to the stiffness.
+  // The matrix D. Precondition: has_damping(), that is, D exists and is not joined to the
+  // stiffness.
   const BlockMatrix& damping() const { return damping_; }
   bool has_damping() const { return has_damping_ && damping_product_.empty(); }
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
   Contact* contact() { return contact_ ? &*contact_ : nullptr; }
 
-  // True if a pin of a dynamic body moves.
+  // True if a motion moves pins of dynamic bodies.
   bool pins_move() const { return pins_move_; }
   // Announces a step that starts at `time`. If a prescribed velocity or a curve jumps at the end of
-  // the step, all times after its start have the value before the jump. Without this call, all
-  // times have the value after it.
+  // the step, evaluations after `time` use the value before the jump. Without this call,
+  // evaluations at a jump use the value after it.
   void begin_step(double time) { step_start_ = time; }
   double step_start() const { return step_start_; }
-  // The instant at which forces at a time are evaluated. A jump within the shortest step counts as
-  // passed, as for MotionLimits.
+  // Returns the instant at which varying coefficients of the forces at `time` are taken. A jump
+  // within time.minimum_step counts as passed, as in MotionLimits.
   Instant instant(double time) const {
     const double within = is_before_jump(time) ? step_start_ : time;
     return {time, within + scene_.source.time.minimum_step};
   }
-  // Sets positions and velocities of moving pins in y, after any jump.
+  // Writes the positions and velocities of moving pins at `time` to y. At a jump, these are the
+  // values after the jump.
   void place_pins(double time, std::span<double> y) const;
-  // Adds factor * rate(time) to y, for moving pins alone.
+  // Adds factor * y' to y, for the entries of moving pins only.
   void advance_pins(double time, double factor, std::span<double> y) const;
-  // Checks that every pair of surfaces is certain to keep apart from `start` at one time to `end`
-  // at a later one (positions of all particles, m, as expand() leaves them). Free particles move on
-  // straight paths, prescribed ones on their own. Returns what stands in the way, if anything does.
+  // Checks that surfaces provably stay apart on the way from `start` to `end` (positions of all
+  // particles, m, as expand() writes them). Free particles move on straight lines, prescribed ones
+  // on their prescribed paths. Returns the first fault found, or nothing if the proof succeeds.
   // Precondition: contact is on.
   [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
                                                        std::span<const Vec3> start, double end_time,
                                                        std::span<const Vec3> end);
-  // Checks the path with prescribed particles on straight lines too. Without `gap`, surfaces need
-  // only not meet (Contact::check_crossing).
+  // Does the check of check_path() with prescribed particles on straight lines too. If `gap` is
+  // false, only crossings are faults (Contact::check_crossing).
   [[nodiscard]] std::optional<ContactFault> check_straight_path(double start_time,
                                                                 std::span<const Vec3> start,
                                                                 double end_time,
@@ -205,44 +217,44 @@ class Dynamics {
     if (creases_) creases_->transfer(archive);
   }
 
-  // Writes positions and velocities of all particles, prescribed ones included. Entries of moving
-  // obstacles stay as they are. Both lists must be empty or come from an earlier call: obstacles at
-  // rest are written only once.
+  // Writes positions and velocities of all particles at (time, y), prescribed ones included.
+  // Entries of moving obstacles keep their values. Precondition: both lists are empty or come from
+  // an earlier call.
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
-  // Writes the same, moving obstacles included: O(their particles).
+  // Does expand() and also writes the entries of moving obstacles, in O(their particles).
   void expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
                   std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;
-  // Computes the energies at (t, y). With contact, it evaluates contact anew.
+  // Computes the energies at (t, y). Evaluates contact at this state.
   Energies energies(double time, std::span<const double> y);
-  // Computes the energies at (t, y), but takes that of contact from the last rate(), whose state is
-  // within a step's tolerance of y.
+  // Computes the energies at (t, y) with the contact energy of the last rate(). Precondition: the
+  // state of that rate() is within a step's tolerance of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
-  // Power (W) of external forces on the free particles, positive if wind drives them, plus the
-  // power that moving points outside the state put into forces. Without prescribed motion it costs
-  // one evaluation of those forces alone.
+  // Returns the power (W) of external forces on the free particles, positive if wind drives them.
+  // Includes the power that moving points outside the state put into forces. Cost: one evaluation
+  // of the external forces.
   double external_power(double time, std::span<const double> y);
   bool has_external_forces() const;
   // True if a force has points outside the state that move.
   bool has_moving_points() const;
-  // Gravity (m/s^2) at a time, on the side of a jump that begin_step() implies.
+  // Returns gravity (m/s^2) at instant(time).
   Vec3 gravity(double time) const { return gravity_curve_.at(instant(time)); }
   // True if gravity, friction or a coefficient of a force varies in time.
   bool varies() const { return varies_; }
-  // Forces (N) on all particles, prescribed ones and obstacles included: contact, which is
-  // evaluated anew, and the forces of the bodies, but neither gravity, mass damping nor external
-  // ones. Those on moving pins of shells include the inertia of the free particles that the mass
-  // couples to them. Not counted in the statistics' force evaluations. `loaded` are the particles
-  // of obstacles on which there are forces, in order. Both lists must be empty or come from an
-  // earlier call.
+  // Computes the forces (N) on all particles, prescribed ones and obstacles included. Contact is
+  // evaluated anew; gravity, mass damping and external forces are left out. The force on a moving
+  // pin of a shell includes the inertia of the free particles that M couples to the pin. `loaded`
+  // lists the particles of obstacles on which forces act, in order. Not counted in the statistics'
+  // force evaluations. Precondition: both lists are empty or come from an earlier call.
   void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
                           std::vector<int>& loaded);
-  // Computes the parts of the forces at (t, y). Contact is evaluated anew. Lists are resized. Not
-  // counted in the statistics' force evaluations. Cost: an evaluation of the forces.
+  // Splits the forces at (t, y) by origin, with contact evaluated anew, and resizes the lists of
+  // `parts`. Not counted in the statistics' force evaluations. Cost: one evaluation of the forces.
   void find_force_parts(double time, std::span<const double> y, ForceParts& parts);
-  // Finds the largest l / L - 1 over the edges of all bodies. `particle` is the first end of that
-  // edge, as triangles list it; of equal edges the first counts.
+  // The largest l / L - 1 over the edges of all dynamic bodies, with the present length l and the
+  // rest length L. `particle` is the edge's first vertex in its triangle. Of equally stretched
+  // edges, the first counts.
   struct LargestStretch {
     double value = 0;
     int particle = 0;
@@ -255,21 +267,23 @@ class Dynamics {
  private:
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces,
            ChosenSearch search);
-  // Returns the state of the dynamic particles, with held ones in their prescribed places, and
-  // calls set_time(). Valid as long as y and until the next call.
+  // Calls set_time(), then returns the state of the dynamic particles with held ones in their
+  // prescribed places. The views are valid until y is freed or changed, or until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
-  // Sets `force` to the forces of all arrays and of contact.
+  // Sets `force` to the sum (N) of all forces and contact, without weight and mass damping.
   std::optional<ContactFault> sum_forces(double time, const Kinematics& state,
                                          std::span<Vec3> force);
   ContactFault fault_of_first_not_finite(std::span<const Vec3> vectors) const;
   void add_mass_damping();
-  // Gives everything that varies its value at this time; costs nothing if nothing does.
+  // Sets gravity, friction, mass damping and varying forces to their values at `time`. Costs
+  // nothing if none of them varies.
   void set_time(double time);
-  // Turns forces (N) into accelerations (m/s^2), which are zero for held particles. Returns true if
-  // all are finite.
+  // Turns forces (N) into accelerations (m/s^2), with weight and mass damping added. Accelerations
+  // of held particles are zero. Returns true if all values are finite.
   bool divide_by_mass(double time, const Kinematics& state, std::span<Vec3> force);
-  // The same with the consistent mass of shells. Forces include weight and mass damping.
+  // Turns forces (N) into accelerations with the consistent mass of shells. `force` must include
+  // weight and mass damping.
   void solve_for_accelerations(double time, std::span<Vec3> force);
   // Adds the weight and mass damping (N) of a state to the forces.
   void add_weight_and_damping(const Kinematics& state, std::span<Vec3> force) const;
@@ -287,7 +301,7 @@ class Dynamics {
   }
   PathStray path_stray(double from, double to);
   std::optional<ContactFault> evaluate_contact(double time);
-  // Positions with the poses that go with them.
+  // Positions of all particles and poses of the moving obstacles, at one time.
   struct Placing {
     std::vector<Vec3> position;
     std::vector<RigidPose> poses;
@@ -308,21 +322,21 @@ class Dynamics {
   std::optional<Contact> contact_;
   BlockMatrix stiffness_;
   bool has_damping_ = false;
-  BlockMatrix damping_;  // made on first use; excludes damping_product_
+  BlockMatrix damping_;  // allocated on first use; empty after a joined assembly
   std::vector<Vec3> damping_product_;
   Linearisation linearisation_;
   std::optional<double> load_;
   double hardness_ = 1;
   TimeCurve<Vec3> gravity_curve_;
   TimeCurve<double> friction_curve_;
-  VaryingNumbers mass_damping_curves_;  // of runs of particles
+  VaryingNumbers mass_damping_curves_;  // by run of particles
   bool varies_ = false;
-  Vec3 gravity_;                           // m/s^2, at the time set
-  std::vector<double> mass_damping_;       // 1/s, by particle; empty where there is none
+  Vec3 gravity_;                           // m/s^2, at the time of set_time()
+  std::vector<double> mass_damping_;       // 1/s, by particle; empty without mass damping
   std::vector<Vec3> coupled_;              // scratch: accelerations of pins of shells
-  std::vector<Vec3> position_, velocity_;  // of all particles, if the state's own do not suffice
-  std::vector<RigidPose> poses_;           // of the obstacles that move
-  Placing path_start_, path_end_;          // of a path, where obstacles move
+  std::vector<Vec3> position_, velocity_;  // of all particles, as expand() writes them
+  std::vector<RigidPose> poses_;           // of the moving obstacles
+  Placing path_start_, path_end_;          // copies for path checks
   double step_start_ = std::numeric_limits<double>::infinity();  // s
   std::vector<double> body_stray_, particle_stray_;              // m
 };

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double energy_share = 0.05;
 
-// False for equilibria with wind, prescribed motion or loads of their own: they have no motion that
-// work could become.
+// True for motions. For equilibria, true only under proportional loading without wind, prescribed
+// motion and applied loads, whose work never becomes motion.
 bool can_be_watched(const Dynamics& dynamics) {
   const Scene& scene = dynamics.scene();
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
@@ -27,7 +27,7 @@ bool can_be_watched(const Dynamics& dynamics) {
   return !moves && !(dynamics.has_external_forces() && !scene.source.world.wind.is_zero());
 }
 
-// The diagonal of the box around the start of the dynamic bodies, m.
+// Returns the diagonal (m) of the box around the dynamic bodies at the start.
 double size_of_start(const Scene& scene) {
   Eigen::AlignedBox3d box;
   for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);
@@ -50,7 +50,7 @@ EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start, doub
   start_kinetic_ = energies.kinetic - external_.held_kinetic_energy();
 }
 
-// The energy of a fall by gravity alone, from rest, J.
+// Returns the energy (J) of a free fall from rest that lasts until `time`.
 double EnergyWatch::fall_energy(double time) const {
   time -= start_time_;
   if (scene_.source.world.gravity.varies()) {
@@ -58,7 +58,7 @@ double EnergyWatch::fall_energy(double time) const {
     return mass_ * std::min(external_.largest_gravity() * longest_fall_, 0.5 * speed * speed);
   }
   const double gravity = scene_.source.world.gravity.constant().norm();
-  // For equilibria, `time` measures the load and is no time.
+  // In searches for equilibria, `time` is the load.
   const bool is_motion = !traits_of(scene_.source.time.method).finds_equilibria();
   const double fall = is_motion ? 0.5 * gravity * time * time : longest_fall_;
   return mass_ * gravity * std::min(longest_fall_, fall);

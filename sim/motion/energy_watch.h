@@ -1,5 +1,5 @@
-// Detects motion with more energy than was put in. Too long a step, or too loose a tolerance, shows
-// in this way if the method itself does not notice it.
+// Detects motion that has more energy than was put in. Such a gain reveals steps that are too long
+// and tolerances that are too loose, if the method's own error estimate misses them.
 #pragma once
 
 #include <optional>
@@ -13,34 +13,35 @@
 namespace weft::sim {
 
 // Checks that the kinetic and elastic energy E of the free particles does not exceed the energy put
-// in: that of the start, the work of gravity, and that of wind and prescribed motion
-// (external_work.h), less what creases have dissipated. The test uses square roots, which are
-// norms, so that errors add up:
+// in. `put_in` is the energy at the start plus the work of gravity, of external forces and of
+// prescribed motion (external_work.h), less what creases have dissipated. The test compares square
+// roots, because these are norms, whose errors add:
 //   sqrt(E) <= sqrt(put_in + doubt + 0.05 most) + e,
 //   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most),
-// with the total mass M and the doubt about that work. `most` is the largest energy put in so far,
-// or the kinetic energy of the start plus that of a fall, if this is more. The fall is by gravity
-// for the time so far (if gravity varies, as if it never turned), or by the diagonal of the box
-// around the dynamic bodies' start, whichever is less. e is the error of the tolerance in every
-// component.
+// with the total mass M and the `doubt` of ExternalWork. `most` is the larger of two energies: the
+// largest `put_in` so far, and the kinetic energy at the start plus that of a free fall. The fall
+// lasts for the time so far, but covers at most the diagonal of the box around the dynamic bodies
+// at the start. If gravity varies, the fall assumes that its direction never changes. e is the
+// error of sqrt(E) if every component errs by its tolerance.
 //
-// The energy of contact counts once it has become motion. A long step that ends deep within the
-// range of contact has too much of it, and most methods damp that. Equilibria (`static`) with wind
-// or prescribed motion are not checked.
+// Contact energy counts only once it has become motion: a long step that ends deep within contact's
+// range overestimates it, and most methods damp the excess. Equilibria are checked only under
+// proportional loading, without wind, applied loads and prescribed motion.
 class EnergyWatch {
  public:
   // `start` is the state at `start_time` (s). The dynamics must outlive the watch. Evaluates
   // contact.
   EnergyWatch(Dynamics& dynamics, std::span<const double> start, double start_time = 0);
 
-  // Judges the state at the end of a step, with the energies `now`; returns the failure, if any. If
-  // external().is_possible(), every step must be passed, in order, and the check evaluates forces.
+  // Checks the state at the end of a step, whose energies are `now`. Returns the failure, if any.
+  // If external().is_possible(), this must be called for every step, in order, and costs an
+  // evaluation of the forces.
   [[nodiscard]] std::optional<Failure> check(double time, std::span<const double> y,
                                              const Energies& now);
-  // False for scenes that are never judged; check() then costs nothing and needs no energies.
+  // False for scenes that are never checked. check() then costs nothing and does not read `now`.
   bool applies() const { return applies_; }
   void transfer(StateArchive& archive);
-  // Largest energy so far, as a share of the limit.
+  // Largest ratio so far of the energy to its limit.
   double largest_share() const { return largest_share_; }
   const ExternalWork& external() const { return external_; }
 
@@ -54,7 +55,7 @@ class EnergyWatch {
   double start_time_ = 0;                // s
   double mass_ = 0;                      // kg, of the dynamic particles
   double longest_fall_ = 0;              // m
-  double start_ = 0;                     // J, including that of gravity
+  double start_ = 0;                     // J, gravitational energy included
   double start_dissipated_ = 0;          // J
   double start_kinetic_ = 0, most_ = 0;  // J
   double largest_share_ = 0;

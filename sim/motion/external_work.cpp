@@ -72,7 +72,7 @@ void ExternalWork::add_step(double time, std::span<const double> y) {
   doubt_ += 0.5 * (std::abs(change) + h * std::abs(power_ - last_power));
 }
 
-// Returns the power at the start of the step that follows.
+// Returns the power (W) of external forces at the start of the next step, after any jump at `time`.
 double ExternalWork::power_after_jump(double time, std::span<const double> y) {
   const double nearby = dynamics_.scene().source.time.minimum_step;
   const auto jump = std::ranges::lower_bound(jumps_, time - nearby);
@@ -96,8 +96,8 @@ void ExternalWork::add_gravity(double start, double time, std::span<const double
   moment_ = moment;
 }
 
-// Returns the sum of m x of the free particles. With prescribed motion, measure() has put all in
-// place.
+// Returns sum m x (kg m) over the free particles. Precondition if pins or obstacles move: measure()
+// has set position_ and place_ for y.
 Vec3 ExternalWork::free_moment(std::span<const double> y) const {
   const Scene& scene = dynamics_.scene();
   Vec3 moment = mass_moment(
@@ -107,8 +107,8 @@ Vec3 ExternalWork::free_moment(std::span<const double> y) const {
   return moment;
 }
 
-// Calls visit(force before, force now, way) for the particles of obstacles that have a force at one
-// end of the step or at both, in order.
+// Calls visit(force before, force now, displacement) for each particle of a moving obstacle on
+// which a force acts at the start or the end of the step. Visits in the order of particles.
 template <class Visit>
 void ExternalWork::visit_loads(const Visit& visit) const {
   if (loads_.empty() && last_loads_.empty()) return;

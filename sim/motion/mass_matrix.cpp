@@ -12,7 +12,7 @@ namespace {
 
 using Entries = std::vector<Eigen::Triplet<double>>;
 
-// The mass matrix of one element of a shell.
+// Sums the mass matrix of one shell element at a time over its quadrature points.
 class ElementMass {
  public:
   explicit ElementMass(int first_particle) : first_particle_(first_particle) {}
@@ -23,7 +23,7 @@ class ElementMass {
     if (sum_.size() == 0) sum_.setZero(value.size(), value.size());
     sum_ += mass * value * value.transpose();
   }
-  // Appends the entries, and begins another element.
+  // Appends the sum to `entries` and resets it for the next element.
   void finish(Entries& entries) {
     for (Eigen::Index i = 0; i < sum_.rows(); ++i) {
       for (Eigen::Index j = 0; j < sum_.cols(); ++j)

@@ -21,18 +21,18 @@ bool has_shells(const Scene& scene) {
 
 }  // namespace
 
-// The Cholesky factor L of the M of the free particles of shells, in an order that keeps it sparse.
+// The Cholesky factor L of M, restricted to the free particles of shells, in a fill-reducing order.
 class MassOperator::Factor {
  public:
   Factor(const MassOperator& mass, const BlockPattern& pattern);
   void solve(std::span<Vec3> force);
 
  private:
-  // Vectors are padded to four numbers, which one instruction reads.
+  // A vector, padded to four numbers so that one instruction reads all of them.
   using Padded = Eigen::Array4d;
 
   std::vector<int> unknowns_;  // particles, in the order of the factor
-  // Column j of L: its diagonal entry first.
+  // L in compressed columns. The diagonal entry is the first of each column.
   std::vector<int> start_, row_;
   std::vector<double> value_;
   std::vector<Padded> x_;

@@ -12,12 +12,12 @@
 
 namespace weft::sim {
 
-// The mass matrix M of the dynamic particles (mass_matrix.h), the same for each of the three axes.
-// Scenes without shells have a diagonal M, whose functions cost what those of particle_masses.h do.
-// With shells, M is stored beside a pattern of blocks, one number per upper block.
+// The mass matrix M of the dynamic particles (mass_matrix.h). One M serves all three axes. Scenes
+// without shells have a diagonal M, and cost as little as particle_masses.h. With shells, M stores
+// one number per upper block of the block pattern given to attach().
 class MassOperator {
  public:
-  // Lumped: the masses of the scene on the diagonal, shells included. Equilibria need no more.
+  // Lumped: the masses of the scene on the diagonal, for shells too. Consistent: mass_matrix().
   enum class Form : std::uint8_t { lumped, consistent };
   // The scene must outlive the object.
   MassOperator(const Scene& scene, Form form);
@@ -26,9 +26,10 @@ class MassOperator {
   MassOperator& operator=(const MassOperator&) = delete;
 
   bool is_diagonal() const { return is_diagonal_; }
-  // Adds the pairs of particles that M couples.
+  // Adds to neighbours[i] the particles that M couples to particle i.
   void add_couplings(std::vector<std::vector<int>>& neighbours) const;
-  // Takes a pattern that contains these pairs. Must be called once, before all functions below.
+  // Sets the block pattern, which must contain the pairs of add_couplings(). Must be called once,
+  // before all functions below.
   void attach(std::shared_ptr<const BlockPattern> pattern);
 
   // Returns the entry (kg) at a slot of a row of the pattern.
@@ -36,20 +37,20 @@ class MassOperator {
     if (is_diagonal_) return slot == pattern_->diagonal_slot(row) ? scene_.mass[row] : 0;
     return entries_[pattern_->upper(row, slot)];
   }
-  // Returns row `row` of M `in`.
+  // Returns row `row` of the product M in.
   Vec3 row_product(int row, const Vec3* in) const {
     return is_diagonal_ ? Vec3(scene_.mass[row] * in[row]) : coupled_product(row, in);
   }
-  // out = M in.
+  // Computes out = M in.
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
   // Returns a . M b.
   double product(std::span<const Vec3> a, std::span<const Vec3> b, int threads) const;
-  // As vibration_products() of particle_masses.h, with this M.
+  // Returns vibration_products() of particle_masses.h, with this M.
   VibrationProducts vibration(std::span<const Vec3> before, std::span<const Vec3> a,
                               std::span<const Vec3> after, int threads) const;
-  // Replaces forces on the free particles by M^-1 times these, where M has their rows and columns
-  // alone; others become zero. With shells, the first call factorises that M, and each costs two
-  // passes over the factor, on one thread.
+  // Turns the forces F (N) on the free particles into M_ff^-1 F (m/s^2), where M_ff has the rows
+  // and columns of the free particles. Entries of held particles become zero. With shells, the
+  // first call factorises M_ff. Each call then costs two passes over the factor, on one thread.
   void solve(std::span<Vec3> force);
 
  private:

@@ -14,10 +14,10 @@ namespace {
 // Largest number of parts into which a body is split to compare distances.
 constexpr std::size_t most_blocks = 256;
 
-// A step that is too long is shortened to this share.
+// A step that is too long is multiplied by this factor.
 constexpr double shortening = 0.8;
 
-// Part of a size that rounding cannot take.
+// Relative margin, larger than all rounding errors.
 constexpr double rounding_part = 1e-9;
 
 bool is_tied_to(const Scene& scene, int body) {
@@ -71,7 +71,7 @@ double MotionLimits::last_possible_end(double time) const {
   return std::min({next_event(time), time + longest_step_, std::numeric_limits<double>::max()});
 }
 
-// Returns the events within the shortest step of `time`.
+// Returns the events within time.minimum_step of `time`.
 std::span<const MotionEvent> MotionLimits::events_at(double time) const {
   const double nearby = scene_.source.time.minimum_step;
   const auto first = std::ranges::lower_bound(events_, time - nearby, {}, &MotionEvent::time);
@@ -85,7 +85,8 @@ bool MotionLimits::jumps_at(double time) const {
   return std::ranges::any_of(events_at(time), &MotionEvent::jumps);
 }
 
-// Returns the end of the first of several equal parts that follow a gust to `end`.
+// Splits the interval from `time` to `end` into the fewest equal steps that resolve gusts. Returns
+// the end of the first one.
 double MotionLimits::end_in_gust(double time, double end) const {
   constexpr double rounding = 1e-9;
   const double parts = std::ceil((end - time) / longest_step_ - rounding);
@@ -173,7 +174,8 @@ void MotionLimits::bound_blocks(int body) {
   }
 }
 
-// Sets the boxes of an obstacle's blocks to boxes around their start boxes, moved by its pose.
+// Sets the box of each block of an obstacle to a box around its start box, moved by the pose at
+// `time`.
 void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
   if (is_bounded_[obstacle.body] != 0) return;
   is_bounded_[obstacle.body] = 1;
@@ -190,8 +192,9 @@ void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
   }
 }
 
-// Returns the squared distance of a box to the nearest block of this obstacle. If a lower bound is
-// at least `enough`, returns that bound. Computes the points only of blocks that might be nearest.
+// Returns the squared distance (m^2) from the box of `block` to the box of the obstacle's nearest
+// block. If this distance is at least `enough`, a lower bound that is at least `enough` may be
+// returned. Places the points of a block of the obstacle only if that block may be the nearest.
 double MotionLimits::squared_distance(const Block& block, const RigidObstacle& obstacle,
                                       double enough) {
   std::vector<Block>& others = blocks_[obstacle.body];
@@ -218,7 +221,7 @@ double MotionLimits::squared_distance(const Block& block, const RigidObstacle& o
   return square;
 }
 
-// Adds the parts of a body that the obstacle may reach in a step of this length.
+// Appends to approaches_ the parts of a body that the obstacle may reach in a step of this length.
 void MotionLimits::add_approaches(const Moving& obstacle, int body, double time, double length,
                                   double travel) {
   const RigidObstacle& rigid = obstacles_.all()[obstacles_.of_body(obstacle.body)];

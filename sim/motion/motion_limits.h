@@ -1,4 +1,4 @@
-// Limits of a step's length by the motion of pins and obstacles, which the step must resolve.
+// Limits the length of steps, so that they resolve the motion of pins and obstacles.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,57 +14,58 @@
 
 namespace weft::sim {
 
-// Finds the latest end of a step. A step ends at the latest
-// - at the next keyframe, start or stop of a motion, or when pins take hold or let go;
-// - when a pin has rotated by `largest_turn` or, with contact, strays from its chord by a tenth of
-//   contact.range;
-// - when an obstacle and a part of a body have used up four fifths of the distance between them
-//   that exceeds contact's reach. If that is less than an eighth of contact.range, the step may
-//   instead last until they have moved by an eighth of contact.range against each other, or until
-//   the obstacle has rotated or strayed as far as a pin may. (The shortest barriers act over a
-//   quarter of the range);
-// - before pins might pass through an obstacle or through other pins (prescribed_paths.h).
-// An obstacle counts by its distance and by the speeds at the start of the step: one that cannot
-// come into reach shortens no step. Without contact, obstacles do not count, but for the keyframes,
-// starts and stops of those to which a body is tied. Proofs are in
-// docs/theory.md, section 2.
+// Finds the latest end of a step. A step ends no later than the first of these times:
+// - the next event: a keyframe, start or stop of a motion, a corner of a curve, or a change of
+//   pins;
+// - the end of the longest step that resolves gusts;
+// - the time at which a pin has rotated by `largest_turn`, or with contact strays from its chord by
+//   `stray_part` of contact.range;
+// - the time at which an obstacle and a part of a body have approached by `approach_part` of their
+//   clearance, the distance in excess of contact's reach. Beyond this time, a relative motion of up
+//   to `near_part` of contact.range is still allowed, within the bounds that apply to pins;
+// - the time up to which the paths of pins provably do not cross obstacles or other pins
+//   (prescribed_paths.h).
+// Speeds at the start of the step bound how much of the clearance an obstacle may use up. An
+// obstacle that cannot come into reach shortens no step. Without contact, obstacles limit steps
+// only by events, and only if a body is tied to them. Proofs are in docs/theory.md, section 2.
 class MotionLimits {
  public:
   static constexpr double largest_turn = 0.15;  // rad
   static constexpr double stray_part = 0.1;     // of contact.range
-  static constexpr double near_part = 0.125;    // of contact.range: half of the shortest barrier's
-  static constexpr double approach_part = 0.8;  // of the distance left
-  // Limits are computed for a step longer by this factor, so rounding shortens no step that they
-  // allow in full.
+  static constexpr double near_part = 0.125;    // of contact.range: half the shortest barrier
+  static constexpr double approach_part = 0.8;  // of the clearance
+  // Integrators ask for the limit of a step longer by this factor, so that rounding never shortens
+  // a step that is allowed in full.
   static constexpr double beyond_rounding = 1.0001;
 
   // Scene and dynamics must outlive the limits.
   MotionLimits(const Scene& scene, const Dynamics& dynamics);
 
-  // False if nothing moves, pins stay as they are and no curve varies: no step is ever shortened.
+  // True if a motion, a change of pins or a curve may shorten steps.
   bool apply() const {
     return !motions_.empty() || !events_.empty() || std::isfinite(longest_step_);
   }
-  // Returns the latest end of a step from `time` and the state `y` that is to end at `wanted`.
+  // Returns the latest end (s) of a step that starts at (time, y) and should end at `wanted`.
   // Returns nothing if even a step of time.minimum_step is too long; failure() then names the
-  // motion. Costs a pass over the particles if an obstacle moves, and nothing if only pins do.
+  // motion. Cost: a pass over the particles if an obstacle moves and, with contact, one or more
+  // calls of PrescribedPaths::find_crossing().
   std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
   Failure failure(double time) const;
-  // Returns the stop time for an integrator that cuts all coming steps at it. The time is far off
-  // if the next step, which should end at `wanted`, need not be shortened.
+  // Returns the stop time to set in an integrator that cuts its steps at a stop time: `latest` if
+  // this is before `wanted`, else the largest number.
   static double stop_time(double latest, double wanted) {
     return latest < wanted ? latest : std::numeric_limits<double>::max();
   }
-  // Returns the next start, stop, keyframe or corner (s) after `time`; infinite without one. One
-  // within the shortest step counts as passed: bounds hold across events.
+  // Returns the time (s) of the next event after `time`: a start, stop, keyframe, corner or change
+  // of pins. Infinite without one. Events within time.minimum_step after `time` count as passed,
+  // since the bounds of motions hold across events.
   double next_event(double time) const;
-  // Returns the time (s) that no step from `time` may pass, however long it gets: the next event,
-  // or the longest step that follows a gust. SUNDIALS does not tell the length of its next step
-  // after one that a stop time has ended, so the length that latest_end() is asked for may be too
-  // short.
+  // Returns the time (s) that no step from `time` may pass: the next event or, if sooner, the end
+  // of the longest step that resolves gusts. SUNDIALS does not tell the length of the step after a
+  // stop time, so its step may end later than the `wanted` given to latest_end().
   double last_possible_end(double time) const;
-  // True if a motion starts, stops or passes a keyframe, or a curve has a corner, within
-  // time.minimum_step of `time`; and true if a velocity or a curve jumps there.
+  // has_event_at() is true if an event (next_event()) is within time.minimum_step of `time`.
+  // jumps_at() is true if a prescribed velocity or a curve jumps at such an event.
   bool has_event_at(double time) const;
   bool jumps_at(double time) const;
 
@@ -72,23 +73,23 @@ class MotionLimits {
   struct Moving {
     const PrescribedMotion* held;
     int body;
-    bool is_obstacle;  // of the case, or a body held as a whole
+    bool is_obstacle;  // an obstacle of the case, or a body held as a whole
   };
-  // A part of a body: the box around some of its triangles.
+  // A part of a body: some of its triangles and the box around them.
   struct Block {
-    Eigen::AlignedBox3d box;    // of an obstacle: a larger one while is_placed is false
-    Eigen::AlignedBox3d start;  // of an obstacle, where its motion starts
-    bool is_placed = false;     // of an obstacle: `box` fits
-    std::vector<int> points;    // of the surface, global
-    double speed = 0;           // the largest, m/s
+    Eigen::AlignedBox3d box;    // m; for obstacles, conservative while is_placed is false
+    Eigen::AlignedBox3d start;  // m, for obstacles: the box before the motion
+    bool is_placed = false;     // for obstacles: `box` is the smallest box
+    std::vector<int> points;    // global indices of surface points
+    double speed = 0;           // m/s, the largest of its points
   };
   // A part of a dynamic body that an obstacle may reach.
   struct Approach {
     const Moving* obstacle;
-    double clearance = 0;       // m, to the reach of contact
-    double speed = 0;           // of the part, m/s
-    double relative_speed = 0;  // against the obstacle, m/s
-    double radius = 0;          // of the part's points about the centre of the motion, m
+    double clearance = 0;       // m, distance in excess of contact's reach
+    double speed = 0;           // m/s, the largest of its points
+    double relative_speed = 0;  // m/s, the largest relative to the obstacle
+    double radius = 0;          // m, the largest distance of its points from the motion's centre
   };
   std::span<const MotionEvent> events_at(double time) const;
   double end_in_gust(double time, double end) const;
@@ -106,20 +107,20 @@ class MotionLimits {
   const Dynamics& dynamics_;
   double range_ = 0;  // m; 0 without contact
   std::vector<Moving> motions_;
-  std::vector<MotionEvent> events_;         // of motions, pins and curves, by time
-  double longest_step_ = 0;                 // s, that follows gusts; infinite without
+  std::vector<MotionEvent> events_;         // of motions, pins and curves, sorted by time
+  double longest_step_ = 0;                 // s, resolves gusts; infinite without gusts
   std::vector<std::vector<Block>> blocks_;  // by body; boxes are updated in each step
-  std::vector<char> is_bounded_;            // by body, in this step
+  std::vector<char> is_bounded_;            // by body: boxes are those of this step
   std::vector<Approach> approaches_;
   std::vector<Vec3> position_, velocity_;
-  std::vector<Vec3> position_room_, velocity_room_;        // of points that are no particles
-  std::span<const Vec3> point_position_, point_velocity_;  // of the surfaces of dynamic bodies
+  std::vector<Vec3> position_room_, velocity_room_;        // of points that are not particles
+  std::span<const Vec3> point_position_, point_velocity_;  // of surface points of dynamic bodies
   RigidObstacles obstacles_;
-  RigidPose pose_;                 // of the obstacle in hand
-  std::vector<double> distances_;  // m^2, to its blocks
+  RigidPose pose_;                 // of the obstacle last passed to turn_blocks()
+  std::vector<double> distances_;  // m^2, to that obstacle's blocks
   const Moving* culprit_ = nullptr;
-  std::optional<PrescribedPaths> paths_;  // with contact, where something moves
-  std::optional<ContactFault> crossing_;  // of the last interval that was checked
+  std::optional<PrescribedPaths> paths_;  // with contact, if pins or obstacles move
+  std::optional<ContactFault> crossing_;  // in the last interval checked
 };
 
 }  // namespace weft::sim

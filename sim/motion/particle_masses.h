@@ -1,5 +1,5 @@
-// Mass-weighted sums and accelerations, computed for batches of particles. Methods with many short
-// steps compute them in every step.
+// Mass-weighted sums and accelerations, vectorised over particles: methods with many short steps
+// need them in every step.
 #pragma once
 
 #include <span>
@@ -24,7 +24,7 @@ VibrationProducts vibration_products(std::span<const double> mass, std::span<con
 Vec3 mass_moment(std::span<const double> mass, std::span<const Vec3> x);
 
 // Turns forces (N) into accelerations (m/s^2) and adds gravity. Returns the sum of all components,
-// which is not finite if one of them is not.
+// which is not finite if any component is not finite.
 double accelerate(std::span<const double> mass, const Vec3& gravity, std::span<Vec3> force);
 
 }  // namespace weft::sim

@@ -84,7 +84,8 @@ PrescribedPaths::PrescribedPaths(const Scene& scene)
   tree_.build(std::move(boxes));
 }
 
-// Adds the motions of a prescribed point to `motions`.
+// Returns the motion of a surface point, numbered as in motion_of_. If the point is prescribed,
+// appends the motions of its particles to `motions`.
 int PrescribedPaths::motion_of_point(int point, std::vector<int>& motions) const {
   if (scene_.surface_map.is_identity()) {
     const int motion = motion_of_particle_[point];
@@ -111,8 +112,8 @@ bool PrescribedPaths::moves(int body, double from, double to) const {
   });
 }
 
-// True if prescribed features of the two bodies may cross: at least one body is no obstacle of the
-// case, and their features do not all follow one motion.
+// True if prescribed features of the two bodies may cross. They cannot if both bodies are obstacles
+// of the case, or if all their features follow one motion.
 bool PrescribedPaths::may_cross(const BodyPair& pair) const {
   const std::vector<int>&a = features_[pair.a].motions, &b = features_[pair.b].motions;
   if (scene_.bodies[pair.a].is_obstacle || a.empty() || b.empty()) return false;
@@ -143,7 +144,8 @@ void PrescribedPaths::place(int body) {
   }
 }
 
-// The points of rigid obstacles are placed once a box around them meets another.
+// Returns the box around the paths of the features of a body. A rigid obstacle is bounded by its
+// box: its points are placed only in check().
 Eigen::AlignedBox3d PrescribedPaths::box_of_paths(int body) {
   const int number = obstacles_.of_body(body);
   if (number < 0) {
@@ -159,8 +161,8 @@ Eigen::AlignedBox3d PrescribedPaths::box_of_paths(int body) {
   return {box.min() - stray, box.max() + stray};
 }
 
-// Returns, in order, the pairs of a moving body with itself and with the bodies whose boxes its own
-// meets.
+// Returns the sorted pairs of bodies that may cross in the interval: each moving body with itself
+// and with the bodies whose boxes overlap its box.
 std::vector<BodyPair> PrescribedPaths::pairs_that_move(double from, double to) {
   from_ = from;
   to_ = to;
@@ -212,7 +214,7 @@ double PrescribedPaths::largest_stray(const Points& points) const {
   return largest;
 }
 
-// The box around the true paths of these points and everything between them.
+// Returns a box around the true paths of these points and of every point of their convex hull.
 template <class Points>
 Eigen::AlignedBox3d PrescribedPaths::swept_box(const Points& points) const {
   Box box;
@@ -242,7 +244,7 @@ std::optional<ContactFault> PrescribedPaths::check(const BodyPair& pair) {
   return check_kind(true, a.edges, b.edges);
 }
 
-// True if one motion carries all nodes: they keep their distances.
+// True if all nodes follow one motion, which keeps their distances constant.
 bool PrescribedPaths::is_rigid(const std::array<int, 4>& nodes) const {
   const int motion = motion_of_[nodes[0]];
   return motion != several_motions_ &&

@@ -1,4 +1,4 @@
-// Checks whether prescribed paths cross: those of pins with obstacles and with other pins.
+// Checks whether prescribed paths of pins cross those of obstacles or of other pins.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,26 +13,28 @@
 
 namespace weft::sim {
 
-// Finds crossings that contact leaves out. Contact ignores features whose vertices all follow
-// prescribed paths, since no force could part them. If such paths cross, every state has a
-// crossing, so the run must end.
+// Finds crossings that contact does not check. Contact ignores pairs of features whose vertices all
+// follow prescribed paths, since no force can part them. No step avoids a crossing of prescribed
+// paths, so the run must end.
 class PrescribedPaths {
  public:
-  // Costs O(mesh). The scene must outlive it and have contact.
+  // The scene must have contact and outlive the object. Cost: O(mesh).
   explicit PrescribedPaths(const Scene& scene);
 
-  // Returns two features that may pass through each other within the interval, if any. No distance
-  // is demanded. The shorter the interval, the better the bounds. Costs a pass over the particles
-  // of moving bodies, and one check per pair of prescribed features whose boxes meet.
+  // Returns two features that may cross between the times `from` and `to` (s), or nothing if
+  // provably none cross. Features may come arbitrarily close. Bounds are tighter for shorter
+  // intervals. Cost: a pass over the particles of moving bodies, and one check per pair of
+  // prescribed features whose boxes overlap.
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:
-  // Features of a body all of whose particles are prescribed, by surface points.
+  // Vertices, edges and triangles of a body whose particles are all prescribed. Numbers are those
+  // of surface points.
   struct Features {
     std::vector<int> vertices;
     std::vector<std::array<int, 2>> edges;
     std::vector<std::array<int, 3>> triangles;
-    std::vector<int> motions;  // numbers, as in motion_of_, of the motions that hold them
+    std::vector<int> motions;  // all motions of these features, numbered as in motion_of_; sorted
   };
   bool moves(int body, double from, double to) const;
   bool may_cross(const BodyPair& pair) const;
@@ -52,20 +54,20 @@ class PrescribedPaths {
   bool is_rigid(const std::array<int, 4>& nodes) const;
 
   const Scene& scene_;
-  std::vector<int> motion_of_particle_;  // -1: free, 0: at rest
-  // By surface point, as motion_of_particle_; `several_motions_` if its particles follow different
-  // motions.
+  std::vector<int> motion_of_particle_;  // -1: free, 0: at rest, m + 1: Scene::prescribed[m]
+  // By surface point, numbered as motion_of_particle_; `several_motions_` if its particles follow
+  // different motions.
   std::vector<int> motion_of_;
   int several_motions_;
   std::vector<Features> features_;  // by body
   RigidObstacles obstacles_;
-  std::vector<int> moving_;        // bodies that have features with a motion and may cross others
-  std::vector<char> is_placed_;    // by body, within the interval in hand
-  double from_ = 0, to_ = 0;       // s, that interval
-  BodyTree tree_;                  // of the boxes of the features' paths
+  std::vector<int> moving_;        // bodies with moving features that may cross others
+  std::vector<char> is_placed_;    // by body: points are placed for the interval
+  double from_ = 0, to_ = 0;       // s, the current interval
+  BodyTree tree_;                  // of boxes around the paths of the features, by body
   std::vector<double> stray_;      // m, by motion, within the current interval
   std::vector<Vec3> start_, end_;  // m, by surface point
-  std::vector<Vec3> particle_start_, particle_end_;  // m, where points are not particles
+  std::vector<Vec3> particle_start_, particle_end_;  // m, if surface points are not particles
   std::vector<Vec3> moved_, rates_;                  // scratch
 };
 

@@ -14,7 +14,8 @@ namespace weft::sim {
 namespace {
 
 constexpr int iterations = 30;
-// Iterations with which a tracker starts. They reach 3 percent, since follow() continues them.
+// Iterations at the start of a tracker. They reach an error of 3 percent; follow() reduces it
+// further.
 constexpr int first_iterations = 10;
 
 struct Spectrum {
@@ -23,8 +24,8 @@ struct Spectrum {
 };
 
 // Returns start vectors of the power iterations. The fastest vibrations of an image change sign
-// from texel to texel; the random part covers those that do not. Random vectors alone need three
-// times the iterations.
+// from texel to texel; the random part covers vibrations that do not. Random vectors alone need
+// three times the iterations.
 std::vector<Vec3> alternating_vectors(const Scene& scene) {
   const Vec3 slanted(1, 0.4, 0.7);
   std::mt19937 random(1);
@@ -53,8 +54,8 @@ int place_of_largest(const std::vector<Vec3>& vectors) {
   return static_cast<int>(largest - vectors.begin());
 }
 
-// Returns the spectral radius of M^-1 A, where M couples particles: power iterations whose vectors
-// have length 1 in the norm of M.
+// Returns the spectral radius of M^-1 A for an M that is not diagonal. The vectors of the power
+// iteration have length 1 in the norm of M.
 Spectrum coupled_spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) {
   MassOperator& mass = dynamics.mass();
   const int threads = dynamics.threads();
@@ -75,8 +76,8 @@ Spectrum coupled_spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) 
   return {radius, place_of_largest(vector)};
 }
 
-// Returns the spectral radius of M^-1/2 A M^-1/2, which is symmetric and has the same eigenvalues
-// as M^-1 A.
+// Returns the spectral radius of M^-1/2 A M^-1/2, a symmetric matrix with the eigenvalues of M^-1
+// A.
 Spectrum spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) {
   if (!dynamics.mass().is_diagonal()) return coupled_spectral_radius(dynamics, matrix);
   const Scene& scene = dynamics.scene();
@@ -107,8 +108,8 @@ Spectrum spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) {
   return {radius, place_of_largest(vector)};
 }
 
-// Returns the typical size of a quad, m. Differences of forces are taken over `part_of_length`
-// times this size, over which forces are nearly linear.
+// Returns the typical size (m) of a quad. Finite differences displace particles by `part_of_length`
+// times this size, a range over which forces are nearly linear.
 double usual_length(const Scene& scene) {
   Eigen::AlignedBox3d box;
   for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);

@@ -9,15 +9,15 @@ namespace weft::sim {
 
 // Computes the weights 1 / position_tolerance for positions and 1 / (velocity_tolerance +
 // relative_tolerance |v|) for velocities; `y` and `weights` have 6 * particles entries. The three
-// components of a vector share one weight, so the test does not depend on the axes. Returns false
+// components of a vector share one weight, so error tests do not depend on the axes. Returns false
 // if a value is not finite.
 bool error_weights(const TimeCase& options, std::span<const double> y, std::span<double> weights);
 
 // The velocity tolerance of the case, m/s; by default 100 /s * position_tolerance.
 double velocity_tolerance(const TimeCase& options);
 
-// Returns the particle with the largest weighted error, to name when an error is too large.
-// `errors` has 6 * particles components; a value that is not finite counts as the largest.
+// Returns the particle with the largest weighted error, for error messages. `errors` has 6 *
+// particles components; a value that is not finite counts as the largest.
 int worst_particle(std::span<const double> errors, std::span<const double> weights);
 
 }  // namespace weft::sim

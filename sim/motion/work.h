@@ -1,5 +1,5 @@
-// The work of integration, counted instead of timed: choices that depend on it are the same on
-// every machine.
+// Counts the work of an integration instead of timing it, so that choices based on work are the
+// same on every machine.
 #pragma once
 
 #include "sim/motion/dynamics.h"

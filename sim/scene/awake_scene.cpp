@@ -10,8 +10,9 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the whole scene with the present as its start, since methods begin at the start. Bodies
-// are at rest there: awake ones get their velocities when the method is restarted.
+// Returns a copy of the scene whose initial positions are the present ones, because integrators
+// start from the initial state. All initial velocities are zero; awake bodies get theirs when the
+// integrator restarts.
 Scene at_present(const Scene& whole, std::span<const Vec3> position) {
   Scene scene = whole;
   std::copy(position.begin(), position.end(), scene.initial_position.begin());
@@ -41,7 +42,8 @@ int AwakeScene::whole_particle(int particle) const {
          whole_.bodies[whole_body_[body]].first_particle;
 }
 
-// Calls copy(first, whole_first, count) for the runs of doubles in the two states.
+// Calls copy(first, whole_first, count) for each run of doubles that belongs to an awake body. The
+// run starts at `first` in a state of this scene and at `whole_first` in a state of the whole.
 template <class Copy>
 void AwakeScene::visit_vectors(const Copy& copy) const {
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {

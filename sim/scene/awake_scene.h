@@ -9,22 +9,23 @@
 
 namespace weft::sim {
 
-// A scene in which the sleeping bodies of another scene, the whole, are obstacles that stay where
-// they rest. It has all bodies and particles of the whole in another order: first the awake bodies,
-// then the sleeping ones, then those that are not dynamic in the whole either.
+// A copy of a scene, `whole`, in which sleeping bodies are obstacles at rest. It has all bodies and
+// particles of `whole`, in another order: first the awake bodies, then the sleeping ones, then the
+// bodies that are not dynamic in `whole`.
 class AwakeScene {
  public:
-  // `asleep` has a mark for each dynamic body of the whole. At least one body sleeps, at least one
-  // is awake, and no sleeping body has a pin that moves. `position` (m, of the dynamic particles of
-  // the whole) is where bodies are now. The whole must outlive the result.
+  // `asleep` has a mark for each dynamic body of `whole`: not zero if it sleeps. `position` has the
+  // present positions of the dynamic particles of `whole`, m. Preconditions: at least one body
+  // sleeps, at least one is awake, and no sleeping body has a pin that moves. `whole` must outlive
+  // this object.
   AwakeScene(const Scene& whole, std::span<const char> asleep, std::span<const Vec3> position);
 
   const Scene& scene() const { return scene_; }
-  // Indices in the whole of a body and of a particle.
+  // Return the index in `whole` of a body or a particle of scene().
   int whole_body(int body) const { return whole_body_[body]; }
   int whole_particle(int particle) const;
-  // Copies the part of awake bodies between states (StateView, sim/motion/dynamics.h) of the whole
-  // and of this scene.
+  // Copy the positions and velocities of awake bodies between a state (StateView,
+  // sim/motion/dynamics.h) of `whole` and a state of scene().
   void gather(std::span<const double> whole, std::span<double> awake) const;
   void scatter(std::span<const double> awake, std::span<double> whole) const;
 
@@ -34,7 +35,7 @@ class AwakeScene {
 
   const Scene& whole_;
   Scene scene_;
-  std::vector<int> whole_body_;  // by body
+  std::vector<int> whole_body_;  // index in `whole` of each body
 };
 
 }  // namespace weft::sim

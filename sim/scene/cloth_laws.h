@@ -13,23 +13,26 @@
 
 namespace weft::sim {
 
-// The law over (E_11, E_22, 2 E_12) in the axes of warp and weft (N/m), and that over the curvature
-// (N m), of triangles.
+// Elastic laws of triangles in the axes of warp and weft: over the Green strain (E_11, E_22, 2
+// E_12), with moduli in N/m, and over the curvature (kappa_11, kappa_22, 2 kappa_12), with moduli
+// in N m.
 using StretchLaw =
     std::variant<materials::LinearLaw, materials::CurvedStretch, materials::MeasuredStretch>;
 using BendingLaw = std::variant<materials::LinearLaw, materials::CurvedBending>;
 
-// Returns nothing for shells, membranes of springs and cloth without stiffness.
+// Returns the law of the membrane; std::nullopt for shells, spring membranes and cloth without
+// stiffness.
 std::optional<StretchLaw> stretch_law(const MaterialCase& material);
-// Returns nothing for shells and for cloth that does not resist bending.
+// Returns the law of bending; std::nullopt for shells and for cloth that does not resist bending.
 std::optional<BendingLaw> bending_law(const MaterialCase& material);
 
-// The moduli of bending at zero curvature; zero for cloth that does not resist bending.
+// Returns the moduli of bending at zero curvature, N m; zero for cloth that does not resist
+// bending.
 materials::OrthotropicModuli flat_bending_moduli(const MaterialCase& material);
 
-// Returns the direction of the warp in a triangle of a body's mesh, in the plane of its rest shape:
-// along the rows of the image, turned by the body's warp angle towards the columns. It is not of
-// unit length.
+// Returns the direction of the warp in a triangle of a body's mesh, in the plane of the rest shape:
+// a vector of any length, m. The body's warp angle turns it from the rows of the image towards the
+// columns.
 Vec3 warp_direction(const SceneBody& body, int triangle);
 
 }  // namespace weft::sim

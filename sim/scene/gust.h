@@ -7,27 +7,27 @@
 
 namespace weft::sim {
 
-// The longitudinal turbulence of Dryden (MIL-HDBK-1797, appendix A): the speed along the mean wind
+// The longitudinal turbulence of Dryden (MIL-HDBK-1797, appendix A). The speed along the mean wind
 // has the one-sided spectrum
 //
 //   S(w) = sigma^2 (2 T / pi) / (1 + (w T)^2),
 //
-// with its standard deviation sigma and its integral time scale T. Its autocorrelation is that of
-// an Ornstein-Uhlenbeck process, sigma^2 exp(-|t| / T). A sum of cosines with random phases
+// where sigma is its standard deviation and T its integral time scale. Its autocorrelation is that
+// of an Ornstein-Uhlenbeck process, sigma^2 exp(-|t| / T). A sum of cosines with random phases
 // represents it (M. Shinozuka, G. Deodatis: Simulation of stochastic processes by spectral
 // representation, Applied Mechanics Reviews 44, 1991). The spectrum is cut into `waves` bands of
-// equal energy, and each band's cosine lies at its median, w_k = tan(pi/2 (k + 1/2) / waves) / T.
-// All amplitudes are then sigma sqrt(2 / waves): the variance is exact, and the speed is smooth in
-// time. The generator of the phases is fixed, so a seed names the same gust everywhere.
+// equal energy. Each band has one cosine at its median, w_k = tan(pi/2 (k + 1/2) / waves) / T, with
+// the amplitude sigma sqrt(2 / waves). The variance is therefore exact, and the speed is smooth in
+// time. The generator of the phases is fixed, so a seed gives the same gust on every machine.
 class Gust {
  public:
   static constexpr int waves = 64;
 
   explicit Gust(const GustCase& source);
 
-  // Velocity (m/s) at a time (s). Cost: a cosine per wave.
+  // Returns the wind velocity (m/s) at a time (s). Cost: a cosine per wave.
   Vec3 at(double time) const;
-  // Longest step (s) that follows the fastest wave: a quarter of its period, 0.019 T.
+  // Returns the longest step (s) that resolves the fastest wave: a quarter of its period, 0.019 T.
   double longest_step() const;
 
  private:
@@ -36,7 +36,7 @@ class Gust {
     double phase;      // rad
   };
   Vec3 mean_;
-  double amplitude_;  // as a fraction of the mean
+  double amplitude_;  // of each wave, as a fraction of the mean
   std::vector<Wave> waves_;
 };
 

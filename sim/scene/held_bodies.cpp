@@ -7,8 +7,8 @@ namespace weft::sim {
 
 namespace {
 
-// Marks, by body, those that are held as a whole. Vertices that follow different motions form no
-// rigid surface, which contact and its friction require of obstacles.
+// Returns a mark for each body: 1 if it is held as a whole. A body with a moving pin must have no
+// other pin, because contact and its friction require obstacles to be rigid.
 std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
   std::vector<char> is_held, moves(scene.bodies.size(), 0);
   std::vector<int> pin_count(scene.bodies.size(), 0);
@@ -27,7 +27,8 @@ std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMoti
   return is_held;
 }
 
-// Returns values by particle in a new order of bodies. Bodies behind the last value have none.
+// Returns values by particle in a new order of bodies. `all` may end before the last body; bodies
+// beyond its end are skipped.
 template <class Value>
 std::vector<Value> reordered(const std::vector<Value>& all, const std::vector<SceneBody>& bodies,
                              const std::vector<int>& order) {

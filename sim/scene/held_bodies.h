@@ -8,15 +8,15 @@
 
 namespace weft::sim {
 
-// Moves bodies that are held as a whole (scene.h), with their particles, behind those that are
-// simulated. Sets the numbers of dynamic bodies and particles and the order of the case.
-// Precondition: the scene has all bodies of the case and no obstacles yet. `pins` are those of all
-// bodies: their particles are renumbered, and pins that hold a whole body at rest are dropped.
+// Moves bodies that are held as a whole (scene.h), with their particles, behind all other bodies.
+// Sets dynamic_bodies, dynamic_particles and case_order of the scene. `pins` are the prescribed
+// motions of all bodies. Their particles are renumbered, and pins that hold a whole body at rest
+// are dropped. Precondition: the scene has all bodies of the case and no obstacles yet.
 void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins);
 
-// Moves the dynamic bodies marked in `is_held` (by body) behind the other dynamic ones, with their
-// particles, and makes obstacles of them. Does nothing if all are marked, or none is. `pins` are
-// the prescribed motions of the scene's particles, which are renumbered; pins at rest of held
+// Makes obstacles of the dynamic bodies marked in `is_held` (by body), and moves them with their
+// particles behind the other dynamic bodies. Does nothing if all are marked, or none is. `pins` are
+// the prescribed motions of the scene. Their particles are renumbered, and pins at rest of held
 // bodies are dropped.
 void hold_bodies(Scene& scene, std::span<const char> is_held, std::vector<PrescribedMotion>& pins);
 

@@ -13,10 +13,10 @@ namespace weft::sim {
 
 namespace {
 
-// Gauss points of order 4 on [0, 1]; both have the weight 1/2.
+// Gauss points of order 4 on [0, 1]; both weights are 1/2.
 constexpr std::array<double, 2> gauss{0.21132486540518712, 0.78867513459481288};
 
-// The surface of cloth: each cell of the image is interpolated between its corners.
+// The surface of cloth: bilinear in each cell of the image.
 class CellSurface {
  public:
   explicit CellSurface(const SceneBody& body) : atlas_(body.atlas) {}
@@ -105,7 +105,8 @@ class Finder {
       points_.push_back({.at = surface_.at(surface_.vertex(i))});
   }
 
-  // Adds two points for each segment of an edge. Its parameters are turned so that v runs inwards.
+  // Adds two points for each segment of an edge. The parameters are swapped or reversed so that v
+  // runs into the surface and the normal keeps its direction.
   void add_edge(const std::string& edge) {
     VertexSelection only;
     only.edges = {edge};

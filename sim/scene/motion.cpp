@@ -19,8 +19,8 @@ Eigen::AngleAxisd angle_axis(const Vec3& rotation_vector) {
   return {angle, angle > 0 ? Vec3(rotation_vector / angle) : Vec3(Vec3::UnitX())};
 }
 
-// Rotation vector of the rotation that leads from one orientation to another, both given as
-// rotation vectors.
+// Returns the rotation vector of the turn from one orientation to another. All three are rotation
+// vectors, rad. RigidMotion says how the turn is chosen.
 Vec3 turn_between(const Vec3& from, const Vec3& to) {
   if (from.cross(to).norm() <= 1e-12 * from.norm() * to.norm()) return to - from;
   const Eigen::AngleAxisd shortest(Eigen::Quaterniond(angle_axis(to)) *
@@ -28,8 +28,9 @@ Vec3 turn_between(const Vec3& from, const Vec3& to) {
   return shortest.axis() * shortest.angle();
 }
 
-// The largest slope and curvature in an interval. The slope rises up to the middle and then falls.
-// The curvature has its extremes, +-10 / sqrt(3), at (3 -+ sqrt(3)) / 6.
+// Return the largest slope and the largest magnitude of the curvature of the easing for s in an
+// interval. The slope rises up to s = 1/2 and then falls. The curvature has its extremes, +-10 /
+// sqrt(3), at (3 -+ sqrt(3)) / 6.
 double largest_slope(double from, double to) { return eased_slope(std::clamp(0.5, from, to)); }
 double largest_curvature(double from, double to) {
   double largest = std::max(std::abs(eased_curvature(from)), std::abs(eased_curvature(to)));
@@ -40,7 +41,8 @@ double largest_curvature(double from, double to) {
   return largest;
 }
 
-// Bounds the distance between two points of an arc by its length and its diameter.
+// Returns a bound (m) of the distance between two points of an arc: the smaller of its length and
+// its diameter.
 double arc_travel(double angle, double radius) { return radius * std::min(angle, 2.0); }
 
 }  // namespace
@@ -49,7 +51,8 @@ Eigen::Matrix3d rotation_from_degrees(const Vec3& rotation_deg) {
   return angle_axis(rotation_deg * radians_per_degree).toRotationMatrix();
 }
 
-// Out of line: where it is inlined, the compiler may fuse other products and sums.
+// Never inlined, so that every caller gets the same bits: copies inlined into different callers may
+// fuse different products and sums.
 [[gnu::noinline]] void RigidPose::place(const Vec3& start, Vec3& position, Vec3& rate) const {
   const Vec3 arm = rotation * (start - centre);
   position = arm + centre + translation;
@@ -160,14 +163,13 @@ MotionBounds RigidMotion::bounds(double from, double to, double radius) const {
                        : keyframe_bounds(from, to, radius);
 }
 
-// Three bounds hold for the distance between a point and uniform motion along its chord, at the
-// fraction q of an interval of length h:
-// - 2 q (1 - q) h v for a speed of at most v;
-// - q (1 - q) a h^2 / 2 for an acceleration of at most a throughout. If the point rests for a part
-//   of the interval, it is compared with one that moves on; this adds at most twice the way moved
-//   in that part;
-// - the travel, which bounds the distance from any place on the path to both its ends.
-// The result is the least of their maxima over q.
+// `stray` is the least of three bounds. Each bounds the distance between a point and uniform motion
+// along its chord, over all fractions q of an interval of length h:
+// - 2 q (1 - q) h v, if the speed is at most v: largest at q = 1/2.
+// - q (1 - q) a h^2 / 2, if the acceleration is at most a throughout. A point that rests for a part
+//   of the interval is compared with one that moves on. This adds at most twice the way that the
+//   latter moves in that part.
+// - The travel, which bounds the distance from any place on the path to both its ends.
 MotionBounds RigidMotion::constant_velocity_bounds(double from, double to, double radius) const {
   const double begin = std::max(from, start_time_), end = std::min(to, stop_time_);
   if (!(begin < end)) return {};

@@ -56,8 +56,8 @@ std::vector<Border> borders_of(const bsi::Atlas& atlas) {
   return borders;
 }
 
-// Turns a border so that its points are those of another one, in the same order. Returns false if
-// it has other points.
+// Rotates and reverses the points of `border` until they equal the points of `with`, in order.
+// Returns false if the borders have different points.
 bool align(const Border& with, Border& border) {
   if (border.is_closed != with.is_closed || border.points.size() != with.points.size())
     return false;
@@ -85,7 +85,7 @@ bool align(const Border& with, Border& border) {
 
 std::vector<PatchJoint> find_patch_joints(const bsi::Atlas& atlas) {
   const std::vector<Border> borders = borders_of(atlas);
-  std::map<std::pair<int, int>, std::array<int, 2>> users;  // borders by edge; -1: none
+  std::map<std::pair<int, int>, std::array<int, 2>> users;  // borders of an edge; -1: none
   for (int b = 0; b < static_cast<int>(borders.size()); ++b) {
     for (int i = 0; i < borders[b].edges(); ++i) {
       const auto [place, is_new] = users.try_emplace(borders[b].edge(i), std::array{b, -1});

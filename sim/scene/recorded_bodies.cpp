@@ -11,7 +11,7 @@ namespace weft::sim {
 
 namespace {
 
-// The rows or the columns of a part.
+// The rows or the columns of a part, as indices in the body's patches.
 struct PartAxis {
   std::vector<int> indices;
   bool wraps = false;

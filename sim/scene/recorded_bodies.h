@@ -1,4 +1,4 @@
-// The bodies of a scene that its trajectory holds, whole or in part.
+// The bodies of a scene that its trajectory records, whole or in part.
 #pragma once
 
 #include <optional>
@@ -10,15 +10,16 @@
 namespace weft::sim {
 
 // A part of a body: some rows and columns of each of its patches. An axis stays closed if the part
-// has it from end to end. Texels that shared a particle still do.
+// covers it from end to end. Texels that share a particle in the body share one in the part.
 struct ImagePart {
   bsi::Atlas atlas;
-  std::vector<int> rows, cols;  // of the body's patches, by row and column of the part
-  std::vector<int> particles;   // of the body, by particle of the part
+  std::vector<int> rows, cols;  // indices in the body's patches, by row and column of the part
+  std::vector<int> particles;   // index in the body of each particle of the part
 };
 
-// Throws CaseError, placed at the part, if its rows and columns lie outside the image or are too
-// few for a surface: two along an open axis, three along a closed one. O(texels of the part).
+// Returns the part of an image. Throws CaseError at the part if its rows or columns lie outside the
+// image or are too few. A surface needs two along an open axis and three along a closed one.
+// O(texels of the part + particles of the body).
 ImagePart make_part(const bsi::Atlas& whole, const OutputPartCase& part);
 
 struct RecordedBody {
@@ -26,8 +27,8 @@ struct RecordedBody {
   int order = 0;                  // index into Scene::case_order
   std::optional<ImagePart> part;  // empty: the whole body
 
-  // Returns the entries of recorded particles. `values` has `width` entries for each particle of
-  // the body. For a part, `memory` holds the result.
+  // Returns the entries of the recorded particles. `values` has `width` entries for each particle
+  // of the body. For a part, the result is a view of `memory`.
   template <class Entry>
   std::span<const Entry> of_recorded(std::span<const Entry> values, int width,
                                      std::vector<Entry>& memory) const {
@@ -41,7 +42,8 @@ struct RecordedBody {
   }
 };
 
-// The bodies and obstacles that the case records, in its order. Throws CaseError as make_part().
+// Returns the bodies and obstacles that the case records, in the order of the case. Throws
+// CaseError as make_part().
 std::vector<RecordedBody> recorded_bodies(const Scene& scene);
 
 }  // namespace weft::sim

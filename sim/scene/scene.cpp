@@ -30,7 +30,7 @@ void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = body.mesh.triangles[t];
     const Vec3 u = body.rest[b] - body.rest[a], v = body.rest[c] - body.rest[a];
-    // A triangle this thin is refused: its stiffness would swamp that of every other.
+    // A triangle below this relative area is refused: its stiffness would swamp that of all others.
     if (u.cross(v).norm() > 1e-10 * (u.squaredNorm() + v.squaredNorm())) continue;
     const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
     throw CaseError(where, "the rest shape of \"" + body.name +
@@ -46,8 +46,8 @@ Vec3 mean_of(std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-// Repeats the memory check of case_checks.cpp with the sizes of files that are known by now: those
-// of all shapes up to this one, which is built next.
+// Repeats the memory check of case_checks.cpp for a shape from a file, whose number of vertices is
+// known only now. Bodies and obstacles built before count with their actual vertices too.
 void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertices) {
   if (shape.type != ShapeType::file) return;
   SceneSize size = size_of_case(scene.source);
@@ -71,8 +71,7 @@ SceneBody make_body(const std::string& name, const ShapeCase& shape, const Scene
   } catch (const std::invalid_argument& error) {
     throw CaseError(shape.location, error.what());
   }
-  // Without contact, edges and owners are dropped: they take five times as much memory as
-  // triangles.
+  // Without contact, only triangles are kept: edges and owners take five times as much memory.
   if (!source.contact.enabled) {
     bsi::Mesh triangles;
     triangles.triangles.swap(body.mesh.triangles);
@@ -198,14 +197,14 @@ void add_loads(Scene& scene) {
   }
 }
 
-// Returns the default number of threads. With fewer particles per thread, threads wait longer for
-// each other than they save (docs/decisions/0025).
+// Returns the default number of threads. With fewer particles per thread, threads would wait longer
+// for each other than they save (docs/decisions/0025).
 int threads_that_pay(int particles) {
   constexpr int particles_per_thread = 4096;
   return std::clamp(particles / particles_per_thread, 1, omp_get_num_procs());
 }
 
-// Puts prescribed particles where their motion is at t = 0.
+// Moves prescribed particles to their places at t = 0.
 void apply_initial_motions(Scene& scene) {
   for (const PrescribedMotion& held : scene.prescribed) {
     std::vector<Vec3> position(held.start), velocity(held.start.size(), Vec3::Zero());
@@ -216,7 +215,8 @@ void apply_initial_motions(Scene& scene) {
   }
 }
 
-// Index of the body that has this particle or point; `first` is the member with its start.
+// Returns the index of the body to which a particle or point belongs. `first` is the member with
+// the body's first particle or point.
 int body_index_of(const std::vector<SceneBody>& bodies, int SceneBody::*first, int number) {
   const auto after = std::ranges::upper_bound(bodies, number, {}, first);
   return static_cast<int>(after - bodies.begin()) - 1;
@@ -306,7 +306,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   add_ties(*scene);
   add_seams(*scene);
   number_surface_points(*scene);
-  recorded_bodies(*scene);  // for the checks of parts
+  recorded_bodies(*scene);  // throws for a part that does not fit
   return scene;
 }
 

@@ -1,4 +1,4 @@
-// The compiled case: everything that a simulation needs to know and never changes.
+// The compiled case: the data of a simulation that stay constant during the run.
 #pragma once
 
 #include <algorithm>
@@ -24,11 +24,12 @@ class SplineSurface;
 struct LoadPoint;
 struct SlidingSupports;
 
-// The surface of a body on which contact acts, if its points are not the particles themselves. Each
-// point of its image is a combination of the body's particles.
+// The surface of a body on which contact acts, for bodies whose surface points are not their
+// particles. Each point is a weighted sum of the body's particles.
 struct SampledSurface {
-  // Precondition: `map` has one point per point of the atlas; indices are local to the body.
-  // `rest`: the body's particles, undeformed. Throws as bsi::build_mesh().
+  // `particles_to_points` has one point per point of `image`, with local indices of the body's
+  // particles. `rest` has the undeformed positions of the body's particles, m. Throws as
+  // bsi::build_mesh().
   SampledSurface(bsi::Atlas image, SurfaceMap particles_to_points, std::span<const Vec3> rest);
 
   bsi::Atlas atlas;  // of points
@@ -39,7 +40,7 @@ struct SampledSurface {
 
 // A load of the case that acts on a body.
 struct SurfaceLoad {
-  int number = 0;  // in Case::load
+  int number = 0;  // index into Case::load
   std::shared_ptr<const std::vector<LoadPoint>> points;
 };
 
@@ -53,14 +54,14 @@ struct SceneBody {
   Vec3 velocity{0, 0, 0}, spin{0, 0, 0};            // at t = 0: m/s, rad/s about `centre`
   Vec3 centre{0, 0, 0};                             // m, mean of its particles at t = 0
   std::optional<SampledSurface> sampled;            // empty: surface points are particles
-  std::shared_ptr<const SplineSurface> spline;      // of shells, whose particles are control points
+  std::shared_ptr<const SplineSurface> spline;      // null unless a shell
   std::shared_ptr<const SlidingSupports> supports;  // null: none
   std::vector<SurfaceLoad> loads;
   int first_particle = 0, first_point = 0;
   bool is_obstacle = false;  // the case lists it as an obstacle
-  bool dynamic = true;       // false: an obstacle, or a body that is held as a whole
-  bool moves = true;         // false: not dynamic, and at rest
-  bool sleeps = false;       // not dynamic until something comes in reach (awake_scene.h)
+  bool dynamic = true;       // false: an obstacle, or held as a whole
+  bool moves = true;         // false: not dynamic and at rest
+  bool sleeps = false;       // not dynamic until a body comes within reach (awake_scene.h)
   bool self_contact = false;
   double thickness = 0;   // m
   double warp_angle = 0;  // rad, of the warp to the rows of the image
@@ -74,44 +75,45 @@ struct SceneBody {
   int point_count() const { return surface_atlas().particle_count(); }
 };
 
-// Particles whose motion is prescribed.
+// Particles with one prescribed motion.
 struct PrescribedMotion {
   RigidMotion motion;
-  bool moves = true;
+  bool moves = true;                 // false: at rest
   std::vector<int> particles;        // global indices
   std::vector<Vec3> start;           // positions at t = 0, m
   double radius = 0;                 // m, largest distance of `start` from the centre
   std::vector<ClampedEdge> clamped;  // of the body that the particles belong to
-  int pin = -1;                      // number of the pin in the list of its body; -1 of obstacles
+  int pin = -1;                      // index of the pin in the list of its body; -1 for obstacles
 };
 
-// A pin that takes hold or lets go during the run, or another pin of the same body.
+// A pin of a body with timed pins: a pin that takes hold or lets go during the run, or another pin
+// of the same body.
 struct TimedPin {
   const PinCase* source;       // points into Scene::source
-  int number;                  // of the pin in the list of its body
+  int number;                  // index of the pin in the list of its body
   int body;                    // index into Scene::bodies
-  std::vector<int> particles;  // global indices of all that it names
+  std::vector<int> particles;  // global indices; all that the pin may hold
 };
 
 // Particles that a timed pin holds for some time.
 struct TimedHold {
   int pin = 0;  // index into Scene::timed_pins
   std::vector<int> particles;
-  std::vector<Vec3> start;  // m, places at t = 0 that the pin's motion carries to theirs
+  std::vector<Vec3> start;  // m, places at t = 0; the motion carries them to the present ones
   std::vector<ClampedEdge> clamped;
   Vec3 centre{0, 0, 0};  // m, default centre of the motion: their mean when the pin took hold
 };
 
 // Bodies and obstacles with their particles. Particles are numbered consecutively: first those of
-// dynamic bodies, then those of bodies that are held as a whole, then those of obstacles.
+// dynamic bodies, then those of bodies held as a whole, then those of obstacles.
 //
 // A body is held as a whole if all its vertices are pinned, either at rest or by one motion. It
 // then counts as an obstacle: it has no forces, no rows in matrices and no part in state vectors
 // and energies. If all bodies are held as a whole, all stay dynamic.
 //
-// All pins of a body that has a timed one are timed. In the scene of a case their particles are
-// free. For each time between two changes of pins, hold_timed_pins() (timed_pins.h) makes a scene
-// from it in which the pinned particles of that time are held; Simulation integrates these scenes.
+// All pins of a body that has a timed one are timed. In the scene of a case, their particles are
+// free. hold_timed_pins() (timed_pins.h) makes another scene for each time between two changes of
+// pins; in it the pinned particles are held. Simulation integrates these scenes.
 struct Scene {
   Case source;
   std::vector<SceneBody> bodies;  // dynamic ones, then held ones, then obstacles
@@ -119,16 +121,15 @@ struct Scene {
   int dynamic_bodies = 0;
   int dynamic_particles = 0;
   int particle_count = 0;
-  int dynamic_points = 0;  // of surfaces; numbered in the order of bodies, as particles are
+  int dynamic_points = 0;  // surface points of dynamic bodies; numbered by body, like particles
   int point_count = 0;
   int threads = 1;  // of a run
 
   std::vector<Vec3> initial_position;  // m, all particles
   std::vector<double> mass;            // kg, dynamic particles
-  SurfaceMap surface_map;              // of all particles to all surface points
-  std::vector<double> contact_area;    // m^2, a third of the triangles around a surface point; all
-                                       // points; empty without contact
-  std::vector<char> pinned;            // dynamic particles: 1 where prescribed
+  SurfaceMap surface_map;              // from all particles to all surface points
+  std::vector<double> contact_area;    // m^2 by point: areas_around(); empty without contact
+  std::vector<char> pinned;            // dynamic particles: 1 if prescribed
   std::vector<PrescribedMotion> prescribed;
   std::vector<Tie> ties;
   std::vector<Seam> seams;
@@ -137,11 +138,11 @@ struct Scene {
   std::vector<TimedHold> first_holds;  // of timed pins at t = 0
   double pins_change_at = std::numeric_limits<double>::infinity();  // s: a step ends there
 
-  // Velocity (m/s) at t = 0 of a free particle.
+  // Returns the velocity (m/s) of a free particle at t = 0.
   Vec3 initial_velocity(int particle) const;
   int held_bodies() const { return static_cast<int>(source.body.size()) - dynamic_bodies; }
   bool is_free(int particle) const { return particle < dynamic_particles && pinned[particle] == 0; }
-  // True if a particle of a surface point is free.
+  // Returns true if any particle of a surface point is free.
   bool is_free_point(int point) const {
     if (surface_map.is_identity()) return is_free(point);
     return std::ranges::any_of(surface_map.shares(point),
@@ -152,19 +153,20 @@ struct Scene {
   const SceneBody& body_of_particle(int particle) const;
   int body_index_of_particle(int particle) const;
   int body_index_of_point(int point) const;
-  // The particle that has the largest weight in a surface point.
+  // Returns the particle with the largest weight in a surface point.
   int main_particle(int point) const;
-  // `body "sheet", row 3, column 7`, with the patch if there are several, for messages.
+  // Returns the place of a particle for messages: `body "sheet", row 3, column 7`, with the patch
+  // if there are several.
   std::string describe_particle(int particle) const;
-  // Likewise for a surface point: `body "shell", row 3, column 7 of its surface` where that is
-  // sampled.
+  // Returns the place of a surface point for messages; on a sampled surface it is `body "shell",
+  // row 3, column 7 of its surface`.
   std::string describe_point(int point) const;
 };
 
-// Builds shapes, masses, pins and motions. Precondition: time.accuracy is settled
-// (sim/accuracy/accuracy_pilot.h). Throws CaseError, at its place in the case, for a shape file
-// that cannot be read, a pin that selects nothing, triangles without area, or a scene that shapes
-// from files make too large.
+// Compiles a case: builds its shapes, masses, pins and motions. Precondition: time.accuracy is
+// settled (sim/accuracy/accuracy_pilot.h). Throws CaseError at its place in the case for a shape
+// file that cannot be read, triangles without area, or a pin that selects nothing. Also throws it
+// if shapes from files need more memory than the limit.
 std::unique_ptr<const Scene> build_scene(const Case& source);
 
 }  // namespace weft::sim

@@ -24,7 +24,7 @@ constexpr double closed_gap = 1e-3;
 constexpr double same_place = 1e-9;
 
 // A border of a body, or a part of it.
-struct Border {
+struct SewnBorder {
   int body = 0;               // in the order of the case
   bool is_first = false;      // the side that the case names first
   std::vector<int> vertices;  // particles along it, counted within the body
@@ -47,7 +47,7 @@ struct BorderPoint {
   double weight = 1;  // of the first node
 };
 
-BorderPoint point_at(const Border& border, double fraction) {
+BorderPoint point_at(const SewnBorder& border, double fraction) {
   const auto after = std::ranges::upper_bound(border.fractions, fraction);
   const int segment = std::clamp(static_cast<int>(after - border.fractions.begin()) - 1, 0,
                                  border.segment_count() - 1);
@@ -75,9 +75,9 @@ class SeamBuilder {
   SeamBuilder(const Scene& scene, const SeamCase& source) : scene_(scene), source_(source) {}
 
   Seam build(int number) {
-    Border one = border(source_.body, source_.edge, source_.range, source_.patch);
+    SewnBorder one = border(source_.body, source_.edge, source_.range, source_.patch);
     one.is_first = true;
-    Border other = border(source_.to, source_.to_edge, source_.to_range, source_.to_patch);
+    SewnBorder other = border(source_.to, source_.to_edge, source_.to_range, source_.to_patch);
     if (one.is_closed != other.is_closed) {
       fail("an edge that is closed sewn to one that is open",
            "expected two closed edges, or a range of the closed one");
@@ -108,20 +108,20 @@ class SeamBuilder {
   [[noreturn]] void fail(const std::string& what, const std::string& hint) const {
     throw CaseError(source_.location, what, hint);
   }
-  const SceneBody& body_of(const Border& border) const {
+  const SceneBody& body_of(const SewnBorder& border) const {
     return scene_.bodies[scene_.case_order[border.body]];
   }
-  Vec3 place(const Border& border, int vertex) const {
+  Vec3 place(const SewnBorder& border, int vertex) const {
     return scene_.initial_position[body_of(border).first_particle + vertex];
   }
-  Vec3 place(const Border& border, const BorderPoint& point) const {
+  Vec3 place(const SewnBorder& border, const BorderPoint& point) const {
     return point.weight * place(border, point.nodes[0]) +
            (1 - point.weight) * place(border, point.nodes[1]);
   }
 
-  Border border(const std::string& name, ImageEdge edge, const std::vector<int>& range,
-                int patch) const {
-    Border border;
+  SewnBorder border(const std::string& name, ImageEdge edge, const std::vector<int>& range,
+                    int patch) const {
+    SewnBorder border;
     const auto found = std::ranges::find(scene_.source.body, name, &BodyCase::name);
     border.body = static_cast<int>(found - scene_.source.body.begin());
     const SceneBody& body = body_of(border);
@@ -151,7 +151,7 @@ class SeamBuilder {
     return border;
   }
 
-  void find_fractions(Border& border) const {
+  void find_fractions(SewnBorder& border) const {
     const std::vector<Vec3>& rest = body_of(border).rest;
     const int count = static_cast<int>(border.vertices.size());
     border.fractions.push_back(0);
@@ -165,7 +165,7 @@ class SeamBuilder {
   }
 
   // Sum of the squares of the openings at the start, m^2.
-  double openings(const Border& one, const Border& other, const Matching& matching) const {
+  double openings(const SewnBorder& one, const SewnBorder& other, const Matching& matching) const {
     double sum = 0;
     for (std::size_t i = 0; i < one.vertices.size(); ++i) {
       sum +=
@@ -177,7 +177,7 @@ class SeamBuilder {
 
   // Chooses the direction, and on closed edges the vertex to begin with, so that the sides lie
   // closest at the start.
-  Matching matching_of(const Border& one, const Border& other) const {
+  Matching matching_of(const SewnBorder& one, const SewnBorder& other) const {
     Matching best;
     double least = std::numeric_limits<double>::infinity();
     const std::size_t offsets = one.is_closed ? other.vertices.size() : 1;
@@ -193,7 +193,7 @@ class SeamBuilder {
     return best;
   }
 
-  void add_stitches(const Border& one, const Border& other, const Matching& matching,
+  void add_stitches(const SewnBorder& one, const SewnBorder& other, const Matching& matching,
                     Seam& seam) const {
     const int count = static_cast<int>(one.vertices.size());
     for (int i = 0; i < count; ++i) {
@@ -213,18 +213,18 @@ class SeamBuilder {
     if (seam.stitches.empty())
       fail("the seam sews an edge to itself", "expected two edges, or two parts of one");
   }
-  static double length_of(const Border& border, int segment) {
+  static double length_of(const SewnBorder& border, int segment) {
     return border.length * (border.fractions[segment + 1] - border.fractions[segment]);
   }
 
-  void require_closed(const Seam& seam, const Border& other) const {
+  void require_closed(const Seam& seam, const SewnBorder& other) const {
     const double mean = other.length / other.segment_count();
     if (source_.closing_time > 0 || seam.largest_gap <= closed_gap * mean) return;
     fail("the edges of the seam start up to " + rounded_text(seam.largest_gap) + " m apart",
          "expected edges that meet, or a closing_time in which they are drawn together");
   }
 
-  std::vector<Side> sides_of(const Border& border) const {
+  std::vector<Side> sides_of(const SewnBorder& border) const {
     const SceneBody& body = body_of(border);
     const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // the body's own mesh may have no edges
     std::vector<Side> sides(border.segment_count());
@@ -269,12 +269,13 @@ class SeamBuilder {
            moduli.weft * ss * ss;
   }
 
-  void add_folds(const Border& one, const Border& other, const Matching& matching, Seam& seam) {
+  void add_folds(const SewnBorder& one, const SewnBorder& other, const Matching& matching,
+                 Seam& seam) {
     const std::vector<Side> sides = sides_of(one), others = sides_of(other);
     if (seam.stiffness == 0)
       seam.stiffness =
           default_stiffness * std::max(stiffness_of(one, sides), stiffness_of(other, others));
-    const auto bends = [&](const Border& border) {
+    const auto bends = [&](const SewnBorder& border) {
       return body_of(border).material->resists_bending();
     };
     if (source_.bending != SeamBending::continuous || !bends(one) || !bends(other)) return;
@@ -292,8 +293,8 @@ class SeamBuilder {
     }
   }
 
-  void add_fold(const Border& own, const Side& side, const Border& other, const Side& beyond,
-                const Matching& matching, Seam& seam) const {
+  void add_fold(const SewnBorder& own, const Side& side, const SewnBorder& other,
+                const Side& beyond, const Matching& matching, Seam& seam) const {
     if (side.triangle < 0 || beyond.triangle < 0) return;  // a segment without length
     // The edge turns so that the moments on its two sides are the same, at small curvatures.
     const double yielding = side.height / side.stiffness;
@@ -304,7 +305,7 @@ class SeamBuilder {
                           2 * yielding / all, own.is_first || is_oriented ? angle : -angle});
   }
   // The stiffness (N/m^2) of the row of triangles at a border across it, per length.
-  double stiffness_of(const Border& border, const std::vector<Side>& sides) const {
+  double stiffness_of(const SewnBorder& border, const std::vector<Side>& sides) const {
     double height = 0;
     for (const Side& side : sides) height += side.height / static_cast<double>(sides.size());
     return largest_membrane_stiffness(*body_of(border).material) / height;

@@ -6,8 +6,8 @@
 
 namespace weft::sim {
 
-// Makes the shape around the origin, in m, or reads it if it comes from a file. Throws CaseError at
-// the shape's place in the case.
+// Returns the surface of a shape in its own frame, m. A shape from a file is read, others are made
+// around the origin. Throws CaseError at the shape's place in the case.
 bsi::Surface build_shape(const ShapeCase& shape, const Case& source);
 
 }  // namespace weft::sim

@@ -11,19 +11,19 @@
 namespace weft::sim {
 
 // Gives a body its spline surface. Precondition: its material is a shell. Throws CaseError at the
-// shape if an axis has fewer control points than the degree needs, or if patches share a part of a
-// border only.
+// shape if an axis has fewer control points than the degree needs, or if patches have only a part
+// of a border in common.
 void make_spline(SceneBody& body, const BodyCase& from);
 
-// Returns the control points of a shell for an image of points on it (m, by particle): the image
-// itself if the body's image is its control net.
+// Returns the control points (m, by particle) of the shell through the points of `image` (m, by
+// particle). If the image of the body is its control net, returns `image` itself.
 std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
                                     std::span<const Vec3> image);
 
-// Calls visit(place, point, mass) for points of a shell's rest surface with their parts of its mass
-// (kg), element by element: four by four Gauss points, which integrate products of two basis
-// functions exactly on flat nets of equal spacing. The mass is 0 where the surface has no area.
-// Precondition, here and below: `rest` holds control points.
+// Calls visit(place, point, mass) for the quadrature points of a shell's mass, element by element.
+// `mass` (kg) is the point's part of the mass, 0 where the surface has no area. Each element has
+// four by four Gauss points, which integrate products of two basis functions exactly on flat nets
+// of equal spacing. Precondition, here and below: `rest` of the body holds control points.
 using MassVisit =
     std::function<void(const SplineSurface::Place&, const SplineSurface::Point&, double)>;
 void visit_shell_mass(const SceneBody& body, const MassVisit& visit);
@@ -34,22 +34,23 @@ void visit_shell_mass(const SceneBody& body, const MassVisit& visit);
 std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
 
 // Gives a shell the surface on which contact acts: points at the ends and in the middle of its
-// elements. The shell's thickness grows by twice the largest distance of its rest surface from the
-// triangles between these points.
+// elements. The shell's thickness grows by twice a bound of the distance between its rest surface
+// and the triangles of these points.
 void sample_shell(SceneBody& body);
 
-// A control point of the row next to a border, and the one beside it on the border: together they
-// span the tangent of the surface across the border.
+// A control point of the row next to a border, and its neighbour on the border. Their difference
+// has the direction of the surface's tangent across the border.
 struct BesideBorder {
   int particle = 0, border = 0;
 };
-// Lists the control points next to each border of a patch that `held` (local indices, sorted)
+// Returns the control points next to each border of a patch that `held` (local indices, sorted)
 // contains as a whole.
 std::vector<BesideBorder> rows_beside_borders(const SceneBody& body, std::span<const int> held);
 
-// Adds the control points that a clamp holds beside those that its pin names (local indices,
-// sorted): the row next to each border that it names as a whole. Both rows together span the
-// tangent planes along the border. Throws CaseError at the pin if it names no whole border.
+// Returns the control points that a clamp of a shell holds (local indices, sorted): those of
+// `held`, which the pin selects, and the row next to each border that `held` contains as a whole.
+// Both rows together span the tangent planes along the border. Throws CaseError at the pin if
+// `held` contains no whole border.
 std::vector<int> with_clamped_rows(const SceneBody& body, const PinCase& pin,
                                    std::vector<int> held);
 

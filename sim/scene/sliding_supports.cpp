@@ -12,7 +12,8 @@ namespace weft::sim {
 
 namespace {
 
-// Distance of particles from their plane of symmetry that counts as rounding, by the body's size.
+// Largest distance from the plane of symmetry that counts as rounding, as a fraction of the
+// diagonal of the body's bounding box.
 constexpr double largest_stray = 1e-6;
 
 void require_plane(const SceneBody& body, const PinCase& pin, std::span<const int> held,

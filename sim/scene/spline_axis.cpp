@@ -48,14 +48,15 @@ Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& par
   return values;
 }
 
-// The strain points at the start of an open axis. All points from `next` on have weight 1.
+// The strain points at the start of an open axis. The next points are at `next`, `next` + 1 .. and
+// have weight 1.
 struct EndRule {
   std::vector<QuadraturePoint> points;
   double next;
-  int least_elements;  // of an axis that has the rule at both ends
+  int least_elements;  // of an axis with this rule at both ends
 };
-// For degree 3 a hybrid Gauss-trapezoidal rule of order 6 (Alpert 1999, SIAM J. Sci. Comput. 20).
-// For degree 2 Gregory's rule of order 4, whose points are knots.
+// Returns the rule for a degree. Degree 3 has a hybrid Gauss-trapezoidal rule of order 6 (Alpert
+// 1999, SIAM J. Sci. Comput. 20). Degree 2 has Gregory's rule of order 4, whose points are knots.
 const EndRule& end_rule(int degree) {
   static const EndRule quadratic{{{0, 3.0 / 8}, {1, 7.0 / 6}, {2, 23.0 / 24}}, 3, 6};
   static const EndRule cubic{{{0.092043746485430549, 0.267358028130155544},
@@ -74,14 +75,15 @@ SplineAxis::SplineAxis(int degree, int control_points, bool is_closed)
   assert(control_points >= least_control_points(degree));
 }
 
-// Knot i of the knot vector. Function i of the whole axis has the knots i .. i + degree + 1.
+// Returns knot i of the knot vector. Function i of the whole axis has the knots i .. i + degree +
+// 1.
 double SplineAxis::knot(int i) const {
   return is_closed_ ? i - degree_ : std::clamp(i - degree_, 0, elements());
 }
 
 // The recursion of Cox and de Boor (The NURBS Book, Piegl and Tiller 1997, A2.2).
 SplineBasis::Values SplineAxis::lower(int element, double parameter, int degree) const {
-  const int span = element + degree_;  // the knot at the start of the element
+  const int span = element + degree_;  // index of the knot at the start of the element
   SplineBasis::Values values{1};
   for (int d = 1; d <= degree; ++d) {
     double saved = 0;
@@ -102,12 +104,13 @@ SplineBasis SplineAxis::at(int element, double parameter) const {
   basis.element = element;
   basis.value = lower(element, parameter, degree_);
   const int span = element + degree_;
-  // The derivative of function i of degree d is d (low_(i-1) / (t_(i+d) - t_i) - low_i / (t_(i+d+1)
-  // - t_(i+1))), where low has degree d - 1 and no function before its first.
+  // The derivative of function i of degree d is
+  //   d (low_(i-1) / (t_(i+d) - t_i) - low_i / (t_(i+d+1) - t_(i+1))),
+  // where low has degree d - 1. A term without a function in low is zero.
   const auto differentiate = [&](const SplineBasis::Values& low, int d) {
     SplineBasis::Values slope{};
     for (int i = 0; i <= d; ++i) {
-      const int first = span - d + i;  // first knot of function i
+      const int first = span - d + i;  // index of the first knot of function i
       if (i > 0) slope[i] += d * low[i - 1] / (knot(first + d) - knot(first));
       if (i < d) slope[i] -= d * low[i] / (knot(first + d + 1) - knot(first + 1));
     }
@@ -124,7 +127,9 @@ SplineBasis SplineAxis::at(double parameter) const {
   return at(element, parameter);
 }
 
-// The NURBS Book, equation 3.3.
+// Computes the factors by which the differences of control points become those of the derivatives:
+// p / (u_{i+p+1} - u_{i+1}), and p - 1 over the next shorter interval (Piegl and Tiller 1997, The
+// NURBS Book, chapter 3).
 SplineAxis::DifferenceFactors SplineAxis::difference_factors(int element) const {
   DifferenceFactors factors;
   for (int i = 0; i < degree_; ++i) {
@@ -135,7 +140,7 @@ SplineAxis::DifferenceFactors SplineAxis::difference_factors(int element) const 
   return factors;
 }
 
-// A closed axis has its points at the maxima of the basis functions.
+// On a closed axis, the points of the image are at the maxima of the basis functions.
 double SplineAxis::image_parameter(int point) const {
   if (!is_closed_) return static_cast<double>(point) * elements() / (control_points_ - 1);
   const double centre = point - 0.5 * (degree_ - 1);
@@ -163,9 +168,9 @@ std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
   return points;
 }
 
-// Away from open ends, the strain points integrate smooth functions to any order. A clamp fulfils
-// the condition of no strain at an end by itself. A quadratic spline needs a strain point there:
-// with two points in the first element, that element would not bend.
+// The strain points integrate smooth functions to any order away from open ends. For degree 2, one
+// of them is at the end itself: two points inside the first element would keep that element from
+// bending. A point at the end does not restrain a clamped end, where the strain is zero anyway.
 std::vector<QuadraturePoint> SplineAxis::strain_points() const {
   if (is_closed_) return points_of_elements(degree_ == 3 ? 0.5 : 0);
   const auto& [end, next, least_elements] = end_rule(degree_);
@@ -178,13 +183,15 @@ std::vector<QuadraturePoint> SplineAxis::strain_points() const {
   return points;
 }
 
-// A spline of one element has a wave that is zero at `degree` Gauss points.
+// A single element has one Gauss point more than `degree`: some spline is zero at `degree` Gauss
+// points and would have no stiffness.
 std::vector<QuadraturePoint> SplineAxis::value_points() const {
   if (is_closed_) return points_of_elements(degree_ == 3 ? 0 : 0.5);
   return gauss_points(elements() == 1 ? degree_ + 1 : degree_);
 }
 
-// A cubic spline of one element has a wave whose second derivatives are zero at two Gauss points.
+// A single cubic element has three Gauss points: some spline has second derivatives of zero at two
+// and would have no stiffness.
 std::vector<QuadraturePoint> SplineAxis::bending_points() const {
   return gauss_points(!is_closed_ && elements() == 1 ? degree_ : 2);
 }
@@ -195,8 +202,8 @@ std::vector<QuadraturePoint> SplineAxis::points_of_elements(double offset) const
   return points;
 }
 
-// The Greville abscissae of the splines of one degree less on the same knots, with the weights that
-// integrate their basis functions exactly.
+// Returns the Greville abscissae of the splines of one degree less on the same knots, with the
+// weights that integrate the basis functions of these splines exactly.
 std::vector<QuadraturePoint> SplineAxis::greville_points_below() const {
   const int degree = degree_ - 1, count = elements() + degree;
   const auto knot = [&](int i) { return std::clamp(i - degree, 0, elements()); };

@@ -13,7 +13,7 @@ using Vec3 = Eigen::Vector3d;
 
 constexpr int samples_per_element = 2;  // along each axis
 
-// The parameters of the samples along an axis.
+// Returns the parameters of the samples along an axis.
 std::vector<double> sample_parameters(const SplineAxis& axis, bool is_closed) {
   std::vector<double> parameters;
   const int count = samples_per_element * axis.elements() + (is_closed ? 0 : 1);
@@ -22,8 +22,8 @@ std::vector<double> sample_parameters(const SplineAxis& axis, bool is_closed) {
   return parameters;
 }
 
-// Numbers the samples of all patches. Samples at the same point of a seam are the same sums of
-// particles, up to rounding: they are one point.
+// Numbers the samples of all patches. Samples at the same point of a seam are equal sums of
+// particles, up to rounding. They get the same number.
 class SeamPoints {
  public:
   int number_of(std::span<const SurfaceMap::Share> shares) {
@@ -82,8 +82,8 @@ SplineSampling::SplineSampling(const bsi::Atlas& control_points, const SplineSur
 
 namespace {
 
-// The largest |x_uu| + 2 |x_uv| + |x_vv| that the control points of an element allow. `x` has them
-// row by row.
+// Returns a bound of |x_uu| + 2 |x_uv| + |x_vv| (m) over an element from its control points. `x`
+// has them row by row.
 double largest_second_derivative(const SplineSurface::Patch& patch, int element_u, int element_v,
                                  std::span<const Vec3> x) {
   const int degree = patch.u.degree(), count = degree + 1;

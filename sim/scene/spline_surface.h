@@ -10,8 +10,8 @@
 
 namespace weft::sim {
 
-// The surface of a body: one tensor-product spline per patch of its atlas. Parameter u runs along
-// the columns, v along the rows. Patches that share a border of particles share the curve there.
+// The surface of a body: one tensor-product spline per patch of its atlas. The parameter u grows
+// with the column, v with the row. Patches that share a border of particles share the curve there.
 class SplineSurface {
  public:
   using Vec3 = Eigen::Vector3d;
@@ -25,7 +25,7 @@ class SplineSurface {
     double u = 0, v = 0;
   };
 
-  // The control points that a point depends on, with the values of their basis functions there and
+  // The control points that determine a point, with the values of their basis functions there and
   // the derivatives by u and v.
   struct Point {
     std::vector<int> control_points;
@@ -43,7 +43,7 @@ class SplineSurface {
     Vec3 position(std::span<const Vec3> x) const { return sum(value, control_points, x); }
   };
 
-  // Precondition: each axis has SplineAxis::least_control_points(degree).
+  // Precondition: each axis has at least SplineAxis::least_control_points(degree) control points.
   SplineSurface(const bsi::Atlas& atlas, int degree);
 
   int degree() const { return degree_; }
@@ -56,12 +56,14 @@ class SplineSurface {
   Point at(const bsi::Atlas& atlas, const Place& place) const;
 
   // Returns the control points of the surface that passes through an image of points (m, by
-  // particle). Borders that patches share depend on their own points alone.
+  // particle). The control points of a border depend only on the image's points of that border, so
+  // that patches which share it agree.
   std::vector<Vec3> interpolate(const bsi::Atlas& atlas, std::span<const Vec3> image) const;
 
-  // Returns the points of the surface at places, as shares of the control points.
+  // Returns the points of the surface at places, as weighted sums of control points.
   SurfaceMap map_to(const bsi::Atlas& atlas, std::span<const Place> places) const;
-  // Returns the places of the image's points, by particle: those through which interpolate() goes.
+  // Returns the places of the image's points, by particle. The surface of interpolate() passes
+  // through the image there. A particle of several patches has its place in the first of them.
   std::vector<Place> image_places(const bsi::Atlas& atlas) const;
 
  private:

@@ -1,4 +1,4 @@
-// The sparse matrix S that makes points of a surface from particles: x_point = S x_particle.
+// The sparse matrix S from particles to points of a surface: x_point = S x_particle.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,10 +7,10 @@
 
 namespace weft::sim {
 
-// Points as weighted sums of particles. Velocities follow as positions do. The transpose turns
-// forces on points into forces on particles that do the same work on any motion. The weights of a
-// point sum to 1: a rigid motion of the particles moves the points rigidly, and forces keep their
-// resultant and their moment. Single weights may be negative.
+// Points as weighted sums of particles. The velocities of points follow from those of particles in
+// the same way. The transpose turns forces on points into forces on particles that do the same work
+// in any motion. The weights of a point sum to 1: a rigid motion of the particles moves the points
+// rigidly, and forces keep their resultant and their moment. Single weights may be negative.
 class SurfaceMap {
  public:
   using Vec3 = Eigen::Vector3d;
@@ -26,7 +26,8 @@ class SurfaceMap {
   SurfaceMap(std::vector<int> first_share, std::vector<Share> shares);
 
   bool is_identity() const { return first_share_.empty(); }
-  // Returns the first `count` points: particles themselves for the identity, else `room`, filled.
+  // Returns the first `count` points, m. For the identity the result is a view of `particles`, else
+  // of `room`, which is filled.
   std::span<const Vec3> points_of(std::span<const Vec3> particles, int count,
                                   std::vector<Vec3>& room) const;
   // Precondition of all functions below: not the identity.
@@ -35,9 +36,9 @@ class SurfaceMap {
     return {shares_.data() + first_share_[point], shares_.data() + first_share_[point + 1]};
   }
   Vec3 apply(int point, std::span<const Vec3> particles) const;
-  // points[i] = apply(i, particles) for first <= i < last.
+  // Sets points[i] to apply(i, particles) for first <= i < last.
   void apply(std::span<const Vec3> particles, std::span<Vec3> points, int first, int last) const;
-  // Adds to the particles their shares of factor * value, a force on the point.
+  // Adds factor * value, a force on the point, to the particles by their weights.
   void add_transpose(int point, double factor, const Vec3& value, std::span<Vec3> particles) const;
 
  private:

@@ -6,7 +6,8 @@ namespace weft::sim {
 
 namespace {
 
-// Joins the maps of the bodies; bodies without one have a single weight of 1 for each point.
+// Returns the map of the scene. A body without a map has one particle with the weight 1 in each
+// point.
 SurfaceMap joined_map(const std::vector<SceneBody>& bodies) {
   if (std::ranges::none_of(bodies, [](const SceneBody& body) { return body.sampled.has_value(); }))
     return {};

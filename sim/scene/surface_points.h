@@ -1,15 +1,15 @@
-// The surface points of a scene, which contact sees in place of particles.
+// The surface points of a scene, on which contact acts.
 #pragma once
 
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
 
-// Returns, by vertex, a third of the total area (m^2) of the triangles around it.
+// Returns for each vertex a third of the total area (m^2) of the triangles around it.
 std::vector<double> areas_around(const bsi::Mesh& mesh, std::span<const Vec3> vertices);
 
 // Numbers the surface points of all bodies, joins the bodies' maps into that of the scene, and
-// finds the areas around the points and the points that seams hold together. Must be called once
+// computes the areas around the points and the points that seams hold together. Must be called once
 // particles have their final numbers, and again if bodies get other surfaces. O(mesh).
 void number_surface_points(Scene& scene);
 

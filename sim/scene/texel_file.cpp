@@ -46,7 +46,7 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-// Writes all bytes; false if the other end is closed.
+// Writes all bytes. Returns false if the other end is closed.
 bool send(int pipe, const void* data, std::size_t size) {
   const auto* bytes = static_cast<const char*>(data);
   while (size > 0) {
@@ -59,7 +59,7 @@ bool send(int pipe, const void* data, std::size_t size) {
   return true;
 }
 
-// Reads `size` bytes; false if fewer arrive.
+// Reads `size` bytes. Returns false if fewer arrive.
 bool receive(int pipe, void* data, std::size_t size) {
   auto* bytes = static_cast<char*>(data);
   while (size > 0) {
@@ -72,8 +72,8 @@ bool receive(int pipe, void* data, std::size_t size) {
   return true;
 }
 
-// The first bytes in the pipe: the size of the image or, if that is zero, the length of the error
-// message that follows.
+// The first bytes in the pipe. They give the size of the image, or the length of the error message
+// that follows; zero means no message.
 struct Header {
   std::int64_t patches = 0, rows = 0, cols = 0;
   std::int64_t message = 0;
@@ -92,7 +92,7 @@ herr_t append_image(hid_t file, const char* name, const H5O_info_t* info, void* 
   return 0;
 }
 
-// Returns a message that names the images which the file does have.
+// Returns the message for a missing dataset. It names the images that the file has.
 std::string describe_missing(hid_t file, const std::string& dataset) {
   std::vector<std::string> images;
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, append_image, &images, H5O_INFO_BASIC);

@@ -16,9 +16,9 @@ struct TexelFile {
 };
 
 // Reads a dataset [rows, cols, 3] or [patches, rows, cols, 3]. A separate process reads the file,
-// since HDF5 crashes on some damaged files. Throws FileError, also for a crash. A file that stores
-// less than its shape claims, or whose numbers take more than `most_bytes`, is refused before
-// memory is taken.
+// since HDF5 crashes on some damaged files. Throws FileError if the file cannot be read, or if that
+// process crashes. Files that store less than their shape claims, or whose numbers take more than
+// `most_bytes`, are refused before memory is allocated.
 TexelFile read_texels(const std::string& path, const std::string& dataset,
                       double most_bytes = std::numeric_limits<double>::infinity());
 

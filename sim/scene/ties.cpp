@@ -12,7 +12,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the index in the order of the case: bodies first, then obstacles.
+// Returns the index of a body or obstacle in the order of the case: bodies first, then obstacles.
 int case_index(const Case& source, const std::string& name) {
   int index = 0;
   for (const BodyCase& body : source.body) {
@@ -26,7 +26,7 @@ int case_index(const Case& source, const std::string& name) {
   return index;
 }
 
-// Finds the nearest point of a body's surface at t = 0.
+// Attaches a spring to the point of a body's surface that is nearest to `vertex` at t = 0.
 void attach_to_surface(const Scene& scene, const SceneBody& body, const Vec3& vertex,
                        TieSpring& spring) {
   const Vec3* const position = scene.initial_position.data() + body.first_particle;

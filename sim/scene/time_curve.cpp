@@ -6,7 +6,7 @@ namespace weft::sim {
 
 namespace {
 
-// Index of the last time that is not after `time`; -1 if all are.
+// Returns the index of the last time that is not after `time`; -1 if all are later.
 int piece_at(const std::vector<double>& times, double time) {
   return static_cast<int>(std::upper_bound(times.begin(), times.end(), time) - times.begin()) - 1;
 }

@@ -1,4 +1,4 @@
-// Values that vary in time, at the times of forces and steps.
+// Values of a case that vary in time, evaluated by forces, and the times at which they limit steps.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ class TimeCurve {
   explicit TimeCurve(const Varying<Value>& source);
 
   bool varies() const { return varies_; }
-  // The value at an instant. Cost: O(log times), for a gust O(waves).
+  // Returns the value at an instant. Cost: O(log times); O(waves) for a gust.
   Value at(const Instant& now) const;
 
  private:
@@ -32,15 +32,15 @@ class TimeCurve {
 extern template class TimeCurve<double>;
 extern template class TimeCurve<Vec3>;
 
-// The times that matter when steps are chosen along a curve.
+// The times of a varying value that limit the choice of steps.
 struct CurveTimes {
   // Corners and jumps after t = 0, where steps must end.
   std::vector<MotionEvent> events;
   // Intervals (s) in which the value changes; a jump is an interval of no length.
   std::vector<std::array<double, 2>> changes;
-  double longest_step = std::numeric_limits<double>::infinity();  // s, that follows a gust
+  double longest_step = std::numeric_limits<double>::infinity();  // s; resolves a gust
 
-  // True if the value changes after `from` and before `to`.
+  // Returns true if the value changes after `from` and before `to` (s).
   bool changes_between(double from, double to) const;
 };
 

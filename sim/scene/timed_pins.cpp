@@ -35,7 +35,7 @@ Vec3 mean_of(std::span<const Vec3> position, const std::vector<int>& particles) 
   return sum / static_cast<double>(particles.size());
 }
 
-// Returns the edges that a clamp holds. Those that it held before keep their ghosts.
+// Returns the edges at the rim of a clamp. Edges that the clamp held before keep their ghosts.
 std::vector<ClampedEdge> clamped_edges(const SceneBody& body, const TimedHold& hold,
                                        const RigidPose& pose, std::span<const Vec3> position,
                                        const TimedHold* before) {
@@ -50,7 +50,8 @@ std::vector<ClampedEdge> clamped_edges(const SceneBody& body, const TimedHold& h
   return edges;
 }
 
-// Returns the hold of a pin on these particles. `before` is its hold so far, if it has one.
+// Returns the hold of a pin on these particles. `before` is the pin's previous hold, null if it has
+// none.
 TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::vector<int> particles,
                   double now, std::span<const Vec3> position, const TimedHold* before) {
   TimedHold hold;
@@ -58,8 +59,7 @@ TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::ve
   hold.particles = std::move(particles);
   hold.centre = before != nullptr ? before->centre : mean_of(position, hold.particles);
   RigidPose pose;
-  // At t = 0 particles keep the place of the case as their start; the motion may then begin
-  // elsewhere.
+  // At t = 0 the start of a particle is its place in the case, even if the motion begins elsewhere.
   if (source.motion && now > 0) pose = RigidMotion(*source.motion, hold.centre).pose(now);
   for (const int particle : hold.particles) {
     if (before != nullptr) {

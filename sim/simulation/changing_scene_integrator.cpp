@@ -89,8 +89,8 @@ double ChangingSceneIntegrator::overload(double time, std::span<const double> y)
   return most;
 }
 
-// Returns the first time of the last step, found by bisection, at which a tie carries its
-// break_force.
+// Returns a time (s) within the last step at which the load of a tie passes its break_force.
+// Bisection finds it to within time.minimum_step.
 double ChangingSceneIntegrator::breaking_time() const {
   double holds = before_, breaks = time();
   std::vector<double> y(whole_.state_size());

@@ -12,15 +12,15 @@ constexpr double no_weight = 1e-12;
 
 }  // namespace
 
-// A closed spline needs as many elements as a basis function spans.
+// A closed spline needs as many elements as a basis function spans: degree + 1.
 bool CoarseAxis::can_be_coarsened() const {
   const int least = degree > 0 && wraps ? 2 * (degree + 1) : 4;
   return intervals == quads ? quads >= least : intervals % 2 == 0 && intervals >= least;
 }
 
-// On coarser levels half of the intervals are kept. From the finest level it is the number of the
-// form (4 .. 7) 2^k, 2 or 3 whose ratio to half the quads is nearest to one: such numbers can be
-// halved often.
+// Returns the axis with half of the intervals. The first coarser level has 2, 3 or (4 .. 7) 2^k
+// intervals, because these numbers can be halved often. It takes the number whose ratio to quads /
+// 2 is nearest to one.
 CoarseAxis CoarseAxis::coarser() const {
   CoarseAxis result = *this;
   if (intervals != quads) {
@@ -51,8 +51,8 @@ int CoarseAxis::start(int interval) const {
          rounds * quads;
 }
 
-// Returns the place of a node along the axis: for a spline, the mean of the knots within its basis
-// function.
+// Returns the place of a node along the axis. For a control point, this is the mean of the `degree`
+// knots within its basis function (Greville abscissa).
 double CoarseAxis::centre(int node) const {
   if (degree == 0) return start(node);
   double sum = 0;
@@ -96,9 +96,9 @@ std::vector<std::vector<CoarseAxis::Share>> CoarseAxis::shares(const CoarseAxis&
   return result;
 }
 
-// Knot insertion: control point i of the finer spline is the blossom of the coarse one, on an
-// interval within the basis function of i, at the knots i + 1 .. i + degree (Ramshaw 1989, Blossoms
-// are polar forms). Each step of de Boor's algorithm takes one of these knots.
+// Knot insertion (Ramshaw 1989, Blossoms are polar forms). Control point i of the finer spline is
+// the blossom of the coarse spline at the knots i + 1 .. i + degree, on an interval within the
+// basis function of i. Each step of de Boor's algorithm takes one of these knots.
 std::vector<CoarseAxis::Share> CoarseAxis::spline_share(const CoarseAxis& coarse, int node) const {
   int element = node - degree / 2;
   if (!wraps) element = std::clamp(element, 0, intervals - 1);

@@ -5,38 +5,41 @@
 
 namespace weft::sim {
 
-// The nodes that a level keeps along one axis of a patch, or, of a spline, its control points
-// there.
+// One axis of a patch on one level of the multigrid. Its nodes are the texels that the level keeps
+// or, for a spline, the control points of the level.
 //
-// The axis has `quads` intervals between the texels of the patch, or elements of its spline. A
-// level has `intervals` of them, whose ends are at round(j quads / intervals), j = 0 .. intervals:
-// among the ends of the next finer level. The first number is near half of `quads`; it halves from
-// level to level. Hence the splines of a level are splines of all finer ones, too.
+// On the finest level, the axis has `quads` intervals: those between texels, or the elements of a
+// spline. A level has `intervals` intervals, with ends at round(j quads / intervals), j = 0 ..
+// intervals. These are also ends of the next finer level. The first coarser level has about quads /
+// 2 intervals, and each further level half as many. The splines of a level are therefore also
+// splines of all finer levels.
 struct CoarseAxis {
-  int quads = 0;      // of the patch
-  int intervals = 0;  // of the level
+  int quads = 0;      // on the finest level
+  int intervals = 0;  // on this level
   bool wraps = false;
   int degree = 0;  // of a spline; 0: values at texels, with linear interpolation
 
-  // Weights of coarse nodes in a fine one; they sum to 1.
+  // Weight of a coarse node in the interpolation to a fine node. Those of one fine node sum to 1.
   struct Share {
     int node = 0;
     double weight = 0;
   };
 
-  // Returns the texel, or the knot, at the start of an interval. Beyond its ends a closed axis goes
-  // on, and an open one stays.
+  // Returns the texel, or the knot, at the start of an interval. Beyond the ends, a closed axis
+  // continues periodically, and an open axis returns its end.
   int start(int interval) const;
   int nodes() const { return wraps ? intervals : intervals + (degree > 0 ? degree : 1); }
   bool can_be_coarsened() const;
   // Returns the axis of the next coarser level. Precondition: can_be_coarsened().
   CoarseAxis coarser() const;
 
-  // Returns the fine node nearest to each node of a coarser axis, in ascending order. Ends belong
-  // to ends. But for a node in the middle, mirror images belong to mirror images.
+  // Returns, for each node of a coarser axis, the nearest node of this axis, in ascending order.
+  // Ends of an open axis belong to ends. Nodes in mirrored positions belong to nodes in mirrored
+  // positions, except for a node in the middle.
   std::vector<int> nearest_nodes(const CoarseAxis& coarse) const;
-  // Returns the shares of a coarser axis by fine node, in ascending order of parameters: by linear
-  // interpolation, or those with which the coarse spline becomes one of the fine axis.
+  // Returns the shares of coarse nodes by node of this axis, in ascending order of parameters.
+  // Texels are interpolated linearly; control points by knot insertion, which reproduces the coarse
+  // spline.
   std::vector<std::vector<Share>> shares(const CoarseAxis& coarse) const;
 
  private:

@@ -27,11 +27,19 @@ constexpr double rounding = 1e-13;
 // and sometimes stagnates, which misleads the estimate.
 constexpr double block_jacobi_doubt = 4;
 
+// Returns the 2-norm of weighted residuals or, if larger, the least 2-norm that permits the largest
+// particle's residual (`peak_to_mean`).
+double norm_with_peak(double sum, double largest, std::size_t count) {
+  return std::sqrt(
+      std::max(sum, largest * static_cast<double>(count) / (peak_to_mean * peak_to_mean)));
+}
+
 }  // namespace
 
-ConjugateGradients::ConjugateGradients(const VelocityMatrix& matrix,
+ConjugateGradients::ConjugateGradients(const VelocityMatrix& matrix, MassOperator& mass,
                                        PreconditionerSelection& preconditioner)
     : matrix_(matrix),
+      mass_(mass),
       preconditioner_(preconditioner),
       residual_(matrix.dynamics().particle_count()),
       preconditioned_(residual_.size()),
@@ -64,7 +72,7 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
   has_single_products_ = false;
   gains_.clear();
   rho_ = 1;
-  outcome.converged = is_reached(goal, outcome.residual);
+  outcome.converged = is_reached(solve, outcome.residual);
   while (!outcome.converged && outcome.iterations < most_iterations) {
     if (preconditioner_.rebuild_if_worn_out(outcome.iterations, outcome.residual)) {
       start_residual_ = outcome.residual;
@@ -80,7 +88,7 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
       gains_.push_back(rho_ / curvature_ * rho_);
     }
     ++outcome.iterations;
-    outcome.converged = is_reached(goal, outcome.residual);
+    outcome.converged = is_reached(solve, outcome.residual);
     begins_anew = has_single_products_ && (!is_definite || outcome.converged);
     if (begins_anew) {
       is_exact_ = true;
@@ -88,7 +96,7 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
       const double recursive_residual = outcome.residual;
       form_residual(solve);
       outcome.residual = advance(0, solve);
-      outcome.converged = outcome.converged && outcome.residual <= goal.residual &&
+      outcome.converged = outcome.converged && is_small(solve, outcome.residual) &&
                           (goal.error >= 1 || outcome.residual <= 2 * recursive_residual);
     }
   }
@@ -133,8 +141,8 @@ bool ConjugateGradients::find_direction(bool begins_anew) {
   return curvature_ > 0;
 }
 
-// Adds alpha p to dv and subtracts alpha A p from r. Returns the 2-norm of the weighted residual
-// or, if larger, the least 2-norm that permits the largest particle's residual (`peak_to_mean`).
+// Adds alpha p to dv and subtracts alpha A p from r. Returns norm_with_peak() of the weighted
+// residual divided by Scene::mass.
 double ConjugateGradients::advance(double alpha, const Solve& solve) {
   struct Part {
     double sum = 0, largest = 0, dv = 0;
@@ -164,7 +172,36 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
     all.dv += part.dv;
   }
   dv_square_ = all.dv;
-  return std::sqrt(std::max(all.sum, all.largest * count / (peak_to_mean * peak_to_mean)));
+  return norm_with_peak(all.sum, all.largest, residual_.size());
+}
+
+// Returns norm_with_peak() of the weighted M^-1 r, with the consistent mass of shells.
+double ConjugateGradients::coupled_residual(const Solve& solve) {
+  const std::span<Vec3> acceleration = preconditioned_;  // free until the next direction
+  std::copy(residual_.begin(), residual_.end(), acceleration.begin());
+  mass_.solve(acceleration);
+  double sum = 0, largest = 0;
+  for (std::size_t i = 0; i < acceleration.size(); ++i) {
+    const double square = acceleration[i].cwiseProduct(solve.weight[i]).squaredNorm();
+    largest = std::max(largest, square);
+    sum += square;
+  }
+  return norm_with_peak(sum, largest, acceleration.size());
+}
+
+// True if the residual meets the goal or is mostly rounding errors. Row sums of M are up to a
+// hundred times larger than its smallest eigenvalues, so residuals divided by them are only tried
+// first.
+bool ConjugateGradients::is_small(const Solve& solve, double residual) {
+  const double bound = solve.goal.residual;
+  if (!(residual <= bound)) return false;
+  return mass_.is_diagonal() || residual <= rounding * start_residual_ ||
+         coupled_residual(solve) <= bound;
+}
+
+// Returns dv . M dv.
+double ConjugateGradients::inertia(std::span<const Vec3> dv) const {
+  return mass_.is_diagonal() ? dv_square_ : mass_.product(dv, dv, matrix_.threads());
 }
 
 // True if the residual and the estimated error meet the goal. Each iteration lowers the squared
@@ -172,16 +209,17 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
 // gains sum to dv . A dv. The remaining error is extrapolated from two sums of gains: over the last
 // third of the iterations, and over the third before. Single gains fluctuate too much for this. The
 // first four iterations are left out.
-bool ConjugateGradients::is_reached(const Goal& goal, double residual) const {
-  if (!(residual <= goal.residual)) return false;
+bool ConjugateGradients::is_reached(const Solve& solve, double residual) {
+  const Goal& goal = solve.goal;
+  if (!is_small(solve, residual)) return false;
   if (goal.error >= 1 || residual <= rounding * start_residual_) return true;
   const auto end = gains_.end();
   const auto window = std::max<std::ptrdiff_t>(1, (end - gains_.begin() - 4) / 3);
   if (end - gains_.begin() < 2 * window) return false;
   const double last = std::accumulate(end - window, end, 0.0);
   const double before = std::accumulate(end - 2 * window, end - window, 0.0);
-  const double all =
-      goal.scale == Goal::Scale::mass ? dv_square_ : std::accumulate(gains_.begin(), end, 0.0);
+  const double all = goal.scale == Goal::Scale::mass ? inertia(solve.dv)
+                                                     : std::accumulate(gains_.begin(), end, 0.0);
   const double error =
       preconditioner_.is_multigrid() ? goal.error : goal.error / block_jacobi_doubt;
   return last < before && last * last / (before - last) <= error * error * all;

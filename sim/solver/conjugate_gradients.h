@@ -23,14 +23,14 @@ class ConjugateGradients {
     bool converged = false;
     bool indefinite = false;  // A has a direction of negative curvature: the step is too large
     int iterations = 0;
-    double residual = 0;     // in the norm of Goal::residual
+    double residual = 0;     // in the norm of Goal::residual, with Scene::mass in place of M
     bool multigrid = false;  // multigrid preconditions the last iteration
     int multigrid_set_ups = 0;
   };
   // The conditions that a solution must meet.
   struct Goal {
-    // Upper bound of the weighted residual's 2-norm (velocity rows, divided by mass). No particle
-    // may exceed ten times the mean that this bound implies.
+    // Upper bound of the weighted 2-norm of M^-1 r, with the residual r of the velocity rows. No
+    // particle may exceed ten times the mean that this bound implies.
     double residual = std::numeric_limits<double>::infinity();
     // Upper bound of the relative error of dv; 1: only the residual counts. For the error e it is
     // sqrt(e . A e) / sqrt(dv . M dv) or, with Scale::matrix, sqrt(e . A e) / sqrt(dv . A dv).
@@ -40,8 +40,9 @@ class ConjugateGradients {
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
   };
 
-  // Both arguments must outlive the object.
-  ConjugateGradients(const VelocityMatrix& matrix, PreconditionerSelection& preconditioner);
+  // All arguments must outlive the object.
+  ConjugateGradients(const VelocityMatrix& matrix, MassOperator& mass,
+                     PreconditionerSelection& preconditioner);
 
   // Solves A dv = `right_side`, starting from dv = 0. Both vectors are zero for pinned particles.
   // All spans have one entry per particle. Precondition: the preconditioner is prepared for this A.
@@ -57,13 +58,17 @@ class ConjugateGradients {
   };
 
   void iterate(const Solve& solve, Outcome& outcome);
-  bool is_reached(const Goal& goal, double residual) const;
+  bool is_reached(const Solve& solve, double residual);
+  bool is_small(const Solve& solve, double residual);
+  double coupled_residual(const Solve& solve);
+  double inertia(std::span<const Vec3> dv) const;
   bool find_direction(bool begins_anew);
   double precondition();
   double advance(double alpha, const Solve& solve);
   void form_residual(const Solve& solve);
 
   const VelocityMatrix& matrix_;
+  MassOperator& mass_;
   PreconditionerSelection& preconditioner_;
   std::vector<Vec3> residual_, preconditioned_;
   std::vector<Vec3> direction_, product_;  // p and A p
@@ -72,7 +77,7 @@ class ConjugateGradients {
   bool has_single_products_ = false;       // the residual contains single-precision products
   double start_residual_ = 0;  // at the start of the solve or the last rebuild of coarse matrices
   std::vector<double> gains_;  // decrease of the squared error, by iteration of this solve
-  double dv_square_ = 0;       // dv . M dv
+  double dv_square_ = 0;       // dv . M dv, with Scene::mass in place of M
 };
 
 }  // namespace weft::sim

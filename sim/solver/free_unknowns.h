@@ -9,8 +9,8 @@
 
 namespace weft::sim {
 
-// The three coordinates of each free particle of a scene, numbered through in the order of
-// particles. Matrices are the lower halves of symmetric ones.
+// The three coordinates of each free particle of a scene, numbered consecutively in the order of
+// particles. Matrices hold the lower halves of symmetric matrices.
 class FreeUnknowns {
  public:
   using Matrix = Eigen::SparseMatrix<double>;
@@ -19,19 +19,21 @@ class FreeUnknowns {
   explicit FreeUnknowns(const Scene& scene);
 
   Eigen::Index count() const { return static_cast<Eigen::Index>(3 * particles_.size()); }
-  int particle_count() const { return static_cast<int>(number_.size()); }  // dynamic ones
-  // The particle that an unknown belongs to.
+  int particle_count() const { return static_cast<int>(number_.size()); }  // of dynamic particles
+  // Returns the particle to which an unknown belongs.
   int particle(Eigen::Index unknown) const { return particles_[unknown / 3]; }
 
   // Returns the entries of the free particles, from one vector per dynamic particle.
   Vector gather(std::span<const Vec3> of_particles) const;
-  // The reverse; entries of held particles become zero.
+  // Writes the values of the unknowns to one vector per dynamic particle, which is zero for held
+  // ones.
   void scatter(const Vector& values, std::span<Vec3> of_particles) const;
 
-  // The stiffness K that the dynamics last assembled, with K + D / gamma (gamma in s) of the
-  // contacts that it last evaluated.
+  // Returns the stiffness K last assembled by the dynamics, plus K + D / gamma (gamma in s) of the
+  // contacts last evaluated.
   Matrix stiffness(Dynamics& dynamics, double gamma) const;
-  // The mass matrix of the unknowns, from that of the particles (sim/motion/mass_matrix.h).
+  // Returns the mass matrix (kg) of the unknowns, from that of the particles
+  // (sim/motion/mass_matrix.h).
   Matrix mass(const Matrix& of_particles) const;
 
  private:
@@ -39,7 +41,7 @@ class FreeUnknowns {
   void add_block(int row, int column, const Mat3& block, Entries& entries) const;
   Matrix matrix_of(const Entries& entries) const;
 
-  std::vector<int> particles_, number_;  // free particles; the number of a particle, or -1
+  std::vector<int> particles_, number_;  // free particles; number of each particle, or -1
 };
 
 }  // namespace weft::sim

@@ -28,10 +28,10 @@ class GaussSeidel {
   void sweep_backward(const SingleBlockMatrix& matrix, std::span<const Mat3> inverse_diagonal,
                       std::span<const Vec3> b, std::span<Vec3> x, std::span<Vec3> change,
                       int threads) const;
-  // Computes the residual r = b - A x after a sweep. After solve_forward(), r = -U x: pass `upper`
-  // and x. After sweep_backward(), r = -L d: pass `lower` and its change d as `x`. Reads half of
-  // the matrix.
+  // The half of A that enters a residual.
   enum class Half : std::uint8_t { lower, upper };
+  // Computes the residual r = b - A x after a sweep. After solve_forward(), r = -U x: pass `upper`
+  // and x. After sweep_backward(), r = -L d: pass `lower`, and the change d of that sweep as `x`.
   void find_residual(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
                      std::span<Vec3> r, int threads) const;
 

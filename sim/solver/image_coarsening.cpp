@@ -64,8 +64,8 @@ class Coarsening {
     double weight = 0;
   };
 
-  // Numbers the nodes of the coarser image by the fine nodes that they keep or, of a spline, that
-  // are nearest to them.
+  // Appends the next coarser image. Each of its nodes has the coarse number of the fine node that
+  // it keeps or, for a spline, of the nearest fine node.
   void keep(const LevelImage& fine) {
     LevelImage& coarse = images_.emplace_back(LevelImage{fine.rows, fine.cols, {}});
     if (fine.rows.can_be_coarsened() && fine.cols.can_be_coarsened()) {
@@ -83,9 +83,9 @@ class Coarsening {
     }
   }
 
-  // Sets the parents of the free fine nodes, from which they are interpolated. A texel that is kept
-  // is its own parent. Any other node has the products of its shares along both axes. If several
-  // images contain a node, the first decides.
+  // Sets the parents of the free fine nodes: the coarse nodes from which they are interpolated. A
+  // texel that is kept is its own parent. The weights of any other node are the products of its
+  // shares along both axes. If several images contain a node, the first image decides.
   void find_parents(const LevelImage& fine, const LevelImage& coarse) {
     const auto rows = fine.rows.shares(coarse.rows), cols = fine.cols.shares(coarse.cols);
     for (int row = 0; row < fine.rows.nodes(); ++row) {
@@ -105,8 +105,8 @@ class Coarsening {
     }
   }
 
-  // Adds a parent. Two nodes may be the same one on a short wrapped axis, or where a row is a
-  // point; their weights then add up.
+  // Adds a parent. A node may be added twice, on a short wrapped axis or in a row of the image that
+  // is a single point. Its weights then add up.
   static void add(std::vector<Parent>& parents, int node, double weight) {
     if (node < 0) return;
     const auto same = std::find_if(parents.begin(), parents.end(),

@@ -1,8 +1,8 @@
 // Coarser images of the dynamic bodies and the interpolations between levels: the geometry of
 // multigrid.
 //
-// Every level keeps texels of the finer one, or knots of its splines, for any size of image
-// (coarse_axis.h). Both axes of a patch are coarsened together, as long as both can be.
+// Every level keeps some texels of the next finer level, or knots of its splines, for any size of
+// image (coarse_axis.h). Both axes of a patch are coarsened together, as long as both can be.
 #pragma once
 
 #include <span>
@@ -12,19 +12,21 @@
 
 namespace weft::sim {
 
-// Interpolation from the nodes of a level to those of the next finer one: fine = sum of weight *
+// Interpolation from the nodes of a level to those of the next finer level: fine = sum of weight *
 // coarse.
 struct Prolongation {
   int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
   int coarse_count() const { return static_cast<int>(child_start.size()) - 1; }
 
-  // Rows by fine node: the coarse nodes from which it is interpolated (ascending), with weights. At
-  // most four have bilinear weights, with distances in texels; of splines, up to sixteen control
-  // points have those of knot insertion. A fixed node has none. The weights sum to 1, unless coarse
-  // nodes are left out because only fixed nodes depend on them.
+  // Compressed rows by fine node: the coarse nodes from which the fine node is interpolated
+  // (ascending), with weights. A texel has up to four coarse nodes with bilinear weights, by
+  // distances in texels. A control point has up to sixteen, with the weights of knot insertion.
+  // Rows of fixed nodes are empty. The weights of other rows sum to 1, unless coarse nodes are left
+  // out because only fixed nodes depend on them.
   std::vector<int> row_start, column;
   std::vector<float> weight;
-  // The transpose, by coarse node: the fine nodes interpolated from it, at least one, ascending.
+  // The transpose, by coarse node: the fine nodes interpolated from the coarse node (ascending, at
+  // least one), with weights.
   std::vector<int> child_start, child;
   std::vector<float> child_weight;
 
@@ -34,8 +36,8 @@ struct Prolongation {
 };
 
 // Returns the prolongations between the levels, finest first. If no image can be coarsened, the
-// only one leads from a level of all free particles. A particle that several patches share has one
-// node on every level that keeps it. O(texels).
+// only prolongation leads from a level with all free particles. A particle that several patches
+// share has one node on every level that keeps it. Cost: O(texels).
 std::vector<Prolongation> coarsen_images(const Scene& scene);
 
 }  // namespace weft::sim

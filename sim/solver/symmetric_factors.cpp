@@ -8,7 +8,7 @@ namespace weft::sim {
 
 namespace {
 
-// Smallest pivot, as a fraction of its diagonal entry, that is told from rounding.
+// Smallest pivot, as a fraction of its diagonal entry, that is distinguished from rounding.
 constexpr double smallest_pivot = 1e-15;
 
 }  // namespace
@@ -21,7 +21,8 @@ bool SymmetricFactors::has_new_pattern(const Matrix& matrix) const {
          !std::equal(analysed_row_.begin(), analysed_row_.end(), matrix.innerIndexPtr());
 }
 
-// Counts the negative pivots and finds the weakest one. Returns false if that is lost in rounding.
+// Counts the negative pivots and finds the weakest pivot. Returns false if the weakest is lost in
+// rounding.
 bool SymmetricFactors::judge_pivots(const Matrix& matrix) {
   const auto& order = factors_.permutationP().indices();
   const auto pivots = factors_.vectorD();
@@ -31,7 +32,7 @@ bool SymmetricFactors::judge_pivots(const Matrix& matrix) {
     const double pivot = pivots[order.size() == 0 ? i : order[i]];
     if (pivot < 0) ++negative_;
     const double share = std::abs(pivot / diagonal[i]);
-    // The comparison also finds a share that is not a number.
+    // A share that is not a number also passes this comparison.
     if (share >= least) continue;
     least = std::isfinite(share) ? share : 0;
     weakest_ = static_cast<int>(i);
@@ -52,7 +53,7 @@ bool SymmetricFactors::factorise(const Matrix& lower) {
   if (lower.rows() == 0) return true;
   factors_.factorize(lower);
   if (factors_.info() != Eigen::Success) {
-    // There are no pivots: the smallest entry on the diagonal is as near as can be told.
+    // There are no pivots: the smallest diagonal entry is the best available estimate.
     Eigen::Index softest = 0;
     Vector(lower.diagonal()).cwiseAbs().minCoeff(&softest);
     weakest_ = static_cast<int>(softest);

@@ -8,8 +8,8 @@
 namespace weft::sim {
 
 // Factorises A = P^T L D L^T P without pivoting. By Sylvester's law of inertia, A has as many
-// negative eigenvalues as D has negative entries. The order P of the unknowns is analysed once for
-// each pattern.
+// negative eigenvalues as D has negative entries. The fill-reducing order P is computed anew only
+// if the sparsity pattern changes.
 class SymmetricFactors {
  public:
   using Matrix = Eigen::SparseMatrix<double>;
@@ -26,8 +26,8 @@ class SymmetricFactors {
   Vector solve_root(const Vector& x) const;
   Vector solve_transposed_root(const Vector& x) const;
 
-  // The unknown whose pivot is the smallest against its own diagonal entry, also after factorise()
-  // returned false; -1 if there are no unknowns.
+  // Returns the unknown with the smallest ratio of its pivot to its diagonal entry, also after
+  // factorise() has returned false. Returns -1 if there are no unknowns.
   int weakest() const { return weakest_; }
 
  private:
@@ -36,7 +36,7 @@ class SymmetricFactors {
 
   Eigen::SimplicialLDLT<Matrix> factors_;
   std::vector<int> analysed_start_, analysed_row_;
-  Vector root_;  // of D
+  Vector root_;  // square root of D; valid without negative pivots
   int negative_ = 0, weakest_ = -1;
 };
 

@@ -17,17 +17,17 @@ class TangentFactors {
   TangentFactors(const TangentFactors&) = delete;
   TangentFactors& operator=(const TangentFactors&) = delete;
 
-  // Factorises the K last assembled and that of the contacts last evaluated. Returns false if K is
-  // singular to working precision. Costs one factorisation.
+  // Factorises FreeUnknowns::stiffness() of the matrices last assembled and the contacts last
+  // evaluated, with gamma = 1 s. Returns false if K is singular to working precision.
   bool factorise();
   // Number of negative eigenvalues of K. Precondition, here and below: factorise() returned true.
   int negative_directions() const { return factors_.negative_pivots(); }
   // Solves K displacement = force. Both have one entry per dynamic particle; displacements of held
   // particles become zero, and forces on them are not read. Returns false if the displacement is
-  // not finite or does not fulfil the equation: K is then singular but for rounding.
+  // not finite or does not satisfy the equation. K is then singular up to rounding.
   bool solve(std::span<const Vec3> force, std::span<Vec3> displacement) const;
-  // The particle whose pivot is the smallest against its own diagonal entry, also after factorise()
-  // returned false: it moves in the direction in which K is weakest. -1 if nothing is free.
+  // Returns the particle of SymmetricFactors::weakest(), also after factorise() has returned false.
+  // It moves in the direction in which K is weakest. Returns -1 if no particle is free.
   int weakest_particle() const;
   std::int64_t factorisations() const { return count_; }
 

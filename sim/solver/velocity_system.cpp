@@ -8,7 +8,7 @@ VelocitySystem::VelocitySystem(Dynamics& dynamics)
     : dynamics_(dynamics),
       matrix_(dynamics),
       preconditioner_(dynamics, matrix_),
-      conjugate_gradients_(matrix_, preconditioner_),
+      conjugate_gradients_(matrix_, dynamics.mass(), preconditioner_),
       factorisation_(dynamics.particle_count(), dynamics.scene().source.time.preconditioner ==
                                                     PreconditionerChoice::automatic),
       right_side_(dynamics.particle_count()) {}

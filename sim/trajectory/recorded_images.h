@@ -46,7 +46,7 @@ class RecordedImages {
   // Points of shells: positions by body, velocities by body and field.
   std::vector<std::vector<Vec3>> point_memory_;
   std::vector<std::vector<std::vector<Vec3>>> velocity_memory_;
-  // Of shells, from control points to the points of their images; the identity of other bodies.
+  // Maps from control points of shells to the points of their images; identities of other bodies.
   std::vector<SurfaceMap> maps_;
 };
 

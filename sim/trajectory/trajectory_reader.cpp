@@ -289,7 +289,7 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   return body;
 }
 
-// Reads the degree of a shell, for which its images must have enough control points.
+// Reads the spline degree of a shell. Rejects a whole image that has too few control points for it.
 void TrajectoryReader::Implementation::read_spline(hid_t group, TrajectoryBody& body) const {
   if (H5Aexists(group, "spline_degree") <= 0) return;
   const std::vector<int> degree = access.read_integers(group, "spline_degree");

@@ -21,9 +21,9 @@ struct ColourScale {
   float place_of(double value) const;
 };
 
-// Returns a scale from `low` to `high`. Both must be finite, and low <= high. The scale diverges if
-// both signs reach a hundredth of the largest magnitude. If low = high, it runs between zero and
-// that number, or from 0 to 1 if both are zero.
+// Returns a scale from `low` to `high`. Both must be finite, and low <= high. The scale is
+// diverging if low < 0 < high and the smaller magnitude is at least a hundredth of the larger one.
+// If low = high, it runs between zero and that number, or from 0 to 1 if both are zero.
 ColourScale scale_between(double low, double high);
 
 // Returns about `count` round numbers within the scale, in increasing order, for the marks of a

@@ -1,4 +1,4 @@
-// The surface of a recorded body in triangles.
+// The surface of a recorded body as triangles.
 #pragma once
 
 #include <optional>
@@ -9,22 +9,23 @@
 
 namespace weft::sim {
 
-// Of a shell these are the triangles on which contact acts: between samples of the spline through
-// the points of its image. Any other body, and a shell of which only a part is recorded, has the
-// triangles of its image.
+// The triangles of a recorded body. A shell has the triangles on which contact acts: those between
+// samples of the spline through the points of its image. Any other body, and a shell of which only
+// a part is recorded, has the triangles of its image.
 class RecordedSurface {
  public:
   explicit RecordedSurface(const TrajectoryBody& body);
 
-  // Throws std::invalid_argument as bsi::build_mesh().
+  // Returns the triangles of atlas(). Throws std::invalid_argument as bsi::build_mesh().
   bsi::Mesh mesh() const { return bsi::build_mesh(atlas()); }
   const bsi::Atlas& atlas() const { return sampled_ ? sampled_->sampling.atlas : image_; }
-  // Returns the points of atlas(), by particle, for those of an image (m).
+  // Returns the points (m) of atlas() by particle, from the points of the recorded image by
+  // particle.
   std::vector<Vec3> points(std::vector<Vec3> image) const;
-  // Returns the values at these points for one value per particle of an image.
+  // Returns the values at the points of atlas(), from one value per particle of the recorded image.
   std::vector<double> values(std::vector<double> image) const;
-  // Returns an upper bound (m) of the distance of the curved surface from these triangles; 0
-  // without a spline.
+  // Returns an upper bound (m) of the distance of the curved surface from the triangles; 0 if the
+  // surface is not curved.
   double deviation(std::span<const Vec3> image) const;
   bool is_curved() const { return sampled_.has_value(); }
 

@@ -29,7 +29,8 @@ std::string size_of(const bsi::Atlas& atlas) {
   return text;
 }
 
-// Each body has a line of its own up to this number of bodies. More bodies share one line.
+// Largest number of bodies that have a line each. describe_each() puts more bodies into one line;
+// describe_bodies() sums up the bodies after this number.
 constexpr std::size_t most_lines = 8;
 
 // Prints a line "  BEFORE NAME: ONE" per body or, for many bodies, one line for all of them. `one`

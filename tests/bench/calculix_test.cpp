@@ -18,7 +18,7 @@ namespace {
 
 using sim::Vec3;
 
-// What a deck says, by its keywords.
+// The contents of a deck, by its keywords.
 struct Deck {
   std::map<int, Vec3> node;
   std::vector<std::vector<int>> element;  // its nodes

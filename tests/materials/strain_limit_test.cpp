@@ -157,7 +157,7 @@ TEST(StrainLimit, EnergyIsConvex) {
   }
 }
 
-// Where b goes over into its quadratic continuation and at its onset.
+// At the onset of b, and at the place from which its quadratic continuation stands for it.
 TEST(StrainLimit, TermsAreSmooth) {
   std::mt19937 generator(6);
   const StrainLimit of = make_strain_limit(rest_triangle(generator), limit, stiffness);

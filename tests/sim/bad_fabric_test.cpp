@@ -100,13 +100,13 @@ wrap_stiffness = 1
        R"(case.toml:2:1: "membrane_stiffness" does not go with "orthotropic_membrane"
   expected only one of the two)"},
       {"orthotropic_springs", "[material.m]\nmembrane = \"springs\"\n" + woven + sheet,
-       R"(case.toml:3:1: "orthotropic_membrane" does not belong to membrane = "springs"
+       R"(case.toml:3:13: "orthotropic_membrane" does not belong to membrane = "springs"
   expected only with membrane = "triangles")"},
       {"orthotropic_shell",
        "[material.m]\nmodel = \"shell\"\nyoungs_modulus = 1e9\nshell_thickness = 1e-3\n"
        "volume_density = 1000\n" +
            woven + sheet,
-       R"(case.toml:6:1: "orthotropic_membrane" does not belong to model = "shell"
+       R"(case.toml:6:13: "orthotropic_membrane" does not belong to model = "shell"
   expected only with model = "cloth")"},
       {"measured_of_five",
        R"([material.m.measured_membrane]

@@ -182,7 +182,7 @@ shape = { type = "torus", major_radius = 2, minor_radius = 1, angle_deg = 90, re
 name = "thing"
 shape = { type = "cylinder", radius = 1, length = 1, resolution = [9, 12], patches = [2, 5] }
 )" + sheet,
-       R"(case.toml:3:91: 12 columns of quads do not divide into 5 patches
+       R"(case.toml:3:90: 12 columns of quads do not divide into 5 patches
   expected a divisor of 12)"},
       {"patches_of_sphere",
        R"([[obstacle]]

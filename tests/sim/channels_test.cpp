@@ -518,7 +518,8 @@ INSTANTIATE_TEST_SUITE_P(
                         "13: the channel \"bending_moment\" would be zero: no body resists "
                         "bending\n  expected "
                         "a "
-                        "material with bending_stiffness > 0, or no \"bending_moment\""),
+                        "material with bending_stiffness > 0 or orthotropic_bending, or no "
+                        "\"bending_moment\""),
                     bad("springs", R"(["membrane_stress"])",
                         "13: the channel \"membrane_stress\" needs a membrane of "
                         "triangles, and that of body "

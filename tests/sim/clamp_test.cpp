@@ -173,7 +173,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadCase{"without_bending", sheet + "[[body.pin]]\nedges = [\"first_row\"]\nclamp = true\n",
                 "case.toml:6:9: a clamp of body \"sheet\", whose material does not resist bending\n"
-                "  expected bending_stiffness > 0 in [material.default]"},
+                "  expected bending_stiffness > 0 or orthotropic_bending in [material.default]"},
         BadCase{"of_another_type", sheet + "[[body.pin]]\nedges = [\"first_row\"]\nclamp = 1\n",
                 "case.toml:6:9: \"clamp\" is a whole number\n  expected true or false"}),
     bad_case_name);

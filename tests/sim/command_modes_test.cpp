@@ -95,7 +95,9 @@ TEST_F(CommandModes, WritesAFrameForEachMode) {
         EXPECT_NEAR(position[i][axis], rest[i][axis] + way[3 * i + axis], 1e-6);
       largest = std::max(largest, (position[i] - rest[i]).norm());
     }
-    EXPECT_NEAR(largest, frame == 0 ? 0 : 0.1 * std::sqrt(2), 1e-2);
+    // The control point that moves most is displaced by a tenth; points of the surface by less.
+    EXPECT_LE(largest, frame == 0 ? 0 : 0.1 * std::sqrt(2));
+    if (frame > 0) EXPECT_GT(largest, 0.11);
   }
   EXPECT_TRUE(std::isnan(reader.series_values("frequency")[0]));
   EXPECT_EQ(reader.series_values("mode")[2], 2);
@@ -131,7 +133,8 @@ TEST_F(CommandModes, OverwritesOnlyWithForce) {
 }
 
 TEST_F(CommandModes, RefusesWhatItCannotDo) {
-  expect_refused(run("modes", "plate_modes_ssss", {"-n", "0"}), exit_code::bad_case, "-n");
+  expect_refused(run("modes", "plate_modes_ssss", {"-n", "0"}), exit_code::bad_case,
+                 "--count: Value 0 not in range 1 to 1000");
   expect_refused(run("modes", "plate_modes_ssss", {"--animate", "8"}), exit_code::bad_case,
                  "--output");
   expect_refused(run("modes", "plate_modes_ssss", {"--set", "time.durations=1"}),
@@ -139,7 +142,7 @@ TEST_F(CommandModes, RefusesWhatItCannotDo) {
   expect_refused(run("buckling", "plate_buckling", {"--load-factor", "nan"}), exit_code::bad_case,
                  "\"nan\" is not a load factor");
   expect_refused(run("buckling", "plate_modes_ssss", {"-o", "out"}), exit_code::bad_case,
-                 "plate_modes_ssss.toml:15:1: nothing loads the case");
+                 "plate_modes_ssss.toml:16:1: nothing loads the case");
 }
 
 TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {

@@ -92,37 +92,53 @@ double published_work(const MeasuredFabric& fabric, double e11, double e22) {
   return sum / (3 * parts);
 }
 
-// Pulled along the warp or the weft with free sides: the width takes the least work, and the force
-// is the change of that work.
+// A sheet of 3 x 5 vertices that is pulled along its warp or its weft with free sides.
+std::string pulled_sheet(const std::string& fabric, bool along_warp, double stretch) {
+  return "[time]\nmethod = \"static\"\nduration = 1\nframes_per_second = 4\n"
+         "position_tolerance = 1e-8\n[contact]\nenabled = false\n[world]\ngravity = "
+         "[0, 0, 0]\n" +
+         preset(fabric) + "bending_stiffness = 0\n[[body]]\nname = \"sheet\"\n" +
+         "warp_angle_deg = " + (along_warp ? "0" : "90") +
+         "\nshape = { type = \"rectangle\", size = [0.2, 0.1], resolution = [3, 5] "
+         "}\n[[body.pin]]\nedges = [\"first_col\"]\naxes = [\"x\", \"z\"]\n"
+         "[[body.pin]]\nedges = [\"first_row\"]\naxes = [\"y\", \"z\"]\n"
+         "[[body.pin]]\nedges = [\"last_row\"]\naxes = [\"z\"]\n"
+         "[[body.pin]]\nedges = [\"last_col\"]\naxes = [\"x\", \"z\"]\n"
+         "motion = { keyframes = [{ time = 0 }, { time = 1, translation = [" +
+         std::to_string(0.2 * (stretch - 1)) + ", 0, 0] }] }\n";
+}
+
+// The width takes the least work, and the force is the change of that work. The bar of 1e-4 is
+// above the error of the differences, at most 1.2e-5.
+void expect_published_work(const MeasuredFabric& fabric, bool along_warp, double stretch) {
+  SCOPED_TRACE(fabric.name + (along_warp ? " warp " : " weft ") + std::to_string(stretch));
+  SimulatedCase sim(pulled_sheet(fabric.name, along_warp, stretch));
+  const std::vector<Vec3> x = sim.positions_at(1);
+  const double width = (x[12].y() - x[2].y()) / 0.1;  // of the middle column
+  for (int i = 0; i < 15; ++i) {
+    const Vec3 uniform(stretch * 0.05 * (i % 5) - 0.1, width * 0.05 * (i / 5) - 0.05, 0);
+    EXPECT_LT((x[i] - uniform).norm(), 1e-6) << i;
+  }
+  const auto work = [&](double pulled, double across) {
+    return along_warp ? published_work(fabric, green(pulled), green(across))
+                      : published_work(fabric, green(across), green(pulled));
+  };
+  for (const double change : {1e-3, -1e-3})
+    EXPECT_GT(work(stretch, width + change), work(stretch, width));
+  const double force = pulls_at(sim.scene(), x)[0];
+  const double slope = (work(stretch + 1e-4, width) - work(stretch - 1e-4, width)) / 2e-4;
+  EXPECT_NEAR(force, slope * 0.1, 1e-4 * force);
+}
+
+// Pulled with free sides. At 6 % the energy of three knits is no longer convex: their sheets widen
+// or take zigzags.
 TEST(Fabric, PullWithFreeSidesTakesThePublishedWork) {
   for (const MeasuredFabric& fabric : measured_fabrics()) {
+    const bool is_convex = fabric.name != "ivory-rib-knit" && fabric.name != "camel-ponte-roma" &&
+                           fabric.name != "tango-red-jet-set";
     for (const bool along_warp : {true, false}) {
-      const double stretch = 1.06;
-      SimulatedCase sim(
-          "[time]\nmethod = \"static\"\nduration = 1\nframes_per_second = 4\n"
-          "position_tolerance = 1e-8\n[contact]\nenabled = false\n[world]\ngravity = "
-          "[0, 0, 0]\n" +
-          preset(fabric.name) + "bending_stiffness = 0\n[[body]]\nname = \"sheet\"\n" +
-          "warp_angle_deg = " + (along_warp ? "0" : "90") +
-          "\nshape = { type = \"rectangle\", size = [0.2, 0.1], resolution = [3, 5] "
-          "}\n[[body.pin]]\nedges = [\"first_col\"]\naxes = [\"x\", \"z\"]\n"
-          "[[body.pin]]\nedges = [\"first_row\"]\naxes = [\"y\", \"z\"]\n"
-          "[[body.pin]]\nedges = [\"last_row\"]\naxes = [\"z\"]\n"
-          "[[body.pin]]\nedges = [\"last_col\"]\naxes = [\"x\", \"z\"]\n"
-          "motion = { keyframes = [{ time = 0 }, { time = 1, translation = [" +
-          std::to_string(0.2 * (stretch - 1)) + ", 0, 0] }] }\n");
-      const std::vector<Vec3> x = sim.positions_at(1);
-      const double width = (x[12].y() - x[2].y()) / 0.1;  // of the middle column
-      const auto work = [&](double pulled, double across) {
-        return along_warp ? published_work(fabric, green(pulled), green(across))
-                          : published_work(fabric, green(across), green(pulled));
-      };
-      const double force = pulls_at(sim.scene(), x)[0];
-      SCOPED_TRACE(fabric.name + (along_warp ? " warp" : " weft"));
-      EXPECT_NEAR(work(stretch, width + 1e-3), work(stretch, width - 1e-3),
-                  2e-2 * work(stretch, width));
-      const double slope = (work(stretch + 1e-4, width) - work(stretch - 1e-4, width)) / 2e-4;
-      EXPECT_NEAR(force, slope * 0.1, 0.005 * force);
+      expect_published_work(fabric, along_warp, 1.02);
+      if (is_convex) expect_published_work(fabric, along_warp, 1.06);
     }
   }
 }
@@ -249,19 +265,24 @@ TEST(Fabric, EnergyIsConserved) {
   }
 }
 
-// A strip rolled to a cylinder along its warp, its bias and its weft has the energy of the table.
+// The bending energy (J) of a strip of 0.3 m x 0.1 m, rolled to a cylinder with this radius (m) in
+// one of the directions 0 (warp), 1 (bias) and 2 (weft), with cells of size 0.3 m / `cells`.
+double rolled_energy(const std::string& fabric, int direction, double radius, int cells) {
+  const std::string text =
+      "[contact]\nenabled = false\n" + preset(fabric) +
+      "[[body]]\nname = \"sheet\"\nwarp_angle_deg = " + std::to_string(-45 * direction) +
+      "\nstart = { bend_radius = " + std::to_string(radius) +
+      " }\nshape = { type = \"rectangle\", size = [0.3, 0.1], resolution = [" +
+      std::to_string(cells / 3 + 1) + ", " + std::to_string(cells + 1) + "] }\n";
+  const auto scene = build_scene(parse_case(text, "test.toml"));
+  const std::vector<Vec3> at_rest(scene->initial_position.size(), Vec3::Zero());
+  return make_bending_force(*scene)->energy({scene->initial_position, at_rest}, 1);
+}
+
+// A strip rolled along its warp, its bias and its weft has the energy of the table.
 TEST(Fabric, BendingHasTheStiffnessOfItsDirection) {
   for (const MeasuredFabric& fabric : measured_fabrics()) {
     for (int direction = 0; direction < 3; ++direction) {
-      const std::string text =
-          "[contact]\nenabled = false\n" + preset(fabric.name) +
-          "[[body]]\nname = \"sheet\"\nwarp_angle_deg = " + std::to_string(-45 * direction) +
-          "\nstart = { bend_radius = 0.06 }\nshape = { type = \"rectangle\", size = [0.3, 0.1], "
-          "resolution = [21, 61] }\n";
-      const auto scene = build_scene(parse_case(text, "test.toml"));
-      const std::vector<Vec3> at_rest(scene->initial_position.size(), Vec3::Zero());
-      const double energy =
-          make_bending_force(*scene)->energy({scene->initial_position, at_rest}, 1);
       // int_0^K B(k) k dk with B straight between its values at 0 and 10 1/m, and so on.
       const double curvature = 1 / 0.06;
       double exact = 0;
@@ -273,8 +294,13 @@ TEST(Fabric, BendingHasTheStiffnessOfItsDirection) {
         exact += (b0 - slope * from) * (to * to - from * from) / 2 +
                  slope * (to * to * to - from * from * from) / 3;
       }
-      // Curvature is missing in half a cell at the two bent ends.
-      EXPECT_NEAR(energy, exact * 0.03, 0.03 * exact * 0.03) << fabric.name << ' ' << direction;
+      exact *= 0.3 * 0.1;
+      // Half a cell lacks curvature at the two bent ends, and on the bias the triangles at the
+      // sides relax: up to 4.5 % with 60 cells. Both errors go with the size of the cells, and
+      // their extrapolation leaves at most 0.1 %.
+      const double coarse = rolled_energy(fabric.name, direction, 0.06, 30),
+                   fine = rolled_energy(fabric.name, direction, 0.06, 60);
+      EXPECT_NEAR(2 * fine - coarse, exact, 0.002 * exact) << fabric.name << ' ' << direction;
     }
   }
 }

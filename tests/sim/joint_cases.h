@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/SparseCore>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "sim/motion/mass_matrix.h"
 #include "sim/run/make_simulation.h"
 #include "tests/sim/simulated_case.h"
 
@@ -29,11 +31,13 @@ inline Vec3 mean_of(const std::vector<Vec3>& all) {
 
 // Compares a scene's forces with differences of their energies, together with what creases have
 // dissipated, and their matrices with differences of their forces, at a random state near the start
-// and at `time`. Precondition: without contact and mass damping; moving pins rest at `time`.
+// and at `time`. Forces are the mass matrix times the accelerations. Precondition: without contact
+// and mass damping; moving pins rest at `time`.
 inline void expect_consistent_forces(const std::string& text, double time) {
   const auto scene = build_scene(parse_case(text, "test.toml", {}));
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
+  const Eigen::SparseMatrix<double> mass = mass_matrix(*scene);
   std::vector<double> y = dynamics.initial_state();
   std::mt19937 random(7);
   std::uniform_real_distribution<double> entry(-1, 1);
@@ -48,9 +52,13 @@ inline void expect_consistent_forces(const std::string& text, double time) {
     return other;
   };
   const auto forces = [&](const std::vector<double>& state) {
-    std::vector<Vec3> all(scene->mass.size());
-    EXPECT_FALSE(dynamics.acceleration(time, state, all));
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] *= scene->mass[i];
+    std::vector<Vec3> acceleration(scene->mass.size());
+    EXPECT_FALSE(dynamics.acceleration(time, state, acceleration));
+    std::vector<Vec3> all(acceleration.size(), Vec3::Zero());
+    for (int j = 0; j < mass.outerSize(); ++j) {
+      for (Eigen::SparseMatrix<double>::InnerIterator share(mass, j); share; ++share)
+        all[share.row()] += share.value() * acceleration[j];
+    }
     return all;
   };
   const auto product = [&](const std::vector<Vec3>& all) {

@@ -23,7 +23,7 @@ inline Case benchmark_case(const std::string& name,
 }
 
 inline VibrationModes modes_of(const Case& source, int count, bool start_shape = false) {
-  CaseEquilibrium about(source, {.start_shape = start_shape});
+  CaseEquilibrium about(source, {.start_shape = start_shape, .load_factor = {}, .progress = {}});
   if (const auto failure = about.find()) ADD_FAILURE() << failure->text;
   VibrationModes found = find_vibration_modes(about.dynamics(), about.time(), about.state(), count);
   if (found.failure) ADD_FAILURE() << found.failure->text;
@@ -32,7 +32,7 @@ inline VibrationModes modes_of(const Case& source, int count, bool start_shape =
 
 inline BucklingModes buckling_of(const Case& source, int count, double load_factor = 0) {
   require_load(source);
-  CaseEquilibrium about(source, {.load_factor = load_factor});
+  CaseEquilibrium about(source, {.load_factor = load_factor, .progress = {}});
   if (const auto failure = about.find()) ADD_FAILURE() << failure->text;
   return find_buckling_modes(about.dynamics(), about.time(), about.state(), load_factor, count);
 }

@@ -268,7 +268,7 @@ TEST(Seam, ForcesAreSlopesOfTheEnergy) {
   text.replace(text.find("range = 2e-3"), 12, "enabled = false");
   text.replace(text.find("mass_damping = 5\n"), 17, "");
   expect_consistent_forces(text, 0.1);
-  // Where a clamp meets the seam, and to a body that pins hold.
+  // A clamp that meets the seam, and a seam to a body that pins hold.
   const std::string pin = "[[body.pin]]\n", seam = "[[seam]]\n";
   std::string clamped = thrown_pieces, held = thrown_pieces;
   clamped.insert(clamped.find(seam), pin + "edges = [\"first_row\"]\nclamp = true\n");

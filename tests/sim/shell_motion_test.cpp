@@ -100,31 +100,49 @@ double tip_under_weight(double gravity, double time) {
   return sum;
 }
 
+constexpr const char* light_gravity = "world.gravity=[0,0,2e-4]";
+
+// Compares the tip with the closed form at times, s.
+void expect_closed_form(int columns, const Overrides& options,
+                        std::initializer_list<double> times) {
+  SimulatedCase sim(beam(columns, clamp), options);
+  constexpr double gravity = 2e-4;
+  const double rest = tip_under_weight(gravity, std::numbers::pi / beam_frequency(1)) / 2;
+  for (const double time : times) {
+    const double tip = sim.positions_at(time)[columns - 1].z();
+    EXPECT_NEAR(tip, tip_under_weight(gravity, time), 1.5e-3 * rest) << time;
+  }
+}
+
 class SwingingBeam : public testing::TestWithParam<Overrides> {};
 TEST_P(SwingingBeam, FollowsTheClosedForm) {
-  constexpr double gravity = 2e-4;
   Overrides options = GetParam();
-  for (const char* each : {"world.gravity=[0,0,2e-4]", "time.position_tolerance=1e-10",
+  for (const char* each : {light_gravity, "time.position_tolerance=1e-10",
                            "time.velocity_tolerance=1e-9", "time.relative_tolerance=1e-7"})
     options.emplace_back(each);
-  SimulatedCase sim(beam(11, clamp), options);
-  const double rest = tip_under_weight(gravity, std::numbers::pi / beam_frequency(1)) / 2;
-  for (const double time : {0.7, 1.6, 2.9, 4.4}) {
-    const std::vector<Vec3> position = sim.positions_at(time);
-    EXPECT_NEAR(position[10].z(), tip_under_weight(gravity, time), 1.5e-3 * rest) << time;
-  }
+  expect_closed_form(11, options, {0.7, 1.6, 2.9, 4.4});
 }
 INSTANTIATE_TEST_SUITE_P(All, SwingingBeam,
                          testing::Values(method("cvode"), method("arkode"),
-                                         method("implicit_midpoint", {"time.step=0.01"}),
-                                         method("verlet")));
+                                         method("implicit_midpoint", {"time.step=0.01"})));
 
-// A shell at rest falls as a stone does.
+// The steps of verlet, limited by stability, are far shorter than this motion needs.
+TEST(ShellMotion, VerletFollowsTheClosedForm) {
+  expect_closed_form(7, method("verlet", {light_gravity}), {0.7, 1.6});
+}
+
+// A shell at rest falls as a stone does, up to rounding. Lengths of up to 1 m round by some 1e-16
+// m, and the square of the highest frequency turns these into accelerations.
 TEST(ShellMotion, FallsWithGravity) {
   SimulatedCase sim(beam(7), {"world.gravity=[1,2,-9]"});
+  Dynamics& dynamics = sim.dynamics();
   std::vector<Vec3> acceleration(sim.scene().mass.size());
-  ASSERT_FALSE(sim.dynamics().acceleration(0, sim.dynamics().initial_state(), acceleration));
-  for (const Vec3& each : acceleration) EXPECT_LT((each - Vec3(1, 2, -9)).norm(), 1e-11);
+  ASSERT_FALSE(dynamics.acceleration(0, dynamics.initial_state(), acceleration));
+  dynamics.assemble(0, dynamics.initial_state());
+  VelocitySystem system(dynamics);
+  const double rounding = 1e-15 * std::pow(system.highest_frequency(), 2);
+  EXPECT_LT(rounding, 1e-6);
+  for (const Vec3& each : acceleration) EXPECT_LT((each - Vec3(1, 2, -9)).norm(), rounding);
 }
 
 TEST(ShellMotion, MassDampingSlowsItExponentially) {
@@ -165,8 +183,7 @@ TEST(ShellMotion, SupportsCarryTheInertiaOfWhatTheyHold) {
   EXPECT_LT((momentum_rate - forces).norm(), 1e-9);
 }
 
-// The energy that a shell gains is the work of its pins, and that of its damping in the matrix of
-// masses is not counted as a gain.
+// The energy that a shell gains is the work of its pins.
 TEST(ShellMotion, GainsTheWorkOfItsPins) {
   SimulatedCase sim(beam(9, shaken), {"time.relative_tolerance=1e-8", "time.maximum_step=2e-3",
                                       "time.position_tolerance=1e-9"});
@@ -177,15 +194,17 @@ TEST(ShellMotion, GainsTheWorkOfItsPins) {
   };
   const double start = free_energy(0, sim.integrator().state());
   double most = 0;
-  while (sim.integrator().time() < 1.5) {
+  while (sim.integrator().time() < 0.3) {
     const auto failure = sim.integrator().step();
     ASSERT_FALSE(failure) << failure->text;
     const double time = sim.integrator().time();
     external.add_step(time, sim.integrator().state());
     most = std::max(most, std::abs(external.work()));
-    EXPECT_NEAR(free_energy(time, sim.integrator().state()) - start, external.work(), 3e-4 * most);
+    // The first steps, of order 1, lose 1e-7 J of the beam's fall.
+    EXPECT_NEAR(free_energy(time, sim.integrator().state()) - start, external.work(),
+                3e-5 * most + 2e-7);
   }
-  EXPECT_GT(most, 1e-2);
+  EXPECT_GT(most, 1);
 }
 
 // (I - gamma J) by differences of the rates, on the rows and columns of free particles.
@@ -236,6 +255,12 @@ TEST_P(NewtonSystem, IsThatOfTheRates) {
     for (int i = 0; i < dynamics.particle_count(); ++i)
       x[i].z() += 0.02 * std::sin(3 * x[i].x() + x[i].y());
     dynamics.place_pins(time, y);
+    // All particles move as the pins do: the matrices leave out what strain rates change in the
+    // stiffness.
+    Vec3* const v = x + dynamics.particle_count();
+    for (int i = 0; i < dynamics.particle_count(); ++i) {
+      if (dynamics.scene().pinned[i] == 0) v[i] = v[0];
+    }
     std::vector<double> b(y.size(), 0.0), weight(y.size(), 1.0), solution(y.size());
     for (std::size_t i = 0; i < b.size(); ++i) {
       if (dynamics.scene().pinned[i % (b.size() / 2) / 3] == 0)
@@ -246,7 +271,9 @@ TEST_P(NewtonSystem, IsThatOfTheRates) {
     const auto judge = [&](bool joined) {
       ASSERT_FALSE(dynamics.rate(time, y, rate));
       if (joined) {
-        dynamics.assemble_joined(time, y, Definiteness::exact, gamma, StateView::of(b).position);
+        std::vector<Vec3> residual;
+        for (const Vec3& each : StateView::of(b).position) residual.emplace_back(-each);
+        dynamics.assemble_joined(time, y, Definiteness::exact, gamma, residual);
       } else {
         dynamics.assemble(time, y);
       }
@@ -267,24 +294,50 @@ INSTANTIATE_TEST_SUITE_P(All, NewtonSystem,
                                          "mass_damping = 2\nstiffness_damping = 1e-3\n"
                                          "bending_damping = 2e-3\n"));
 
-// The ratio of the errors with a step and half of it, of a beam that swings far.
-double ratio_of_errors(const std::string& name, double step) {
-  const auto state = [](const Overrides& options) {
-    return SimulatedCase(beam(6, clamp, "stiffness_damping = 2e-3\n"), options).advance_to(0.5);
+// In steps so short that A is nearly M, the error of a solution meets the goal of its residual.
+TEST(ShellMotion, ResidualsAreDividedByTheConsistentMass) {
+  SimulatedCase sim(beam(12, clamp), {"time.preconditioner=\"block_jacobi\""});
+  Dynamics& dynamics = sim.dynamics();
+  const std::vector<double> y = dynamics.initial_state();
+  dynamics.assemble(0, y);
+  std::vector<double> b(y.size(), 0.0), weight(y.size(), 1.0), solution(y.size()), exact(y.size());
+  for (std::size_t i = b.size() / 2; i < b.size(); ++i)
+    b[i] = std::sin(1.7 * static_cast<double>(i * i));
+  constexpr double gamma = 1e-7;
+  VelocitySystem system(dynamics);
+  system.set_up(gamma);
+  ASSERT_TRUE(DirectSolver(dynamics).solve(gamma, b, exact));
+  for (const double goal : {1e-1, 1e-2, 1e-3}) {
+    EXPECT_TRUE(system.solve(gamma, b, weight, {.residual = goal}, solution).converged);
+    double square = 0;
+    for (std::size_t i = b.size() / 2; i < b.size(); ++i)
+      square += std::pow(solution[i] - exact[i], 2);
+    EXPECT_LT(std::sqrt(square), 1.01 * goal);
+    EXPECT_GT(std::sqrt(square), 1e-3 * goal);
+  }
+}
+
+// The factor by which the change of the result falls when the step is halved once more, for a beam
+// that swings far. The damping (s) limits the steps of verlet.
+double ratio_of_changes(const std::string& name, double step, const std::string& damping) {
+  const auto state = [&](const Overrides& options) {
+    return SimulatedCase(beam(6, clamp, "stiffness_damping = " + damping + "\n"), options)
+        .advance_to(0.5);
   };
-  static const std::vector<double> exact =
-      state({"time.relative_tolerance=1e-9", "time.position_tolerance=1e-10"});
-  double error[2];
-  for (const int i : {0, 1})
-    error[i] = position_difference(state(method(name, {key("step", step / (1 + i))})), exact);
-  EXPECT_LT(error[1], 1e-2) << name;
-  return error[0] / error[1];
+  const auto halved = [&](int times) {
+    return state(method(name, {key("step", std::ldexp(step, -times))}));
+  };
+  const std::vector<double> first = halved(0), second = halved(1), third = halved(2);
+  const std::vector<double> exact =
+      state({"time.relative_tolerance=1e-7", "time.position_tolerance=1e-8"});
+  EXPECT_LT(position_difference(third, exact), 2e-3) << name;
+  return position_difference(first, second) / position_difference(second, third);
 }
 
 TEST(ShellMotion, StepsConvergeWithTheirOrder) {
-  EXPECT_NEAR(ratio_of_errors("euler", 1.0 / 512), 2, 0.25);
-  EXPECT_NEAR(ratio_of_errors("implicit_midpoint", 1.0 / 128), 4, 0.6);
-  EXPECT_NEAR(ratio_of_errors("verlet", 1.0 / 8192), 4, 0.6);
+  EXPECT_NEAR(ratio_of_changes("euler", 1.0 / 512, "2e-3"), 2, 0.25);
+  EXPECT_NEAR(ratio_of_changes("implicit_midpoint", 1.0 / 128, "2e-3"), 4, 0.6);
+  EXPECT_NEAR(ratio_of_changes("verlet", 1.0 / 8192, "2e-6"), 4, 0.6);
 }
 
 TEST(ShellMotion, TolerancesAreKept) {
@@ -299,7 +352,8 @@ TEST(ShellMotion, TolerancesAreKept) {
     for (const double tolerance : {1e-3, 1e-5, 1e-7}) {
       const double error = position_difference(state(name, tolerance), exact);
       EXPECT_LT(error, 0.3 * last) << name << ' ' << tolerance;
-      EXPECT_LT(error, 50 * tolerance) << name;
+      // Undamped, the errors of some thousand steps add up.
+      EXPECT_LT(error, 200 * tolerance) << name;
       last = error;
     }
   }

@@ -50,7 +50,7 @@ TEST_F(ShellTrajectory, HoldsPointsOfTheSurface) {
     for (std::size_t i = 0; i < image.size(); ++i) {
       EXPECT_NEAR(std::hypot(image[i].x(), image[i].y()), 2, 1e-12);
       const Vec3 expected = Vec3(0, 0, std::acos(-1.0) / 2).cross(image[i]);
-      EXPECT_LT((velocity[i] - expected).norm(), 1e-12);
+      EXPECT_LT((velocity[i] - expected).norm(), 1e-6);  // recorded in single precision
     }
   }
 }
@@ -74,7 +74,9 @@ TEST_F(ShellTrajectory, BecomesTheTrianglesOfContactAgain) {
     EXPECT_NEAR(value, 3, 1e-12);
   const TrajectorySummary summary = summarise_trajectory(file);
   ASSERT_TRUE(summary.bodies[0].deviation);
-  EXPECT_NEAR(summary.bodies[0].deviation->largest, surface.deviation(image), 1e-6);
+  // The largest of all frames; the tube turns and hardly bends.
+  EXPECT_GE(summary.bodies[0].deviation->largest, surface.deviation(image));
+  EXPECT_LT(summary.bodies[0].deviation->largest, 1.002 * surface.deviation(image));
   EXPECT_NE(to_text(summary).find("covers that"), std::string::npos);
   EXPECT_NE(to_json(summary).find("surface_deviation_m"), std::string::npos);
   for (const FrameCrossings& frame : count_crossings(file)) EXPECT_EQ(frame.count, 0);

@@ -67,7 +67,10 @@ TEST_P(PulledSquare, ContractsAsItsPoissonRatioSays) {
   const double width = std::sqrt(1 - 2 * 0.3 * strain);
   const double force = 1000 * strain * stretch;
   const std::vector<Vec3>& x = run.position();
-  EXPECT_NEAR((x[7 * 6 + 3] - x[3]).y(), width, 1e-5);
+  // The strain points of shells do not integrate all products of their functions at open ends: a
+  // constant stress is then 1e-3 off on this image.
+  const bool is_shell = GetParam() == square_shell;
+  EXPECT_NEAR((x[7 * 6 + 3] - x[3]).y(), width, is_shell ? 2e-3 : 1e-5);
   EXPECT_NEAR((x[6] - x[0]).x(), stretch, 1e-5);
   EXPECT_NEAR(run.vector("reactions/square/pin_2/force").x(), force, 1e-3 * force);
   EXPECT_NEAR(run.vector("reactions/square/pin_1/force").x(), -force, 1e-3 * force);
@@ -113,7 +116,9 @@ axes = ["z"]
   }
 }
 
-// A moving support puts energy into the sheet, which the watch of energies must know.
+// A moving support puts energy into the sheet, which the watch of energies must know. The sheet
+// turns as a rigid bar with the masses 1, 2, 2, 1 at its columns: lifted at its end, its centre
+// rises by 1 / (1 + 27 / 11) of that.
 TEST(SlidingSupport, CarriesASheetAlong) {
   const std::string text = R"(
 [time]
@@ -138,7 +143,7 @@ keyframes = [{ time = 0.2, translation = [0, 0, 0.05] }]
   advance_to(simulation, 0.4);
   const std::vector<Vec3> x = simulation.position("sheet");
   for (int row = 0; row < 4; ++row) EXPECT_NEAR(x[4 * row].z(), 0.05, 1e-5);
-  EXPECT_GT(mean_of(x).z(), 0.025);
+  EXPECT_NEAR(mean_of(x).z(), 0.05 / (1 + 27.0 / 11), 1e-4);
 }
 
 // A plate under pressure between two simple supports sags like its half with a plane of symmetry.

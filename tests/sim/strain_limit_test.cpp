@@ -238,7 +238,7 @@ TEST(StrainLimit, HoldsWovenAndMeasuredClothToo) {
   }
 }
 
-// The same bits for any number of threads.
+// Any number of threads gives the same bits.
 TEST(StrainLimit, DoesNotDependOnThreads) {
   std::vector<std::vector<double>> ends;
   for (const char* threads : {"compute.threads=1", "compute.threads=3"}) {

@@ -292,7 +292,8 @@ INSTANTIATE_TEST_SUITE_P(
         bad("without_to", "body = \"sheet\"\nedges = [\"first_row\"]\n",
             "8:1: [[tie]] has no \"to\"\n  expected \"to\", a name of letters, digits, _ and -"),
         bad("of_no_vertex", "body = \"sheet\"\nto = \"other\"\n",
-            "8:1: the tie selects nothing\n  expected corners, edges, rows, cols, or region_min and "
+            "8:1: the tie selects nothing\n  expected corners, edges, rows, cols, or region_min "
+            "and "
             "region_max"),
         bad("of_a_row_outside", "body = \"sheet\"\nto = \"other\"\nrows = [0, 7]\n",
             "11:12: no row 7\n  expected -5 to 4"),
