@@ -15,8 +15,8 @@ namespace {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));
 
-constexpr int chunk_blocks = 32;               // pairs of leaf blocks
-constexpr int chunk_size = 64 * chunk_blocks;  // candidates
+constexpr int chunk_blocks = 32;                         // pairs of leaf blocks
+constexpr int candidates_per_chunk = 64 * chunk_blocks;  // candidates
 
 std::array<Vec3, 3> corners(const TriangleSet& set, int triangle) {
   const auto& [i, j, k] = set.triangles[triangle];
@@ -49,7 +49,7 @@ class Sieve {
   void sift(const Pyramid& first, const Pyramid& second, bool self,
             std::span<const LeafBlockPair> blocks, TriangleHits& hits,
             NarrowPhaseCounters& counters) {
-    listed_.resize(chunk_size + 16);
+    listed_.resize(candidates_per_chunk + 16);
     const JudgedBlocks judged{&first.tree(), &second.tree(), blocks.data(),
                               static_cast<int>(blocks.size()), self};
     // Upper bound (m) of the change of a distance when its two vertices are rounded to float32, as
@@ -145,10 +145,10 @@ class Sieve {
   const NarrowPhaseOptions& options_;
   float margin_low_ = 0, margin_high_ = 0;
   // verdict_ has extra entries because kernels write past the end.
-  std::array<Verdict, chunk_size + 16> verdict_{};
-  std::array<Verdict, chunk_size> open_verdict_{};
-  std::array<double, chunk_size> squared_{};
-  std::array<bool, chunk_size> certain_{};
+  std::array<Verdict, candidates_per_chunk + 16> verdict_{};
+  std::array<Verdict, candidates_per_chunk> open_verdict_{};
+  std::array<double, candidates_per_chunk> squared_{};
+  std::array<bool, candidates_per_chunk> certain_{};
   std::vector<LeafPair> open_, listed_, near_;
 };
 
@@ -206,7 +206,7 @@ void sift_blocks(const PyramidTriangles& first, const PyramidTriangles& second, 
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
                         std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
                         TriangleHits& hits, NarrowPhaseCounters& counters) {
-  sift_chunks(first, second, candidates, chunk_size, options, hits, counters,
+  sift_chunks(first, second, candidates, candidates_per_chunk, options, hits, counters,
               [](Sieve& sieve, std::span<const LeafPair> chunk, TriangleHits& found,
                  NarrowPhaseCounters& cost) { sieve.sift(chunk, found, cost); });
 }

@@ -11,7 +11,8 @@
 namespace weft::gpu {
 namespace {
 
-constexpr double margin = 1.1;  // the picture's size divided by the size that the points need
+constexpr double picture_margin =
+    1.1;  // the picture's size divided by the size that the points need
 
 // Finds places of the eye from which all points are seen, along one axis of the picture. A point is
 // seen if its slope |across - eye_across| / (eye_depth - depth) is at most that of the picture's
@@ -94,7 +95,7 @@ Camera camera_for_points(std::span<const Vec3> points, double aspect) {
     across.points.emplace_back(right.dot(offset), backward.dot(offset));
     upwards.points.emplace_back(up.dot(offset), backward.dot(offset));
   }
-  const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360) / margin;
+  const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360) / picture_margin;
   const double distance = std::max(across.nearest_eye(slope * aspect), upwards.nearest_eye(slope));
   camera.target = centre + across.middle(distance) * right + upwards.middle(distance) * up;
   camera.eye = camera.target + distance * backward;

@@ -47,9 +47,9 @@ Closest closest_at_corner(int corner, const Vec3& point, const Vec3& x) {
 
 // Adds up the coefficients of the terms of each feature. All terms of a feature have the same
 // closest point.
-class Collector {
+class TermCollector {
  public:
-  Collector(const Mesh& mesh, double reach, std::vector<SurfaceTerm>& terms)
+  TermCollector(const Mesh& mesh, double reach, std::vector<SurfaceTerm>& terms)
       : mesh_(mesh), squared_reach_(reach * reach), terms_(terms) {
     terms_.clear();
   }
@@ -118,7 +118,7 @@ bool SurfaceTerms::is_inner_vertex(int vertex, int own) const {
 void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangles,
                         std::span<const Vec3> position, double reach,
                         std::vector<SurfaceTerm>& terms) const {
-  Collector collector(mesh_, reach, terms);
+  TermCollector collector(mesh_, reach, terms);
   for (const int t : triangles) {
     const auto& corners = mesh_.triangles[t];
     const std::array<Vec3, 3> x{position[corners[0]], position[corners[1]], position[corners[2]]};

@@ -30,9 +30,10 @@ constexpr double high_order_tolerance = 1e-6;  // m
 // Factor by which comparisons allow for rounding: 0.005 * 2e-3 and 1e-5 differ in the last bit.
 constexpr double rounding = 1 + 1e-9;
 
-class Checker {
+class CaseChecker {
  public:
-  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+  CaseChecker(const Case& target, const Locations& locations)
+      : case_(target), locations_(locations) {}
 
   void check() const {
     steps();
@@ -370,7 +371,7 @@ std::string late_pins_notice(const Case& target) {
 }
 
 void check_case(const Case& target, const Locations& locations) {
-  Checker(target, locations).check();
+  CaseChecker(target, locations).check();
 }
 
 }  // namespace weft::sim

@@ -9,9 +9,10 @@ namespace weft::sim {
 
 namespace {
 
-class Checker {
+class StaticChecker {
  public:
-  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+  StaticChecker(const Case& target, const Locations& locations)
+      : case_(target), locations_(locations) {}
 
   void check() const {
     if (!traits_of(case_.time.method).finds_equilibria()) return refuse_table();
@@ -98,7 +99,7 @@ class Checker {
 }  // namespace
 
 void check_static(const Case& target, const Locations& locations) {
-  Checker(target, locations).check();
+  StaticChecker(target, locations).check();
 }
 
 }  // namespace weft::sim

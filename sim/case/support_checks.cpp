@@ -14,9 +14,10 @@ namespace weft::sim {
 
 namespace {
 
-class Checker {
+class SupportChecker {
  public:
-  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+  SupportChecker(const Case& target, const Locations& locations)
+      : case_(target), locations_(locations) {}
 
   void check() const {
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
@@ -115,7 +116,7 @@ class Checker {
 }  // namespace
 
 void check_loads_and_supports(const Case& target, const Locations& locations) {
-  Checker(target, locations).check();
+  SupportChecker(target, locations).check();
 }
 
 }  // namespace weft::sim

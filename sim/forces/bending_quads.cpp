@@ -30,8 +30,8 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
 
 // Adds the law of a triangle over the angles of its hinges: its modulus, or its map to the
 // curvature.
-void add_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
-                  const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
+void add_bending_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
+                          const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
   const MaterialCase& material = *body.material;
   const int t = triangle % 2;
   if (is_held) return;  // by a clamp, which bends it
@@ -70,7 +70,7 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
         if (hinged_triangles[t].hinges[i] != 0) nodes[of_hinge[3]] = hinges.across[i];
       }
       const bool is_at_clamp = !at_clamps.empty() && at_clamps[2 * q + t] != 0;
-      add_triangle(body, 2 * q + t, rest, hinges.has_angle, is_at_clamp, quads);
+      add_bending_triangle(body, 2 * q + t, rest, hinges.has_angle, is_at_clamp, quads);
     }
     for (int& node : nodes) {
       if (node != no_node) node += body.first_particle;

@@ -21,7 +21,7 @@ constexpr double growth_after_veto = 1.2;
 // Largest number of vetoes per window; more end the run. With steps of given length, more than
 // `many_vetoes` also end it if the window advanced by less than two steps. If motions limit steps,
 // twice the mean of the longest allowed steps counts instead of two steps.
-constexpr int most_vetoes = 100, many_vetoes = 8;
+constexpr int most_vetoes_per_window = 100, many_vetoes = 8;
 
 }  // namespace
 
@@ -157,7 +157,7 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
   window_allowed_ = 0;
   window_start_ = time();
   const bool is_too_slow = is_fixed() && *recent > many_vetoes && advance < enough;
-  if (!is_too_slow && *recent <= most_vetoes) return std::nullopt;
+  if (!is_too_slow && *recent <= most_vetoes_per_window) return std::nullopt;
   return veto_window_.failure(
       *recent, time(), "time.step is too long or contact.stiffness too small for this impact",
       scene_);

@@ -24,7 +24,7 @@ using Vector = Eigen::VectorXd;
 // divided by it.
 constexpr double difference_part = 1e-5;
 // A mode is rounding noise if the change of energy along it is less than this many rounding errors.
-constexpr double roundings = 100;
+constexpr double energy_roundings = 100;
 
 class Buckling {
  public:
@@ -112,7 +112,7 @@ class Buckling {
   }
 
   void add_mode(const Eigenpair& pair) {
-    const double rounding = roundings * std::numeric_limits<double>::epsilon() / step_ *
+    const double rounding = energy_roundings * std::numeric_limits<double>::epsilon() / step_ *
                             rounding_scale(stiffness_, pair.vector);
     if (!(std::abs(pair.value) > rounding)) return;
     BucklingMode& mode = result_.modes.emplace_back();

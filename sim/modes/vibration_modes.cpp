@@ -22,7 +22,7 @@ using Kind = VibrationMode::Kind;
 
 // An eigenvalue counts as zero if the energy of its shape in K + shift M, where it is sought,
 // differs from that of the shift by less than this many rounding errors (rounding_scale()).
-constexpr double roundings = 1e4;
+constexpr double shift_roundings = 1e4;
 // A shape is rigid if its deviation from rigid motions, relative to its norm, is at most this.
 constexpr double rigid_tolerance = 1e-4;
 // The bisection for the scale of the wanted eigenvalues ends when its limits have the ratio
@@ -116,7 +116,7 @@ Kind kind_of(const VibrationMode& mode, const System& system, const Scene& scene
   // The entries of K cancel along a shape without energy or are zero there. The shift remains.
   const double scale = rounding_scale(system.stiffness, system.unknowns.gather(mode.shape)) +
                        system.shift * mode.modal_mass;
-  const double rounding = roundings * std::numeric_limits<double>::epsilon() * scale;
+  const double rounding = shift_roundings * std::numeric_limits<double>::epsilon() * scale;
   if (std::abs(mode.eigenvalue) * mode.modal_mass > rounding)
     return mode.eigenvalue < 0 ? Kind::growth : Kind::vibration;
   return is_rigid(scene, position, mode.shape) ? Kind::rigid : Kind::slack;

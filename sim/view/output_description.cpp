@@ -34,7 +34,7 @@ int texels_of(const Scene& scene, const RecordedBody& recorded) {
   return (recorded.part ? recorded.part->atlas : scene.bodies[recorded.body].atlas).texel_count();
 }
 
-void describe_bodies(const Scene& scene, std::ostream& out) {
+void describe_recorded_bodies(const Scene& scene, std::ostream& out) {
   const OutputCase& output = scene.source.output;
   if (!output.bodies.empty()) out << ", of " << quoted_list(output.bodies) << " only";
   for (const RecordedBody& recorded : recorded_bodies(scene)) {
@@ -75,7 +75,7 @@ void describe_output(const Scene& scene, std::ostream& out) {
   if (output.compression == Compression::bounded)
     out << " before compression within " << number_text(output.compression_error) << " m";
   out << ": " << rounded_text(frames) << (frames == 1 ? " frame" : " frames");
-  describe_bodies(scene, out);
+  describe_recorded_bodies(scene, out);
   if (output.precision == Precision::float64) out << ", positions in float64";
   out << '\n';
   describe_channels(output, out);
