@@ -62,7 +62,8 @@ class AcceptedStep {
   // the state of the trial instead.
   std::vector<double> state_, other_state_;
   std::vector<Vec3> positions_, start_positions_;
-  mutable std::vector<Vec3> trial_positions_, scratch_velocity_;  // also scratch of settle()
+  // Positions and velocities of the trial. settle() uses them as scratch.
+  mutable std::vector<Vec3> trial_positions_, scratch_velocity_;
 };
 
 }  // namespace weft::sim

@@ -13,11 +13,11 @@ namespace weft::sim {
 
 namespace {
 
-constexpr int most_corrections = 12;       // largest number of corrections per point of the path
-constexpr int wanted_corrections = 5;      // the arc grows after a point that takes fewer
-constexpr double largest_change = 2;       // largest ratio of successive arcs, and of its inverse
-constexpr double default_largest_arc = 5;  // longest arc by default, in first arcs
-constexpr double smallest_arc = 1e-6;      // shortest arc, in first arcs; shorter arcs end the run
+constexpr int most_corrections = 12;   // largest number of corrections per point of the path
+constexpr int wanted_corrections = 5;  // the arc grows after a point that takes fewer
+constexpr double largest_change = 2;   // largest factor by which the arc grows or shrinks per point
+constexpr double default_largest_arc = 5;  // default longest arc, as a multiple of the first arc
+constexpr double smallest_arc = 1e-6;  // as a multiple of the first arc; shorter arcs end the run
 // A trial of a point ends if a correction moves a particle by more than this multiple of arc *
 // sqrt(number of free particles). It then leads away from the path.
 constexpr double longest_correction = 5;

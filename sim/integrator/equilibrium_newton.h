@@ -50,8 +50,8 @@ class EquilibriumNewton {
   // particles.
   const std::vector<Vec3>& residual() const { return residual_; }
   const TangentFactors& factors() const { return factors_; }
-  // True if (time, y) is an equilibrium as defined above. Preconditions: the last evaluate() was at
-  // this state, and the last correction moved particles by up to `move` (m).
+  // True if (time, y) is an equilibrium as defined at the class. Preconditions: the last evaluate()
+  // was at this state, and the last correction moved particles by up to `move` (m).
   bool is_converged(double time, std::span<const double> y, double move);
 
   // Sets `kept`, the forces (N) that solve() leaves unbalanced. An empty vector means zero.

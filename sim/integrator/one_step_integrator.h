@@ -103,9 +103,9 @@ class OneStepIntegrator : public Integrator {
   std::optional<double> step_;  // length of a grid step (s); empty: the method chooses
   AcceptedStep accepted_;
   double size_ = 0;  // length of the next trial (s)
-  double longest_after_veto_ =
-      std::numeric_limits<double>::infinity();  // bound of chosen steps (s)
-  std::int64_t completed_steps_ = 0;            // number of grid steps completed
+  // Bound (s) of chosen steps after a veto.
+  double longest_after_veto_ = std::numeric_limits<double>::infinity();
+  std::int64_t completed_steps_ = 0;  // number of grid steps completed
   int successes_ = 0, patience_ = 1;  // successes at one length; number required to double it
   IntegratorCounts counts_;
   std::optional<ContactFault> fault_;

@@ -12,8 +12,8 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double first_pseudo_step =
-    0.05;  // s; cloth swings with periods of some tenths of a second
+// First pseudo-step (s). Hanging cloth swings with periods of some tenths of a second.
+constexpr double first_pseudo_step = 0.05;
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
 // Pseudo-steps of at least this length (s) are close to Newton steps: their corrections measure the
@@ -202,7 +202,7 @@ bool Relaxation::is_at_rest(double fraction, bool softened) const {
 }
 
 // Returns the factor of the stiffness, at most 1, at which the stiffest membrane would stretch by 1
-// % under its weight. The weight is that of goal_->acceleration.
+// % under the weight that its mass has at goal_->acceleration.
 double Relaxation::least_hardness() const {
   double hardness = 1;
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {

@@ -14,8 +14,8 @@
 
 namespace weft::sim {
 
-// Returns the root mean square (m/s^2), weighted by mass, of the accelerations that the applied
-// loads and gravity alone would cause, at their present factors.
+// Returns the root mean square (m/s^2), weighted by mass, of the accelerations that full gravity
+// and the loads at their present factor would cause alone.
 double applied_acceleration(Dynamics& dynamics, double time, std::span<const double> y);
 
 // Finds a stable equilibrium that may be far from the start, as for slack cloth. A pseudo-step is
@@ -30,9 +30,8 @@ class Relaxation {
   // The target of a search.
   struct Goal {
     double time = 0;  // s
-    double acceleration =
-        // Scale of the limit for the residual (m/s^2), from applied_acceleration().
-        0;
+    // Scale of the limit for the residual (m/s^2), from applied_acceleration().
+    double acceleration = 0;
     std::function<bool()> should_stop;  // if it returns true, the search ends
   };
   // Relaxes the free particles of `y` (6 * particles doubles). Preconditions: the velocities are

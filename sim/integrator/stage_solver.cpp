@@ -23,9 +23,9 @@ namespace {
 constexpr double linear_error = 3e-2;
 
 // Relative error allowed in the linear solves if the number of corrections is given and gamma is at
-// least `longest_gamma` (s). With a single correction, it changes the error of steps of 1/60 s by 1
-// to 5 % (docs/benchmarks.md). For a shorter gamma, the allowed error is proportional to gamma:
-// errors of short steps add up, and their sum must decrease with the step.
+// least `longest_gamma` (s). With a single correction, this linear error changes the error of steps
+// of 1/60 s by 1 to 5 % (docs/benchmarks.md). For a shorter gamma, the allowed error is
+// proportional to gamma: errors of short steps add up, and their sum must decrease with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
 // Largest residual velocity of a particle after a given number of corrections, as a fraction of the
@@ -109,7 +109,8 @@ struct StageSolver::Implementation {
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
   double kept_part = 1;  // fraction of the present correction that limit() kept
-  std::span<const double> linearised_at, last_residual;  // views, not copies
+  // Views of the state of the last assembly, and of the last residual.
+  std::span<const double> linearised_at, last_residual;
   std::vector<double> trial;
   std::vector<Vec3> position, velocity;
   std::optional<ContactFault> fault;

@@ -16,8 +16,8 @@ enum class StepTrouble { none, not_converged, surfaces, not_finite, error_too_la
 struct FailurePlace {
   double time = 0;  // s
   const std::optional<ContactFault>& fault;
-  // The particle with the largest error; -1 if unknown. An unstable step names the fastest particle
-  // instead; a search for an equilibrium, the particle whose forces are farthest from balance.
+  // The particle with the largest error; -1 if unknown. If the step is unstable, this is the
+  // fastest particle. In a search for an equilibrium, it is the particle farthest from balance.
   int particle = -1;
 };
 

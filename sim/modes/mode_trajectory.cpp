@@ -103,8 +103,8 @@ class ModeWriter {
   RecordedImages images_;
   std::vector<TrajectoryBody> bodies_;
   std::vector<Vec3> place_;  // positions of all particles (m)
-  std::vector<std::vector<Vec3>>
-      rest_;  // positions of the recorded points at equilibrium, by body (m)
+  // Positions (m) of the recorded points at equilibrium, by body.
+  std::vector<std::vector<Vec3>> rest_;
   std::vector<std::vector<std::span<const double>>> fields_;
   std::vector<std::vector<double>> field_values_;
   TrajectoryWriter writer_;

@@ -12,8 +12,8 @@
 namespace weft::sim {
 
 struct RecordedMode {
-  std::span<const Vec3>
-      shape;  // one displacement per dynamic particle; the largest has the length 1
+  // One displacement per dynamic particle, of which the largest has the length 1.
+  std::span<const Vec3> shape;
   std::vector<double> values;  // one per series
 };
 
@@ -21,8 +21,8 @@ struct ModeTrajectoryOptions {
   std::string path;         // path of the HDF5 file; a missing folder is created
   bool force = false;       // true: an existing file is overwritten
   int frames_per_mode = 1;  // 1: the shape alone; otherwise one period
-  std::vector<TrajectoryWriter::Series>
-      series;  // series in addition to "mode", the number of the mode
+  // Series in addition to "mode", which is the number of the mode.
+  std::vector<TrajectoryWriter::Series> series;
 };
 
 // Writes the equilibrium as frame 0 at time 0, then the equilibrium displaced by one mode after the

@@ -43,8 +43,8 @@ struct Energies {
 // Scalars that summarise a state.
 struct StateSummary {
   Energies energies;
-  std::optional<double>
-      smallest_gap;  // smallest gap (m) of the contact pairs in reach; empty without pairs
+  // Smallest gap (m) of the contact pairs in reach. Empty without pairs.
+  std::optional<double> smallest_gap;
   int sleeping_bodies = 0;
 };
 
@@ -57,8 +57,8 @@ struct ForceParts {
   // Contact forces along the normals (contact damping included), and friction forces. Zero without
   // contact.
   std::vector<Vec3> contact, friction;
-  std::vector<Vec3>
-      support;  // forces exerted by pins, which also carry the inertia of held particles
+  // Forces exerted by pins. They include the inertia of held particles.
+  std::vector<Vec3> support;
   // For each body of the scene, the wrench of its contact forces on the dynamic particles. Zero for
   // dynamic bodies.
   std::vector<Wrench> obstacles;
@@ -303,7 +303,7 @@ class Dynamics {
   double hardness_ = 1;
   TimeCurve<Vec3> gravity_curve_;
   TimeCurve<double> friction_curve_;
-  VaryingNumbers mass_damping_curves_;  // one run of particles per body
+  VaryingNumbers mass_damping_curves_;  // rates of mass damping, one run of particles per body
   bool varies_ = false;
   Vec3 gravity_;                      // gravity at the time of the last set_time() (m/s^2)
   std::vector<double> mass_damping_;  // rate (1/s) of each particle; empty without mass damping

@@ -15,12 +15,14 @@ namespace weft::sim {
 // Checks that the kinetic and elastic energy E of the free particles does not exceed the energy put
 // in. `put_in` is the energy at the start plus the work of gravity, of external forces and of
 // prescribed motion (external_work.h). The test compares square roots: they are norms, so their
-// errors add: sqrt(E) <= sqrt(put_in + doubt + 0.05 most) + e, e = sqrt(3/2 M) velocity_tolerance +
-// relative_tolerance sqrt(most), with the total mass M and the `doubt` of ExternalWork. `most` is
-// the larger of two energies: the largest `put_in` so far, and the kinetic energy at the start plus
-// that of a free fall. The fall begins at the start and covers at most the diagonal of the box
-// around the dynamic bodies at that time. If gravity varies, the fall assumes that its direction
-// never changes. e is the error of sqrt(E) if every component errs by its tolerance.
+// errors add:
+//   sqrt(E) <= sqrt(put_in + doubt + 0.05 most) + e,
+//   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most).
+// M is the total mass, and `doubt` that of ExternalWork. `most` is the larger of two energies: the
+// largest `put_in` so far, and the kinetic energy at the start plus the energy of a free fall. The
+// fall begins at the start and covers at most the diagonal of the box around the dynamic bodies at
+// that time. If gravity varies, the fall assumes that its direction never changes. e is the error
+// of sqrt(E) if every component errs by its tolerance.
 //
 // Contact energy counts only once it has become motion: a long step that ends deep within contact's
 // range overestimates it, but most methods damp the excess. Equilibria are checked only under

@@ -13,17 +13,20 @@ namespace weft::sim {
 // Sums the work (J) on the free particles, except for the work of constant gravity. F are the
 // forces on particles with prescribed motion, without gravity, mass damping and external forces. x
 // are the positions of these particles. P is the power of the external forces (drag and loads) on
-// the free particles. A step of length h from state 0 to state 1 adds work  += -sum (F0 + F1) / 2 .
-// (x1 - x0) + h (P0 + P1) / 2, doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2. If forces
-// and power are monotonic within each step, the error of `work` is at most `doubt`. Heat from
-// internal damping, contact damping and friction is not subtracted. `work` is therefore an upper
-// bound of the energy that becomes motion and strain. P already includes the losses by drag. If
-// wind or drag jumps between two steps, each step uses the value of P on its own side of the jump.
+// the free particles. A step of length h from state 0 to state 1 adds
+//   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
+//   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
+// If forces and power are monotonic within each step, the error of `work` is at most `doubt`. Heat
+// from internal damping, contact damping and friction is not subtracted. `work` is therefore an
+// upper bound of the energy that becomes motion and strain. P already includes the losses by drag.
+// If wind or drag jumps between two steps, each step uses the value of P on its own side of the
+// jump.
 //
 // A varying gravity g has no potential. EnergyWatch uses the energy -g . S with the present g,
-// where S = sum m x over the free particles. A correction of `work` makes the work of gravity in a
-// step (g0 + g1) / 2 . (S1 - S0): work  -= S0 . (g0 - g of the last step's end) + (S0 + S1) / 2 .
-// (g1 - g0), doubt += sum over components |(g1 - g0) (S1 - S0)| / 2.
+// where S = sum m x over the free particles. Corrections make the work of gravity in a step (g0 +
+// g1) / 2 . (S1 - S0):
+//   work  -= S0 . (g0 - g of the last step's end) + (S0 + S1) / 2 . (g1 - g0),
+//   doubt += sum over components |(g1 - g0) (S1 - S0)| / 2.
 class ExternalWork {
  public:
   // `y` is the state at `time` (s). The dynamics must outlive this object.

@@ -24,16 +24,17 @@ namespace weft::sim {
 //   clearance, the distance in excess of contact's reach. Beyond this time, a relative motion of up
 //   to `near_part` of contact.range is still allowed, within the bounds that apply to pins;
 // - the time up to which the paths of pins provably do not cross obstacles or other pins
-//   (prescribed_paths.h). The approach of an obstacle is bounded by means of the speeds at the
-//   start of the step. An obstacle that cannot come into reach shortens no step. Without contact,
-//   obstacles limit steps only by events, and only if a body is tied to them. Proofs are in
-//   docs/theory.md, section 2.
+//   (prescribed_paths.h).
+//
+// The speeds at the start of the step bound the approach of an obstacle. An obstacle that cannot
+// come into reach shortens no step. Without contact, obstacles limit steps only by events, and only
+// if a body is tied to them. Proofs are in docs/theory.md, section 2.
 class MotionLimits {
  public:
   static constexpr double largest_turn = 0.15;  // rad
   static constexpr double stray_part = 0.1;     // fraction of contact.range
-  static constexpr double near_part =
-      0.125;  // fraction of contact.range: half the shortest barrier
+  // Fraction of contact.range: half the shortest barrier.
+  static constexpr double near_part = 0.125;
   static constexpr double approach_part = 0.8;  // fraction of the clearance
   // Factor for the step that an integrator passes to latest_end(). With this margin, rounding never
   // shortens a step that is allowed in full.
@@ -79,7 +80,8 @@ class MotionLimits {
   };
   // A part of a body: some of its triangles and the box around them.
   struct Block {
-    Eigen::AlignedBox3d box;    // m; an obstacle not placed has a box that may be too large
+    // Box (m) around the points. For an obstacle, it may be larger while is_placed is false.
+    Eigen::AlignedBox3d box;
     Eigen::AlignedBox3d start;  // box (m) of an obstacle before the motion
     bool is_placed = false;     // true if `box` is the smallest box of an obstacle
     std::vector<int> points;    // surface points of the part, by their indices in the scene
@@ -88,7 +90,7 @@ class MotionLimits {
   // A part of a dynamic body that an obstacle may reach.
   struct Approach {
     const Moving* obstacle;
-    double clearance = 0;       // m, distance in excess of contact's reach
+    double clearance = 0;       // distance in excess of contact's reach (m)
     double speed = 0;           // largest speed of its points (m/s)
     double relative_speed = 0;  // largest speed of its points relative to the obstacle (m/s)
     double radius = 0;          // largest distance of its points from the centre of the motion (m)
@@ -112,14 +114,14 @@ class MotionLimits {
   std::vector<MotionEvent> events_;  // events of motions, pins and curves, sorted by time
   double longest_step_ = 0;          // longest step that resolves gusts (s); infinite without gusts
   std::vector<std::vector<Block>> blocks_;  // parts of each body; boxes are updated in each step
-  std::vector<char>
-      is_bounded_;  // for each body: 1 if the boxes of its parts are those of this step
+  // For each body, 1 if the boxes of its parts are those of this step.
+  std::vector<char> is_bounded_;
   std::vector<Approach> approaches_;
   std::vector<Vec3> position_, velocity_;
-  std::vector<Vec3> position_room_,
-      velocity_room_;  // storage of surface points that are not particles
-  std::span<const Vec3> point_position_,
-      point_velocity_;  // views of the surface points of dynamic bodies
+  // Storage of positions and velocities of surface points that are not particles.
+  std::vector<Vec3> position_room_, velocity_room_;
+  // Views of the positions and velocities of surface points of dynamic bodies.
+  std::span<const Vec3> point_position_, point_velocity_;
   RigidObstacles obstacles_;
   RigidPose pose_;                 // pose of the obstacle last passed to turn_blocks()
   std::vector<double> distances_;  // scratch: squared distances (m^2) to the parts of an obstacle

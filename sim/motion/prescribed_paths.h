@@ -22,9 +22,9 @@ class PrescribedPaths {
   explicit PrescribedPaths(const Scene& scene);
 
   // Returns two features that may cross between the times `from` and `to` (s), or nothing if
-  // provably none cross. Features may come arbitrarily close. A shorter interval has tighter
-  // bounds, and so fewer false alarms. Cost: a pass over the particles of moving bodies, and one
-  // check per pair of prescribed features whose boxes overlap.
+  // provably none cross. Features that do not cross may come arbitrarily close. A shorter interval
+  // has tighter bounds, and so fewer false alarms. Cost: a pass over the particles of moving
+  // bodies, and one check per pair of prescribed features whose boxes overlap.
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:

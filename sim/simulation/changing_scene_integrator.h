@@ -58,8 +58,8 @@ class ChangingSceneIntegrator final : public Integrator {
   // Returns the dynamics of all bodies, with the held vertices and intact ties of the present
   // stage.
   Dynamics& dynamics() const { return stage_->dynamics; }
-  // Returns the integrator of the present stage if bodies may sleep, else null. Each stage has
-  // another one.
+  // Returns the integrator of the present stage if it lets bodies sleep, else null. Each new stage
+  // replaces it.
   SleepingIntegrator* sleeping() const { return stage_->sleeping; }
 
  private:

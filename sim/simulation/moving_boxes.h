@@ -24,7 +24,7 @@ class MovingBoxes {
  private:
   struct Moving {
     const PrescribedMotion* held;
-    Vec3 centre, half_extents;  // m; centre and half extents of the box at t = 0
+    Vec3 centre, half_extents;  // centre and half extents of the box at t = 0 (m)
     double thickness;           // m
   };
   double range_;  // contact.range (m)

@@ -13,7 +13,7 @@ namespace weft::sim {
 // checks since the start of its window. In a check, all its vertices must be slower than the
 // velocity tolerance. None may be farther from its position at the start of the window than
 //
-// position_tolerance * window / (time left until time.duration, at least the window).
+//   position_tolerance * window / (time left until time.duration, at least the window).
 //
 // A body that continued with the mean velocity of such a window would move by at most
 // position_tolerance until the end.

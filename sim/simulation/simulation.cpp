@@ -72,8 +72,8 @@ struct Simulation::Implementation {
   // The integrator that lets bodies sleep: `integrator` or the integrator within `changing`. Null
   // if bodies cannot sleep.
   SleepingIntegrator* sleeping = nullptr;
-  ChangingSceneIntegrator* changing =
-      nullptr;  // `integrator`, if the scene changes in time; else null
+  // Equal to `integrator` if the scene changes in time, else null.
+  ChangingSceneIntegrator* changing = nullptr;
   std::optional<EnergyWatch> watch;
   int steps_since_look = 0;
   double last_look = 0;  // time of the last check of the energy (s)

@@ -105,7 +105,7 @@ class Simulation {
   // ends with that failure.
   void set_reason_to_stop(std::function<std::optional<Failure>()> reason);
 
-  // Returns the scene, which numbers the particles of all states (StateView,
+  // Returns the scene. All states number particles as the scene does (StateView,
   // sim/motion/dynamics.h).
   const Scene& scene() const;
   Dynamics& dynamics() const;

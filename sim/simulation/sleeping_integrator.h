@@ -27,10 +27,11 @@ bool may_sleep(const Scene& scene);
 // - none of its pins moves, or will take hold or let go later;
 // - it is not tied to a body or obstacle whose motion is prescribed;
 // - for the next half second no obstacle moves near it;
-// - for the next half second no curve that acts on it changes (scene_curves.h). Bodies that touch
-//   or are tied to each other form an island. An island falls asleep and wakes as a whole. At least
-//   one body stays awake. Bodies fall asleep only if they have at least a tenth of the awake
-//   vertices, because the method must restart.
+// - for the next half second no curve that acts on it changes (scene_curves.h).
+//
+// Bodies that touch or are tied to each other form an island. An island falls asleep and wakes as a
+// whole. At least one body stays awake. Bodies fall asleep only if together they have at least a
+// tenth of the awake vertices, because the method must restart.
 //
 // For awake bodies, sleeping bodies are obstacles at rest. A step is taken back if, in any
 // evaluation of its forces, a sleeping body is in reach of an awake one. It is also taken back if
@@ -106,8 +107,8 @@ class SleepingIntegrator final : public Integrator {
   MovingBoxes moving_boxes_;
   SceneCurves curves_;
   std::function<void(const std::string&)> after_change_;
-  std::vector<char>
-      has_moving_pin_;  // 1 for each dynamic body that must not sleep because of pins or ties
+  // For each dynamic body, 1 if its pins or ties forbid sleep.
+  std::vector<char> has_moving_pin_;
   RestWatch rest_;
   std::vector<char> asleep_;      // 1 for each dynamic body that sleeps
   std::vector<int> island_;       // island in which each dynamic body last fell asleep

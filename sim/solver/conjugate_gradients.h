@@ -32,9 +32,10 @@ class ConjugateGradients {
     // Upper bound of the weighted 2-norm of M^-1 r, with the residual r = b - A dv. No particle may
     // exceed ten times the root mean square that this bound implies.
     double residual = std::numeric_limits<double>::infinity();
-    // Upper bound of the relative error of dv. With 1, only the residual is tested. The relative
-    // error of an error e is sqrt(e . A e) / sqrt(dv . M dv) or, with Scale::matrix, sqrt(e . A e)
-    // / sqrt(dv . A dv). It is estimated from the iterations; the true value may be larger.
+    // Upper bound of the relative error of dv. With 1, only the residual is tested. For an error e
+    // of dv, the relative error is sqrt(e . A e) / sqrt(dv . M dv) or, with Scale::matrix, sqrt(e .
+    // A e) / sqrt(dv . A dv). The solver estimates it from the iterations, and the true value may
+    // be larger.
     double error = 1;
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
   };
@@ -76,7 +77,7 @@ class ConjugateGradients {
   bool is_exact_ = false;                  // true if products with A must be formed in double
   bool has_single_products_ = false;  // true if the residual contains single-precision products
   double start_residual_ = 0;  // residual at the start or at the last rebuild of coarse matrices
-  std::vector<double> gains_;  // decrease of the squared error, by iteration of this solve
+  std::vector<double> gains_;  // decrease of the squared error in each iteration of this solve
   double dv_square_ = 0;       // dv . M dv, with Scene::mass in place of M
 };
 

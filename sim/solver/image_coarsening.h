@@ -2,8 +2,8 @@
 // them.
 //
 // Every level keeps some texels of the next finer level, or knots of its splines, for any size of
-// image (coarse_axis.h). Both axes of a patch are coarsened together. Coarsening ends when one of
-// them is too short.
+// image (coarse_axis.h). Both axes of a patch are coarsened together. A patch with an axis that is
+// too short is not coarsened further.
 #pragma once
 
 #include <span>

@@ -70,8 +70,8 @@ class Multigrid : public Preconditioner {
   bool with_contact_ = false;  // true if the patterns of the levels include contact pairs
   std::vector<Level> levels_;  // finest first
   std::vector<Prolongation> prolongations_;  // entry i interpolates from level i + 1 to level i
-  std::vector<GalerkinProduct>
-      products_;                // entry i forms the matrix of level i + 1 from that of level i
+  // Entry i forms the matrix of level i + 1 from the matrix of level i.
+  std::vector<GalerkinProduct> products_;
   std::vector<Vec3> residual_;  // residual on the level in progress
   std::vector<Vec3> change_;    // change of x in the last backward sweep
   std::size_t w_cycle_levels_;  // number of finest levels that run two coarse cycles

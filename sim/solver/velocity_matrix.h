@@ -22,7 +22,7 @@ class VelocityMatrix {
   // than the cost of a product.
   void form(double gamma);
   double gamma() const { return gamma_; }
-  // Number of times that form() was called. The matrix changes only with this number.
+  // Returns the number of calls of form(). While it is unchanged, so is A without contact.
   std::int64_t version() const { return version_; }
   const Dynamics& dynamics() const { return dynamics_; }
   const Scene& scene() const { return dynamics_.scene(); }
