@@ -1,4 +1,4 @@
-// The tables of kernels for the instruction set in use.
+// Returns the tables of kernels for the instruction set in use.
 #include "bsi/detail/instruction_set.h"
 #include "bsi/kernels/block_judge_kernels.h"
 #include "bsi/kernels/box_build_kernels.h"

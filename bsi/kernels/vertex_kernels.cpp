@@ -8,7 +8,7 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// Checks that the magnitudes of numbers stay below a limit. NaN fails the check.
+// Checks whether the magnitudes of all added numbers stay below a limit. A NaN fails the check.
 struct LimitCheck {
   WideBits largest{};
   void add(Wide value) {

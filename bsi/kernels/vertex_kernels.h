@@ -7,8 +7,9 @@
 namespace weft::bsi {
 
 struct VertexKernels {
-  // Rounds `count` positions (x, y, z each; those in `particle` unless it is null) to float32.
-  // Returns false if a coordinate is NaN or its magnitude reaches `limit`.
+  // Rounds `count` positions (x, y, z each) to float32 and stores them by component. Position i is
+  // that of particle[i], or of particle i if `particle` is null. Returns false if a coordinate is
+  // NaN or its magnitude reaches `limit`.
   bool (*load)(const double* positions, const std::int32_t* particle, int count, float limit,
                float* const component[3]);
 };
