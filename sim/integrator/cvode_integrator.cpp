@@ -90,8 +90,9 @@ struct CvodeIntegrator::Implementation {
   double time = 0;  // time that CVODE has reached (s)
   AcceptedStep accepted;
   std::int64_t vetoes = 0, restarts = 0;
-  IntegratorCounts earlier;                          // counts before CVODE was last reinitialised
-  int matrix_interval = 1, smooth_steps_so_far = 0;  // steps that share a matrix; smooth steps
+  IntegratorCounts earlier;  // counts before CVODE was last reinitialised
+  // Number of steps that share a matrix, and number of smooth steps since this number last changed.
+  int matrix_interval = 1, smooth_steps_so_far = 0;
   long iterations_before_step = 0, failures_before_step = 0;
   int tight_steps_left = 0;
   VetoWindow veto_window;
@@ -170,7 +171,7 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   auto fault = dynamics.rate(t, values(state), values(out));
   if (!fault) return 0;
   last_fault = fault;
-  return 1;  // recoverable: CVODE cuts the step
+  return 1;  // a recoverable error: CVODE shortens the step
 }
 
 // Assembles the stiffness K and the damping D even if CVODE could reuse the last ones with a new

@@ -29,8 +29,8 @@ class EquilibriumNewton {
   // The target and the strategy of a search.
   struct Goal {
     double time = 0;  // s
-    // Shortens corrections that overshoot, and replaces an indefinite tangent by a semi-definite
-    // one. The search diverges less often but takes more iterations.
+    // If true, corrections that overshoot are shortened, and an indefinite tangent is replaced by a
+    // semi-definite one. The search then diverges less often but takes more iterations.
     bool careful = false;
     std::function<bool()> should_stop;  // if it returns true, the search ends
   };

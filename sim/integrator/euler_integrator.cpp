@@ -60,8 +60,10 @@ class EulerIntegrator final : public StageIntegrator {
     StageIntegrator::forget();
   }
 
-  double event_time_ = -1;    // time of the last event or restart (s)
-  std::vector<double> rate_;  // slope of the last step; in test_error(), possibly at the start
+  double event_time_ = -1;  // time of the last event or restart (s)
+  // Slope of the last step. test_error() may replace it by the slope at the start of the present
+  // step.
+  std::vector<double> rate_;
   std::vector<double> weight_, error_;  // empty with a fixed step
 };
 

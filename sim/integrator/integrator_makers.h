@@ -16,12 +16,13 @@ std::unique_ptr<Integrator> make_cvode_integrator(const Scene& scene, Dynamics& 
 std::unique_ptr<Integrator> make_arkode_integrator(const Scene& scene, Dynamics& dynamics);
 
 // Backward Euler, of order 1: y1 - h f(t1, y1) = y0. Steps have the length `time.step`. Without it,
-// their error is controlled.
+// error control chooses their lengths.
 std::unique_ptr<Integrator> make_euler_integrator(const Scene& scene, Dynamics& dynamics);
 
 // Equilibria under the loading of the case (StaticCase). By default, Relaxation finds an
 // equilibrium for every frame. At time t, gravity and applied loads have the factor t / duration,
-// and prescribed motions have the positions of t. Other loadings use the two makers below.
+// and prescribed motions have the positions of t. Other loadings use make_quasi_static_integrator()
+// or make_arc_length_integrator().
 std::unique_ptr<Integrator> make_static_integrator(const Scene& scene, Dynamics& dynamics);
 
 // Equilibria at the times of frames, under the loads and motions of these times

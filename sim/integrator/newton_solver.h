@@ -18,12 +18,13 @@ inline constexpr double linear_tolerance_factor = 0.3;
 // Callbacks of the linear solver into the Newton iteration that uses it.
 struct NewtonHooks {
   std::function<double()> gamma = {};  // returns gamma (s) of the system to be solved
-  // Goal of the linear solves. If empty, SUNDIALS sets the goal by a residual.
+  // Goal of the linear solves. If empty, the goal is the residual that SUNDIALS passes as
+  // tolerance.
   std::optional<VelocitySystem::Goal> goal = {};
   // Replaces the matrices by positive semi-definite ones, when conjugate gradients meet a direction
   // of negative curvature. If the hook is empty or returns false, the solve fails.
   std::function<bool()> make_definite = {};
-  // May shorten each correction found. If empty, corrections are kept.
+  // Shortens a correction if necessary. If empty, corrections are not changed.
   std::function<void(std::span<double> correction)> limit = {};
 };
 

@@ -45,9 +45,9 @@ class OneStepIntegrator : public Integrator {
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // True if attempt() itself checks its path, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
-  // Called when a prescribed motion starts, stops or passes a keyframe at time(), or a curve has a
-  // corner there. Slopes of earlier steps do not extrapolate beyond time(). If a velocity or a
-  // curve `jumps`, earlier states do not extrapolate either.
+  // Called when an accepted step ends at an event (MotionLimits::next_event()). Slopes of earlier
+  // steps do not extrapolate beyond time(). If a velocity or a curve `jumps`, earlier states do not
+  // extrapolate either.
   virtual void pass_event(bool /*jumps*/) {}
   // Called after restart() has replaced the state: discards data of earlier steps.
   virtual void forget() {}
@@ -58,7 +58,7 @@ class OneStepIntegrator : public Integrator {
 
   // Returns the shortest length (s) to which a failed step may be cut.
   virtual double shortest_step() const { return scene_.source.time.minimum_step; }
-  // Returns the failure of a step at the shortest length, after this trouble.
+  // Returns the failure of a run whose shortest step fails by `trouble`.
   virtual Failure final_failure(Trouble trouble) const;
 
   bool is_fixed() const { return step_.has_value(); }
@@ -106,7 +106,8 @@ class OneStepIntegrator : public Integrator {
   // Bound (s) of chosen steps after a veto.
   double longest_after_veto_ = std::numeric_limits<double>::infinity();
   std::int64_t completed_steps_ = 0;  // number of grid steps completed
-  int successes_ = 0, patience_ = 1;  // successes at one length; number required to double it
+  // Number of successful steps of one length, and number required to double the length.
+  int successes_ = 0, patience_ = 1;
   IntegratorCounts counts_;
   std::optional<ContactFault> fault_;
   VetoWindow veto_window_;

@@ -256,10 +256,10 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   EquilibriumNewton newton_;
   Relaxation relaxation_;
   SafePath path_;
-  bool found_first_ = false;                  // true once an equilibrium is known
-  bool is_singular_ = false;                  // true if the last search ended at a singular tangent
-  int negative_ = 0;                          // negative directions at the last equilibrium
-  int weakest_ = -1;                          // particle at which the last tangent is weakest
+  bool found_first_ = false;  // true once an equilibrium is known
+  bool is_singular_ = false;  // true if the last search ended at a singular tangent
+  int negative_ = 0;          // negative eigenvalues of the tangent at the last equilibrium
+  int weakest_ = -1;          // particle at which the last tangent is weakest
   double known_time_ = 0, earlier_time_ = 0;  // times of known_ and earlier_ (s)
   std::vector<double> known_, earlier_;       // the last two equilibria; empty: unknown
   std::vector<double> scratch_;

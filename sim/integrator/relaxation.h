@@ -19,9 +19,9 @@ namespace weft::sim {
 double applied_acceleration(Dynamics& dynamics, double time, std::span<const double> y);
 
 // Finds a stable equilibrium that may be far from the start, as for slack cloth. A pseudo-step is
-// one Newton iteration of backward Euler from rest. Short pseudo-steps follow the forces. Long
-// pseudo-steps approach Newton's method for the equilibrium. If the search is slow, it continues
-// with softened bodies.
+// one Newton iteration of backward Euler from rest. Short pseudo-steps move particles along the
+// forces. Long pseudo-steps approach Newton's method for the equilibrium. If the search is slow, it
+// continues with softened bodies.
 class Relaxation {
  public:
   Relaxation(const Scene& scene, Dynamics& dynamics);

@@ -13,9 +13,10 @@ namespace weft::sim {
 
 // The ends of an accepted step.
 struct StepEnds {
-  std::span<const double> start, end;     // states
-  std::span<const Vec3> start_positions;  // of all particles; empty without contact
-  double start_time = 0;                  // s
+  std::span<const double> start, end;  // states at the start and at the end
+  // Positions (m) of all particles at the start. Empty without contact.
+  std::span<const Vec3> start_positions;
+  double start_time = 0;  // time of the start (s)
 };
 
 // Checks the state `y`, interpolated at `time` (s) and at the fraction `part` (0 to 1) of a step.

@@ -174,8 +174,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   void forget() override { start_ = end_ = -1; }
-  // After a jump of a curve, the acceleration at the end of the last step is not the one at the
-  // start of the next step. Differences across the jump show no vibration.
+  // After a jump of a curve, the acceleration at the start of the next step differs from the one at
+  // the end of the last step. Differences across the jump show no vibration.
   void pass_event(bool jumps) override {
     if (!dynamics().varies()) return;
     if (jumps) {

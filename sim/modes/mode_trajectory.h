@@ -14,7 +14,7 @@ namespace weft::sim {
 struct RecordedMode {
   // One displacement per dynamic particle, of which the largest has the length 1.
   std::span<const Vec3> shape;
-  std::vector<double> values;  // one per series
+  std::vector<double> values;  // one value per series
 };
 
 struct ModeTrajectoryOptions {

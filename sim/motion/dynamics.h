@@ -255,11 +255,11 @@ class Dynamics {
   // Sets gravity, friction, mass damping and varying forces to their values at `time`. Costs
   // nothing if none of them varies.
   void set_time(double time);
-  // Turns forces (N) into accelerations (m/s^2), with weight and mass damping added. Accelerations
+  // Replaces forces (N) by accelerations (m/s^2), with weight and mass damping added. Accelerations
   // of held particles are zero. Returns true if all values are finite.
   bool divide_by_mass(double time, const Kinematics& state, std::span<Vec3> force);
-  // Turns forces (N) into accelerations with the consistent mass of shells. `force` must include
-  // weight and mass damping.
+  // Replaces forces (N) by accelerations (m/s^2), by means of the consistent mass of shells.
+  // `force` must include weight and mass damping.
   void solve_for_accelerations(double time, std::span<Vec3> force);
   // Adds the weight and the mass damping (N) to the forces.
   void add_weight_and_damping(const Kinematics& state, std::span<Vec3> force) const;

@@ -33,8 +33,8 @@ class ExternalWork {
   ExternalWork(Dynamics& dynamics, std::span<const double> y, double time = 0);
   void transfer(StateArchive& archive);
 
-  // True if wind, loads, prescribed motion or varying gravity can do work. Otherwise the functions
-  // below cost nothing.
+  // True if wind, loads, prescribed motion or varying gravity can do work. Otherwise add_step()
+  // costs nothing.
   bool is_possible() const { return is_moved() || counts_external_ || gravity_varies_; }
   // Adds the work of the step that ends at (time, y). Steps must be added in order. With prescribed
   // motion it costs one evaluation of the forces and leaves contact evaluated at y. With wind or

@@ -83,7 +83,7 @@ class MotionLimits {
     // Box (m) around the points. For an obstacle, it may be larger while is_placed is false.
     Eigen::AlignedBox3d box;
     Eigen::AlignedBox3d start;  // box (m) of an obstacle before the motion
-    bool is_placed = false;     // true if `box` is the smallest box of an obstacle
+    bool is_placed = false;     // true if `box` is the smallest box around the points
     std::vector<int> points;    // surface points of the part, by their indices in the scene
     double speed = 0;           // largest speed of its points (m/s)
   };

@@ -28,8 +28,8 @@ class PrescribedPaths {
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:
-  // The vertices, edges and triangles of a body that consist of prescribed points only. They are
-  // lists of surface points.
+  // The vertices, edges and triangles of a body that consist of prescribed points only. Each is
+  // given by its surface points.
   struct Features {
     std::vector<int> vertices;
     std::vector<std::array<int, 2>> edges;
@@ -66,7 +66,7 @@ class PrescribedPaths {
   std::vector<char> is_placed_;    // for each body: 1 if its points are placed for the interval
   double from_ = 0, to_ = 0;       // ends of the current interval (s)
   BodyTree tree_;                  // boxes around the paths of the features of each body
-  std::vector<double> stray_;      // stray (m) of each motion within the current interval
+  std::vector<double> stray_;      // MotionBounds::stray (m) of each motion in the current interval
   std::vector<Vec3> start_, end_;  // positions (m) of surface points at from_ and to_
   // Positions (m) of particles at from_ and to_; empty if surface points are particles.
   std::vector<Vec3> particle_start_, particle_end_;

@@ -23,7 +23,7 @@ class ConjugateGradients {
     bool converged = false;
     bool indefinite = false;  // A has a direction of negative curvature
     int iterations = 0;
-    double residual = 0;     // in the norm of Goal::residual, with Scene::mass in place of M
+    double residual = 0;     // as in Goal::residual, with Scene::mass instead of M
     bool multigrid = false;  // multigrid was the preconditioner at the end
     int multigrid_set_ups = 0;
   };
