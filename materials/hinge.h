@@ -1,6 +1,6 @@
 // The angle between two triangles that share an edge (a hinge), and its derivatives. The shared
-// edge runs from node x0 to node x1; x2 and x3 are the opposite nodes. Seen from the side of their
-// normals, the triangles (x0, x1, x2) and (x1, x0, x3) are counter-clockwise.
+// edge runs from node x0 to node x1; x2 and x3 are the opposite nodes. The triangles (x0, x1, x2)
+// and (x1, x0, x3) are counter-clockwise as seen from the side to which their normals point.
 #pragma once
 
 #include "materials/membrane.h"
