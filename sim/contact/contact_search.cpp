@@ -13,8 +13,8 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double lost_distance =
-    1e15;  // m, distance from the origin at which a point counts as lost
+// Distance (m) from the origin at which a point counts as lost.
+constexpr double lost_distance = 1e15;
 
 // Distance by which a body's box is widened on every side, as a fraction of its diagonal. With more
 // room, boxes have more neighbours. With less, bodies leave their boxes more often.

@@ -22,8 +22,9 @@ namespace weft::sim {
 struct FeaturePair {
   int a = 0;
   int b = 0;
-  float distance =
-      0;  // m, lower bound at the positions or along the paths of the list's construction
+  // Lower bound (m) of the distance, at the positions or along the paths for which the list was
+  // built.
+  float distance = 0;
 };
 
 // Two bodies, a < b, or one body with itself, a == b.
@@ -119,17 +120,16 @@ class ContactSearch {
     // For a rigid obstacle given by its pose, the poses that replace `snapshot` and `path_start`.
     std::optional<RigidPose> pose, path_start_pose;
     double path_length = 0;  // m, sum of the displacements between all earlier snapshots
-    Displacement now;        // since the snapshot, at the end of the present path
-    Displacement
-        at_start;  // since the snapshot, at the start of the path; equal to `now` without a path
+    Displacement now;        // displacement since the snapshot at the end of the present path
+    // Displacement since the snapshot at the start of the path. Without a path, equal to `now`.
+    Displacement at_start;
     double largest() const { return std::max(now.largest(), at_start.largest()); }
     Box box;           // box around the body's present points or paths, without stray
     double stray = 0;  // m, bound of the deviation of its points from the present path
     bool pyramid_built = false;
-    bsi::Sphere
-        // Sphere around the body at its snapshot, or around its path. The radius is negative until
-        // the first snapshot.
-        bounds;
+    // Sphere around the body at its snapshot, or around its path. The radius is negative until the
+    // first snapshot.
+    bsi::Sphere bounds;
   };
   struct ListState {
     // True if the list is built from pyramids, false if bounding spheres exclude all its pairs.
@@ -195,10 +195,9 @@ class ContactSearch {
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;  // by list
   ChosenSearch search_;
-  // Indices of the lists that are being built, and for each of them its query and quad pairs.
-  std::vector<std::size_t> building_;
-  std::vector<PairQuery> queries_;
-  std::vector<std::vector<bsi::LeafPair>> quad_pairs_;
+  std::vector<std::size_t> building_;                   // indices of the lists being built
+  std::vector<PairQuery> queries_;                      // by entry of building_
+  std::vector<std::vector<bsi::LeafPair>> quad_pairs_;  // by entry of building_
 };
 
 }  // namespace weft::sim

@@ -61,8 +61,8 @@ class OpenGlSearch : public PairSearch {
             bsi::TraversalCounters& counters) override {
     std::vector<gpu::PairQuery> asked;
     std::vector<PairQuery> rigid;
-    std::vector<std::size_t> asked_place,
-        rigid_place;  // by entry of `asked` and of `rigid`: index in `queries`
+    // The indices in `queries` of the entries of `asked` and of `rigid`.
+    std::vector<std::size_t> asked_place, rigid_place;
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const PairQuery& query = queries[i];
       if (is_rigid_[query.body_b] != 0) {

@@ -51,8 +51,8 @@ class CpuSearch : public PairSearch {
   struct Searched {
     std::optional<bsi::Pyramid> pyramid;
     std::optional<bsi::RigidPyramid> rigid;
-    std::vector<bsi::RigidFrame>
-        frames;  // frames of `rigid` at the end of its path, or at both ends
+    // Frames of the obstacle at the end of its path, or at both ends.
+    std::vector<bsi::RigidFrame> frames;
   };
 
   void rebuild(const BodyPath& path) {

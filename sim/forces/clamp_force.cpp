@@ -24,13 +24,13 @@ constexpr int most_nodes = 6;  // three nodes of the triangle and three across i
 // tangent plane. The angle at the edge is therefore twice the angle to that plane.
 struct ClampedTriangle {
   std::array<int, most_nodes> particles;  // global indices; no_particle: ghost or border
-  std::array<int, 3> ghosts{no_particle, no_particle,
-                            no_particle};  // by edge: number in MovingPoints
-  std::array<int, 3> pins{};               // by edge: index of the clamp in the body's list of pins
-  int body = 0;                            // index into Scene::bodies
-  Vec3 factors{1, 1, 1};                   // by edge: 2 if clamped
-  Vec3 rest_angles{0, 0, 0};               // rad, by edge
-  Mat3 modulus = Mat3::Zero();             // N m, over the three angles
+  // Numbers of the ghosts in MovingPoints, by edge.
+  std::array<int, 3> ghosts{no_particle, no_particle, no_particle};
+  std::array<int, 3> pins{};    // by edge: index of the clamp in the body's list of pins
+  int body = 0;                 // index into Scene::bodies
+  Vec3 factors{1, 1, 1};        // by edge: 2 if clamped
+  Vec3 rest_angles{0, 0, 0};    // rad, by edge
+  Mat3 modulus = Mat3::Zero();  // N m, over the three angles
   // Law with a stiffness that depends on the curvature. Null if the law is linear.
   std::shared_ptr<const materials::CurvedBending> law;
   materials::StrainMapOf<double> map;  // from the angles to the curvature, for `law`

@@ -20,8 +20,8 @@ namespace weft::sim {
 class QuadBending : public Force {
  public:
   using Lanes = materials::Lanes;
-  using Modulus =
-      materials::Symmetric3Of<Lanes>;  // bending modulus of a triangle over its hinge angles, N m
+  // Bending modulus (N m) of a triangle over the angles of its hinges.
+  using Modulus = materials::Symmetric3Of<Lanes>;
   using Slopes = QuadSlopes<Lanes>;
   using Nodes = Slopes::Nodes;
   using Hinges = Slopes::Hinges;  // one number per hinge of a quad

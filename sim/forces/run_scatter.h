@@ -17,8 +17,8 @@ template <int Nodes, class Layout>
 class RunScatter {
  public:
   using Lanes = materials::Lanes;
-  using NodeValues =
-      materials::NodesOf<Lanes, Nodes>;  // one vector per node and stencil of a batch
+  // One vector per node and stencil of a batch.
+  using NodeValues = materials::NodesOf<Lanes, Nodes>;
 
   RunScatter(const StencilNodes<Nodes, Layout>& stencils, std::span<Vec3> sums)
       : stencils_(stencils), sums_(sums) {

@@ -33,8 +33,8 @@ class StencilArray {
  public:
   using Stencil = typename StencilNodes<Nodes, Layout>::Stencil;
   using Lanes = materials::Lanes;
-  using NodeValues = typename StencilNodes<Nodes, Layout>::NodeValues;  // one vector per node and
-                                                                        // stencil of a batch
+  // One vector per node and stencil of a batch.
+  using NodeValues = typename StencilNodes<Nodes, Layout>::NodeValues;
   using RunScatter = sim::RunScatter<Nodes, Layout>;
 
   StencilArray() = default;

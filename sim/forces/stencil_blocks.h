@@ -72,8 +72,8 @@ class StencilBlocks {
     return places;
   }
 
-  std::vector<std::array<LaneIntegers, coupled_pair_count<Nodes, Layout>()>>
-      places_;  // indices of upper blocks, by batch and coupled pair
+  // Indices of upper blocks, by batch and coupled pair.
+  std::vector<std::array<LaneIntegers, coupled_pair_count<Nodes, Layout>()>> places_;
 };
 
 }  // namespace weft::sim

@@ -34,8 +34,9 @@ class StencilChunks {
     }
   }
 
+  // Number of stencils per chunk: a multiple of every possible lane_count.
  private:
-  static constexpr int stencils_per_chunk = 512;  // a multiple of every possible lane_count
+  static constexpr int stencils_per_chunk = 512;
 
   int stencil_count_ = 0;
   std::vector<std::vector<int>> colours_;  // chunks by colour

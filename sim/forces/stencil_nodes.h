@@ -23,8 +23,8 @@ class StencilNodes {
  public:
   using Stencil = std::array<int, Nodes>;
   using Lanes = materials::Lanes;
-  using NodeValues =
-      materials::NodesOf<Lanes, Nodes>;  // one vector per node and stencil of a batch
+  // One vector per node and stencil of a batch.
+  using NodeValues = materials::NodesOf<Lanes, Nodes>;
 
   StencilNodes() = default;
   StencilNodes(const std::vector<Stencil>& stencils, int particle_count)
