@@ -13,13 +13,18 @@ namespace weft::sim {
 
 namespace {
 
-constexpr int most_corrections = 12;   // largest number of corrections per point of the path
-constexpr int wanted_corrections = 5;  // the arc grows after a point that takes fewer
-constexpr double largest_change = 2;   // largest factor by which the arc grows or shrinks per point
-constexpr double default_largest_arc = 5;  // default longest arc, as a multiple of the first arc
-constexpr double smallest_arc = 1e-6;  // as a multiple of the first arc; shorter arcs end the run
+// Largest number of corrections per point of the path.
+constexpr int most_corrections = 12;
+// Number of corrections per point below which the arc grows.
+constexpr int wanted_corrections = 5;
+// Largest factor by which the arc grows or shrinks from one point to the next.
+constexpr double largest_change = 2;
+// Longest arc if the case sets none, as a multiple of the first arc.
+constexpr double default_largest_arc = 5;
+// Shortest arc, as a multiple of the first arc. Shorter arcs end the run.
+constexpr double smallest_arc = 1e-6;
 // A trial of a point ends if a correction moves a particle by more than this multiple of arc *
-// sqrt(number of free particles). It then leads away from the path.
+// sqrt(number of free particles). Such a correction leads away from the path.
 constexpr double longest_correction = 5;
 
 // Follows the path of equilibria F(x) + lambda q(x) = 0 by points that lie one arc apart (Crisfield
@@ -108,7 +113,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   }
 
   // Sets `y` to the last point of the path, at rest. Before the first point, that is the
-  // equilibrium without loads or, if unknown, the start. path_ starts at the last accepted
+  // equilibrium without loads or, if unknown, the initial state. path_ starts at the last accepted
   // positions.
   void begin_trial(std::span<double> y) {
     const std::span<const double> from = start_.empty() || time() > 0 ? state() : start_;
@@ -236,9 +241,9 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   int free_ = 0;  // number of free particles
   double factor_ = 0, trial_factor_ = 0;
   double arc_ = 0, first_arc_ = 0, longest_arc_ = 0;  // m
-  std::vector<Vec3> direction_;  // displacements of the last step (m); empty before it
+  std::vector<Vec3> direction_;  // displacements of the last step (m); empty before the first step
   std::vector<double> start_;    // the equilibrium without loads; empty if unknown
-  int negative_ = 0;             // negative eigenvalues of the tangent at the last point
+  int negative_ = 0;             // number of negative eigenvalues of the tangent
   bool has_ended_ = false, is_beginning_ = false;
   std::int64_t corrections_ = 0;
   std::vector<Vec3> load_, by_load_, by_residual_, step_;

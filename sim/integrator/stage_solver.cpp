@@ -317,8 +317,8 @@ bool StageSolver::Implementation::leaves_small_residual(std::span<const double> 
 }
 
 // Applies the given number of corrections to `y`. With contact and prescribed motion, further
-// corrections follow until the residual is small. A single correction moves cloth only part of the
-// way out of a barrier into which an obstacle moves by its full step. The gap would shrink with
+// corrections follow until the residual is small. A single correction moves cloth only partly out
+// of the barrier of an obstacle that has moved by its full step. The gap would then shrink with
 // every step until it vanishes.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   const int count = static_cast<int>(y.size());

@@ -13,7 +13,7 @@ namespace {
 
 // Number of threads of all kernels called from this thread. Each make_vector() sets it, because
 // SUNDIALS passes only vectors to kernels. Simulations that alternate on one thread therefore share
-// the number set last. It affects the cost but not the bits.
+// the number set last. This number affects the cost but not the bits.
 thread_local int vector_threads = 1;
 
 double* data(N_Vector v) { return NV_DATA_S(v); }

@@ -15,7 +15,7 @@ namespace {
 
 // Without a given step, the step is a chosen fraction of the longest stable step. It is chosen
 // again if it exceeds `no_longer_safe` of the longest stable step. It is also chosen again outside
-// the range of `too_short` to `too_long` times the chosen fraction. It changes no more often,
+// the range of `too_short` to `too_long` times the chosen fraction. Otherwise it does not change,
 // because every change breaks the symmetry in time that conserves the energy.
 constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
 // Relative changes of the tracked frequency between two checks. Above `large_change`, the frequency
@@ -50,7 +50,7 @@ class VerletIntegrator final : public OneStepIntegrator {
 
  private:
   // Refuses a given step h that is unstable. Without a given step, chooses its length. A vibration
-  // of frequency omega grows if h omega > 2, a decay of rate d if h d > 2.
+  // of frequency omega is unstable if h omega > 2, and a decay of rate d if h d > 2.
   std::optional<Failure> refusal() override {
     const TimeCase& options = scene().source.time;
     if (options.step) return refuse_unstable(*options.step);

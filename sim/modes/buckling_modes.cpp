@@ -21,7 +21,7 @@ using Vector = Eigen::VectorXd;
 
 // Largest displacement of the finite differences, as a fraction of the size of the bodies. Its
 // square is the relative error that rotations of this size cause. The relative error of rounding is
-// 1e-16 divided by it.
+// 1e-16 divided by this fraction.
 constexpr double difference_part = 1e-5;
 // Number of rounding errors below which the change of energy along a mode is rounding noise.
 constexpr double roundings = 100;

@@ -18,8 +18,8 @@ namespace weft::sim {
 namespace {
 
 // A start shape is in balance if the norm of its forces is at most `balanced_part` of the norm of
-// the loads and of the forces on held particles. It is also in balance if no force would move its
-// particle alone by more than `balanced_move_part` of the size of the bodies.
+// the loads and of the forces on held particles. It is also in balance if no force, acting alone,
+// would move its particle by more than `balanced_move_part` of the size of the bodies.
 constexpr double balanced_part = 1e-8, balanced_move_part = 1e-12;
 
 void refuse_timed_pins(const Case& source) {

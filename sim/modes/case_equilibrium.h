@@ -26,9 +26,9 @@ struct EquilibriumOptions {
 // The equilibrium of a case at time.duration, under the loads and with the moving pins of that
 // time, for any time.method. The method of the search is time.method = "static". If nothing varies
 // or moves in time, the search takes one step. Otherwise it steps through the frames of the case.
-// If the case follows a path of loads, the equilibrium is the end of the path. A start shape in
-// balance is accepted without a search, except on a path of loads: a body that nothing holds has no
-// isolated equilibrium.
+// If the case follows a path of loads, the equilibrium is the end of the path. Otherwise a start
+// shape in balance is accepted without a search, because a body that nothing holds has no isolated
+// equilibrium.
 class CaseEquilibrium {
  public:
   // Throws CaseError as build_scene() and check_initial_state() do, and for a pin that takes hold

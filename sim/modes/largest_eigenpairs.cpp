@@ -17,8 +17,8 @@ using Vector = Eigen::VectorXd;
 // Relative residual allowed for an eigenpair, and largest number of restarts of Lanczos.
 constexpr double tolerance = 1e-11;
 constexpr int most_restarts = 300;
-// Number of vectors that Lanczos keeps in addition to two per wanted pair. A problem with at most
-// that total of unknowns is solved densely.
+// Number of vectors that Lanczos keeps in addition to two per wanted pair. A problem with no more
+// unknowns than vectors is solved densely.
 constexpr int more_vectors = 20;
 // Relative difference of magnitudes below which eigenvalues count as equal.
 constexpr double separation = 1e-7;

@@ -57,7 +57,7 @@ struct ForceParts {
   // Contact forces along the normals (contact damping included), and friction forces. Zero without
   // contact.
   std::vector<Vec3> contact, friction;
-  // Forces exerted by pins. They include the inertia of held particles.
+  // Forces that pins exert on held particles, including the inertia of these particles.
   std::vector<Vec3> support;
   // For each body of the scene, the wrench of its contact forces on the dynamic particles. Zero for
   // dynamic bodies.
@@ -308,7 +308,7 @@ class Dynamics {
   Vec3 gravity_;                      // gravity at the time of the last set_time() (m/s^2)
   std::vector<double> mass_damping_;  // rate (1/s) of each particle; empty without mass damping
   std::vector<Vec3> coupled_;         // scratch of solve_for_accelerations()
-  std::vector<Vec3> position_, velocity_;  // scratch of expand(), for all particles
+  std::vector<Vec3> position_, velocity_;  // results of expand() for all particles
   std::vector<RigidPose> poses_;           // poses of the moving obstacles
   Placing path_start_, path_end_;          // scratch of path checks
   double step_start_ = std::numeric_limits<double>::infinity();  // start of the present step (s)

@@ -24,7 +24,7 @@ bool has_moving_supports(const Scene& scene) {
 ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double time)
     : dynamics_(dynamics), time_(time) {
   const Scene& scene = dynamics.scene();
-  // Searches for equilibria have no velocities, so nothing does work.
+  // Searches for equilibria compute no motion, so no work is summed.
   if (traits_of(scene.source.time.method).finds_equilibria()) return;
   for (const PrescribedMotion& held : scene.prescribed) {
     if (!held.moves || held.particles.empty()) continue;

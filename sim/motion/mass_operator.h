@@ -13,8 +13,8 @@
 namespace weft::sim {
 
 // The mass matrix M of the dynamic particles (mass_matrix.h). One M serves all three axes. Scenes
-// without shells have a diagonal M, with the cost of particle_masses.h. With consistent shells, M
-// stores one number per upper block of the pattern given to attach().
+// without shells have a diagonal M, whose products cost as little as those of particle_masses.h.
+// With consistent shells, M stores one number per upper block of the pattern given to attach().
 class MassOperator {
  public:
   // `lumped`: Scene::mass on the diagonal, for shells too. `consistent`: mass_matrix().

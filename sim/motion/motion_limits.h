@@ -76,7 +76,7 @@ class MotionLimits {
   struct Moving {
     const PrescribedMotion* held;
     int body;
-    bool is_obstacle;  // an obstacle of the case, or a body held as a whole
+    bool is_obstacle;  // true for an obstacle of the case or a body held as a whole
   };
   // A part of a body: some of its triangles and the box around them.
   struct Block {

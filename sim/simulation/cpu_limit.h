@@ -15,8 +15,8 @@ class CpuLimit {
   // True if the limit is exceeded. Reads the clock of CPU time at most once per millisecond. Other
   // calls read only a fast clock.
   bool is_passed();
-  // Excludes CPU time (s) that was not spent on the run. A negative `time` counts CPU time spent
-  // before the start.
+  // Excludes `time` (s) of CPU time that was not spent on the run. A negative `time` counts CPU
+  // time spent before the start.
   void exclude(double time) { start_ += time; }
   // Returns the failure of a run that exceeded the limit. Its text states the time reached, the
   // numbers of steps and cut steps, and the fastest particle.

@@ -80,7 +80,7 @@ struct Simulation::Implementation {
   std::string decision;
   std::string compute;
   std::size_t contact_pairs = 0;       // pairs in reach in the last force evaluation
-  std::optional<double> smallest_gap;  // of those contact pairs (m)
+  std::optional<double> smallest_gap;  // smallest gap of these pairs (m)
   std::vector<StepObserver*> observers;
   // The interpolated state that advance() has reached within the last step. Empty if it is the end
   // of the step.

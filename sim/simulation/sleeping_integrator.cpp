@@ -96,7 +96,7 @@ std::optional<Failure> SleepingIntegrator::step() {
     const std::vector<int> touched = is_stopped ? std::vector<int>{} : touched_islands(start);
     if (!touched.empty()) {
       wake(start, touched);
-      if (!failure) --earlier_.steps;  // the step is taken back
+      if (!failure) --earlier_.steps;  // a step that is taken back does not count
       continue;
     }
     if (failure) return in_whole(std::move(*failure));
@@ -231,8 +231,8 @@ void SleepingIntegrator::fall_asleep() {
   change(time(), falling, "sleep");
 }
 
-// True if a curve that can set the body in motion changes between these times (s). A jump within
-// time.minimum_step before `from` counts as well. A jump at `to` does not count.
+// True if a curve that can set the body in motion changes between `from` and `to` (s). A jump
+// within time.minimum_step before `from` counts as well. A jump at `to` does not count.
 bool SleepingIntegrator::is_driven(int body, double from, double to) const {
   const MaterialCase* material = scene_.bodies[body].material;
   const double nearby = scene_.source.time.minimum_step;

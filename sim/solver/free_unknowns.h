@@ -19,7 +19,8 @@ class FreeUnknowns {
   explicit FreeUnknowns(const Scene& scene);
 
   Eigen::Index count() const { return static_cast<Eigen::Index>(3 * particles_.size()); }
-  int particle_count() const { return static_cast<int>(number_.size()); }  // dynamic particles
+  // Returns the number of dynamic particles.
+  int particle_count() const { return static_cast<int>(number_.size()); }
   // Returns the particle to which an unknown belongs.
   int particle(Eigen::Index unknown) const { return particles_[unknown / 3]; }
 

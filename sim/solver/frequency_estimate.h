@@ -1,4 +1,4 @@
-// The highest eigenfrequency of the bodies. It decides between preconditioners.
+// An estimate of the highest eigenfrequency of the bodies.
 #pragma once
 
 #include <cstdint>

@@ -11,8 +11,8 @@ namespace weft::sim {
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
-  // Adapts the preconditioner to the present A as far as that is cheap. Returns false if A has a
-  // block that is not positive definite; apply() must then not be called.
+  // Adapts the preconditioner to the present A as far as that is cheap. Returns false if A does not
+  // allow it, because A is not positive definite. apply() must then not be called.
   [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
   // Computes z = P r. Entries of pinned particles are zero.
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;

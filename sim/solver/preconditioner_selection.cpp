@@ -67,7 +67,7 @@ bool PreconditionerSelection::rebuild_coarse_matrices() {
 
 void PreconditionerSelection::use_block_jacobi() {
   chosen_ = &block_jacobi_;
-  static_cast<void>(block_jacobi_.update(matrix_));  // always possible
+  static_cast<void>(block_jacobi_.update(matrix_));  // block-Jacobi never fails
 }
 
 void PreconditionerSelection::give_up_multigrid() {

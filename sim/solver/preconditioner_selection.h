@@ -1,4 +1,4 @@
-// The choice between multigrid and block-Jacobi, and when the coarse matrices are rebuilt.
+// The choice between multigrid and block-Jacobi, and between old and new coarse matrices.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ class PreconditionerSelection {
   void prepare();
   Preconditioner& chosen() const { return *chosen_; }
   bool is_multigrid() const { return chosen_ != &block_jacobi_; }
-  // Returns the number of times that coarse matrices were formed in and since the last prepare().
+  // Returns the number of times that coarse matrices were formed since the last prepare() began.
   int multigrid_set_ups() const { return set_ups_; }
 
   // To be called at the start of a solve, with its residual.
@@ -69,10 +69,10 @@ class PreconditionerSelection {
   // True if the coarse matrices have been formed and are positive definite.
   bool is_set_up_ = false;
   CoarseMatrixAge age_;
-  Linearisation set_up_place_;        // linearisation from which they were formed
-  double set_up_gamma_ = 0;           // gamma for which they were formed (s)
-  std::int64_t set_up_assembly_ = 0;  // number of the assembly of K from which they were formed
-  std::int64_t rebuilt_until_ = 0;    // number of the assembly until which each new K rebuilds them
+  Linearisation set_up_place_;        // linearisation behind the coarse matrices
+  double set_up_gamma_ = 0;           // gamma of the coarse matrices (s)
+  std::int64_t set_up_assembly_ = 0;  // number of the assembly behind the coarse matrices
+  std::int64_t rebuilt_until_ = 0;    // assembly number below which each new K causes a rebuild
   int set_ups_ = 0;
 };
 

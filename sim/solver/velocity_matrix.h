@@ -22,7 +22,7 @@ class VelocityMatrix {
   // than the cost of a product.
   void form(double gamma);
   double gamma() const { return gamma_; }
-  // Returns the number of calls of form(). While it is unchanged, so is A without contact.
+  // Returns the number of calls of form() so far.
   std::int64_t version() const { return version_; }
   const Dynamics& dynamics() const { return dynamics_; }
   const Scene& scene() const { return dynamics_.scene(); }
