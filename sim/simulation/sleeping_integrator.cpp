@@ -11,8 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// Smallest fraction of the awake vertices that may fall asleep together. With fewer, the restart of
-// the method would cost more than it saves, because it takes some short steps.
+// Smallest fraction of the awake vertices that may fall asleep together. With fewer, the short
+// steps after the restart of the method would cost more than sleep saves.
 constexpr double least_share = 0.1;
 
 std::vector<char> find_moving_pins(const Scene& scene) {
