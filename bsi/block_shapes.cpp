@@ -65,8 +65,8 @@ Tile square_tile(const Quads& quads) {
   return {side, side};
 }
 
-// Projects a vertex of a cube, with `quads` quads per edge, onto the unit sphere. Rows and columns
-// of a face become planes through the centre, at equal angles.
+// Projects a vertex of a cube, with `quads` quads per edge, onto the unit sphere. The images of
+// rows and columns lie in planes through the centre, at equal angles.
 Vec3 on_unit_sphere(const Label& point, int quads) {
   Vec3 direction;
   for (int axis = 0; axis < 3; ++axis) {

@@ -18,13 +18,13 @@ constexpr double hopeless_part = 0.01;
 // Each advance along the path stops where the projected gap has fallen to this fraction of the gap
 // at the start of the advance.
 constexpr double aimed_part = 0.05;
-// Upper bound of the rounding error of a projected gap, as a fraction of the sum of the sizes and
-// paths (see relative_motion). The gap is a sum of a dozen terms, none larger than that sum.
+// Upper bound of the rounding error of a projected gap, as a fraction of `size` in
+// relative_motion(). The gap is a sum of a dozen terms, none larger than `size`.
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
 
 // The pair of features in the frame of its first point, which rests at the origin. Motion common to
-// all points then costs neither accuracy nor advances. `rounding` (m) bounds the rounding error of
-// a gap.
+// all points then costs neither accuracy nor queries. `rounding` (m) bounds the rounding error of a
+// gap.
 struct Motion {
   std::array<Vec3, 4> position;
   std::array<Vec3, 4> displacement;

@@ -14,8 +14,8 @@ namespace weft::bsi {
 // The starting gap is the distance at the start minus `minimum_separation`. A path that is not
 // proved safe is cut where at most a tenth of the starting gap is left. The search for a proof
 // stops at a hundredth, so a path that comes nearer may be cut without contact. The result is 0 if
-// a point is not finite. It is also 0 if the starting gap is not above the rounding error (1e-14 of
-// the sum of the sizes and paths).
+// a point is not finite. It is also 0 if the starting gap is within the rounding error (1e-14 of
+// the sum of the pair's size and path lengths).
 //
 // The method is additive CCD (Li, Kaufman, Jiang 2021, "Codimensional Incremental Potential
 // Contact", section 5) with a sharper bound. The distance of two convex hulls is at least the gap

@@ -21,10 +21,9 @@ constexpr double corner_distance = 0.52;
 // Roundness of the square's sides: 0 for straight lines, 1 for circular arcs.
 constexpr double roundness = 0.7;
 
-// The vertices of the disc on a lattice, in quads. The square covers |i|, |j| <= n. The ring has 8
-// n quads around and n across. Label {i, j, k} is point (i, j) of the square if k = 0. Otherwise
-// (i, j) is on the square's border, and the label is the point k quads outside it on the ray from
-// the centre.
+// The vertices of the disc on a lattice of quads. The square covers |i|, |j| <= n. The ring around
+// it is n quads wide. Label {i, j, k} is point (i, j) of the square if k = 0. Otherwise (i, j) is
+// on the square's border, and the label is the point k quads outside it on the ray from the centre.
 struct DiscLattice {
   int n = 0;
 

@@ -103,7 +103,7 @@ struct Edge {
 // particle indices. Triangle t belongs to quad t / 2. Edge triangle_edges[t][e] is opposite corner
 // e of triangle t. The owner of a particle or an edge is the first quad that contains it, and edges
 // are numbered in the order of their owners. A search over pairs of quads that combines only owned
-// particles and edges therefore finds each combination once.
+// particles and edges therefore finds each pair of them once.
 struct Mesh {
   std::vector<std::array<int, 3>> triangles;
   std::vector<std::array<int, 3>> triangle_edges;

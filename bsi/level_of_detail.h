@@ -43,8 +43,8 @@ struct DetailTolerance {
 //
 // Beyond its last level a patch keeps its original surface. So does a patch that is sewn to itself,
 // wraps fewer than five quads or has no inner texel. A wrapped axis needs three blocks, so levels 0
-// and 1 of a wrapped patch count as 2. Preconditions: pyramid.is_built(), from `positions` (m, by
-// particle), with spheres; one level per patch. O(texels x levels).
+// and 1 of a wrapped patch count as 2. Preconditions: the pyramid is built from `positions` (m, by
+// particle) and has spheres; one level per patch. O(texels x levels).
 DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                                std::span<const int> levels);
 
@@ -52,15 +52,15 @@ DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> pos
 // borders of patches. The counterpart of a coarse point is the original point at the same place of
 // the image. Blocks are split until every point is within the tolerance of its counterpart.
 // `deviation` bounds these distances. A tolerance of 0 gives the original surface. Precondition:
-// pyramid.is_built(), from `positions` (m, by particle). At most O(texels x levels). Patches are
+// the pyramid is built from `positions` (m, by particle). At most O(texels x levels). Patches are
 // shared among the threads of OpenMP, whose number does not change the result.
 DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positions,
                             const DetailTolerance& tolerance);
 
 // Returns the largest distance (m) between a point of the surface that detail_at_levels() makes and
 // its counterpart (see detail_within()). On a smooth surface it is much smaller than
-// DetailSurface::deviation. Preconditions as for detail_at_levels(), but without spheres. At most
-// O(texels x levels).
+// DetailSurface::deviation. Preconditions as for detail_at_levels(), but spheres are not needed. At
+// most O(texels x levels).
 double deviation_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                            std::span<const int> levels);
 

@@ -8,11 +8,11 @@ namespace weft::bsi {
 
 namespace {
 
-// If the squared sine of a triangle's corner, or of the angle between two edges, is smaller,
-// rounding may misjudge which feature is closest. All features are then tried.
+// If the squared sine of a triangle's corner, or of the angle between two edges, is below this
+// limit, rounding may misjudge which feature is closest. All features are then tried.
 constexpr double thin_squared_sine = 1e-12;
-// If the squared sine is smaller, two edges count as parallel and a triangle as degenerate: the
-// equations for both parameters are nearly singular.
+// If the squared sine is below this limit, two edges count as parallel and a triangle as
+// degenerate: the equations for both parameters are nearly singular.
 constexpr double parallel_squared_sine = 1e-20;
 
 struct OnEdge {

@@ -34,13 +34,13 @@ struct PlacedTree {
   BoxTree tree{};
   BoxPlacement placement{};
   // Upper bound (m) of how far the axis-aligned box of a placed leaf extends beyond the placed
-  // sphere of its block. Meaningless without spheres.
+  // sphere of its block. It has no meaning without spheres.
   double beyond_spheres = 0;
 };
 
-// A pyramid in the frame of a rigid body. In space, the axis-aligned box around a rotated box is
-// larger than the box itself. A query therefore tests more blocks than in a rebuilt pyramid. The
-// result is the same, because the boxes of the leaves come from placed vertices.
+// A pyramid in the frame of a rigid body. In space, a rotated box is enclosed in an axis-aligned
+// box, which is larger in general. A query therefore tests more blocks than in a rebuilt pyramid.
+// The result is the same, because the boxes of the leaves come from placed vertices.
 //
 // Rounding errors grow with the largest coordinate in the frame and with the translation. They are
 // smallest if the body lies around the origin of its frame.

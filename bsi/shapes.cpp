@@ -181,8 +181,8 @@ void check_finite(const Atlas& atlas, const std::vector<Vec3>& texels) {
   }
 }
 
-// Returns for each texel the first texel to which it is sewn, or itself. Border texels at one
-// position are sewn only if they belong to more than one patch.
+// Returns, for each texel, the first texel to which it is sewn, or itself. Border texels at the
+// same position are sewn only if they belong to more than one patch.
 std::vector<int> sew(const Atlas& atlas, const std::vector<Vec3>& texels) {
   std::vector<int> first_of(texels.size());
   std::iota(first_of.begin(), first_of.end(), 0);

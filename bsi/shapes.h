@@ -54,8 +54,8 @@ Surface make_cone(double radius, double length, int n);
 // Open at both ends: u around (wrapped), v along z. The normal points outwards.
 Surface make_frustum(double radius, double top_radius, double length, int rows, int cols);
 // A torus around the z axis: u around the tube (wrapped), v around the axis (wrapped). The normal
-// points outwards. Throws, too, if the minor radius is not smaller than the major radius: the tube
-// would intersect itself.
+// points outwards. Also throws if the minor radius is not smaller than the major radius, because
+// the tube would intersect itself.
 Surface make_torus(double major_radius, double minor_radius, int rows, int cols);
 
 // A sphere of six sewn patches of n x n vertices, one per face of a cube. The rows and columns of a
@@ -77,7 +77,7 @@ Surface cut_into_patches(const Surface& surface, int patch_rows, int patch_cols)
 
 // A surface from the positions (m) of its texels, patch by patch and row by row. Border texels of
 // different patches at exactly the same position are sewn. Throws std::invalid_argument on a wrong
-// number of positions. Throws it, too, on a position that is not finite, and names the texel.
+// number of positions, or on a position that is not finite; the message names its texel.
 Surface make_from_texels(int patches, int rows, int cols, const std::vector<Vec3>& texels,
                          bool wrap_u, bool wrap_v);
 

@@ -52,9 +52,9 @@ float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
   return largest * round_up + radius_floor;
 }
 
-// Radii near the top of a patch are loose, because each level encloses spheres that already exceed
-// their boxes. Radii of levels 0 to tight_level - 2 are therefore also bounded by the spheres of
-// level tight_level, or of the last level.
+// The spheres of this level (or of the last level, if there are fewer) also bound the radii of
+// levels 0 to tight_level - 2. Those radii would otherwise be loose, because each level encloses
+// spheres that already exceed their boxes.
 constexpr int tight_level = 5;
 
 // Returns the radius (m) of a sphere around `centre` that contains the spheres of all descendants

@@ -85,7 +85,7 @@ class PatchPairs {
   }
 
  private:
-  // Group `u` of a level of groups. If level == levels, patch `u`.
+  // A node of the tree of groups: group `u` of a level or, if level == levels, patch `u`.
   struct Node {
     int level, u, levels;
     bool is_patch() const { return level == levels; }

@@ -76,7 +76,7 @@ void dual_traversal(const Pyramid& first, const Pyramid& second, const Traversal
 // Finds unordered pairs of leaves of one body. Triangles: a < b, without pairs that share a
 // particle. Quads: a <= b, including neighbours and each quad with itself, because a quad can fold.
 //
-// The certificate excludes pairs of leaves within one block or in two neighbouring blocks. It
+// The certificate can exclude pairs of leaves within one block or in two neighbouring blocks. It
 // proves that points of the two leaves stay farther apart than the margin along their whole paths,
 // except points on triangles with a common vertex. Features of excluded pairs (vertex and triangle,
 // or two edges) are therefore not within the margin unless they have a common vertex.

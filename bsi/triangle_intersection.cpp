@@ -216,9 +216,9 @@ struct Border {
 };
 
 // The points that determine the intersection of two triangles if it has no area. There are three
-// kinds: a corner of one triangle in the other, a crossing of two edges at inner points, and a
-// point where the interior of an edge pierces the interior of the other triangle. Points of
-// different kinds, or from different edges, never coincide.
+// kinds: corners of one triangle in the other, crossings of two edges at inner points, and points
+// where an edge pierces the interior of the other triangle. Points of different kinds, or from
+// different edges, never coincide.
 class CommonPoints {
  public:
   CommonPoints(const Triangle3& a, const Triangle3& b) {

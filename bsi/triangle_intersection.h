@@ -13,7 +13,7 @@ using Triangle3 = std::array<Point3, 3>;
 // Returns true if two triangles have a common point.
 bool triangles_meet(const Triangle3& a, const Triangle3& b);
 // Returns true if two triangles with the same first corner have another common point. They have one
-// if the edge opposite that corner in one triangle meets the other triangle.
+// if and only if the edge opposite that corner in one triangle meets the other triangle.
 bool triangles_meet_beyond_corner(const Triangle3& a, const Triangle3& b);
 
 // The kind of an intersection: none, one point, a segment (`edge`), or a part of a common plane

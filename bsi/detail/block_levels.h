@@ -13,8 +13,8 @@ inline int ceil_log2(int count) {
   return static_cast<int>(std::bit_width(static_cast<unsigned>(count) - 1));
 }
 
-// Returns boundary k of the 2^log nested blocks that divide `count` items: floor(k * count /
-// 2^log).
+// Returns floor(k * count / 2^log), boundary k of the 2^log nested blocks that divide `count`
+// items.
 inline int block_boundary(int k, int count, int log) {
   return static_cast<int>((static_cast<std::int64_t>(k) * count) >> log);
 }

@@ -66,8 +66,8 @@ struct BoxPlacement {
   const double* positions;        // x, y and z of every particle in the frame, m
   double rotation[2][3][3];       // R at each end, by row and column
   double translation[2][3];       // t at each end, m
-  float rotation_float[2][3][3];  // `rotation`, rounded
-  float translation_float[2][3];  // `translation`, rounded
+  float rotation_float[2][3][3];  // `rotation`, rounded to float32
+  float translation_float[2][3];  // `translation`, rounded to float32
   float rounding;                 // upper bound of the float32 rounding of a placed box, m
 };
 
@@ -78,7 +78,7 @@ struct BoxTree {
   const std::int32_t* texel_to_particle;  // particle of each texel; null if texel i is particle i
   const BoxPlacement* placement;          // null if the tree was built in space
   std::int32_t swept;                     // 1 if vertices move along paths, else 0
-  float magnitude;                        // largest |coordinate| of a vertex, m
+  float magnitude;                        // upper bound of the vertices' |coordinates|, m
 };
 
 // Upper bound of the square root of 3, the largest ratio of a vector's length to its largest

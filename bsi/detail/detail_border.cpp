@@ -43,8 +43,8 @@ void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   }
 }
 
-// A side of a patch across an axis that is not wrapped: its particles in order. `is_closed` is true
-// if the side runs around the other, wrapped axis.
+// A side of a patch on its open border, with its particles in order. It is closed if it runs around
+// a wrapped axis.
 struct Side {
   int patch = 0;
   bool along_u = false;
@@ -231,7 +231,7 @@ void Borders::part_neighbours() {
   }
 }
 
-// Assigns each inner particle of a stretch to the nearer of the two samples on either side of it.
+// Assigns each inner particle of a stretch to the nearer of the two samples between which it lies.
 void Borders::give(const Stretch& stretch, std::vector<int>& sample_of) {
   const auto sample = [&](int part) {
     return static_cast<int>(std::int64_t{part} * stretch.edges() / stretch.parts);

@@ -1,5 +1,4 @@
-// The borders of patches at reduced detail: selects the border vertices that are kept. For
-// level_of_detail.cpp.
+// Selects the vertices on the borders of patches that a surface of reduced detail keeps.
 #pragma once
 
 #include <span>
@@ -16,8 +15,8 @@ std::vector<char> patches_left_alone(const Atlas& atlas);
 // Returns, for every particle, the particle that replaces it on the borders of patches, or itself.
 // A border is cut into stretches at the corners of patches, and where other patches begin or end.
 // The ends of a stretch are kept. Patches that share a stretch also share its samples. A stretch
-// has as many parts as the patch with the finest blocks has blocks along it. Distinct stretches
-// never become the same edge.
+// has one part per block along it of the patch with the finest blocks. It has more parts if two
+// stretches would otherwise become the same edge.
 //
 // `levels` is by patch; beyond its last level a patch keeps every vertex. `left_alone` is the
 // result of patches_left_alone(). O(n log n) for n particles.

@@ -1,5 +1,4 @@
-// A patch of a surface of reduced detail, with a vertex assigned to each texel. For
-// level_of_detail.cpp.
+// A patch of a surface of reduced detail, with a vertex assigned to each texel.
 #pragma once
 
 #include <algorithm>
@@ -30,9 +29,10 @@ inline double image_area(const DetailTriangle& triangle) {
 }
 
 // A patch that assigns a vertex to every texel. A texel of a block gets the centre of the block's
-// sphere. A texel of an open border gets a sample of that border, any other texel its own vertex.
-// The coarse surface consists of the quads' triangles with three different vertices. It is the dual
-// of the partition of the image into rectangles and stretches of the border.
+// sphere, unless it is the block's only texel. A texel of an open border gets a sample of that
+// border. Any other texel keeps its own vertex. The coarse surface consists of the quads' triangles
+// with three different vertices. It is the dual of the partition of the image into rectangles and
+// stretches of the border.
 class DetailPatch {
  public:
   // Starts with the blocks of level 0, or of level 2 if an axis is wrapped: fewer than three blocks

@@ -1,5 +1,5 @@
-// Vertex-triangle and edge-edge pairs in batches: finds the pairs within reach, and the paths that
-// need the full continuous collision test.
+// Tests of vertex-triangle and edge-edge pairs in batches, which find the pairs within reach and
+// the paths that need the full continuous collision test.
 #pragma once
 
 #include <array>
@@ -33,8 +33,8 @@ void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
                    double reach, std::vector<PairInReach>& in_reach);
 
 // Appends, in order, the indices of the pairs that a single test does not prove safe. A safe pair
-// stays farther apart than `separation` on the straight paths start -> end, and is farther apart
-// than `end_separation` at their ends (m, end_separation >= separation >= 0). 11 ns per pair.
+// stays farther apart than `separation` on the straight paths start -> end. At the ends of the
+// paths it is farther apart than `end_separation` (m, >= `separation` >= 0). 11 ns per pair.
 void find_unproved_paths(FeatureKind kind, std::span<const Vec3> start, std::span<const Vec3> end,
                          std::span<const FourParticles> pairs, double separation,
                          double end_separation, std::vector<int>& unproved);

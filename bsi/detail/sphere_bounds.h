@@ -7,9 +7,9 @@ namespace weft::bsi {
 // Factor that enlarges a computed length. u = 2^-24 is the unit roundoff of float32. A length
 // sqrt(dx^2 + dy^2 + dz^2) computed from float32 differences is too small by at most 3.5 u of
 // itself. Adding a radius and multiplying make this 5.5 u (standard model, Higham 2002, section
-// 2.2). Rounding a vertex p to float32 moves it by at most u |p|. For any centre c, |p| <= |c| + |p
-// - c| <= |c|_1 + |p - c|. Rounding the vertex therefore adds u of the length and u |c|_1. The
-// factor covers 6.5 u < 8 u of the length.
+// 2.2). Rounding a vertex p to float32 moves it by at most u |p|. For any centre c, |p| is at most
+// |p - c| + |c|, and |c| at most |c|_1. Rounding the vertex therefore adds u of the length and u
+// |c|_1. The factor covers 6.5 u < 8 u of the length.
 inline constexpr float round_up = 1 + 0x1p-21F;
 // Factor on |c|_1 that covers the rounding of vertices, u |c|_1 (see round_up).
 inline constexpr float centre_rounding = 0x1p-24F * (1 + 0x1p-20F);

@@ -19,20 +19,21 @@ struct SurfaceTerm {
   Closest closest;      // closest points of the given point and `triangle`
 };
 
-// The terms of a signed sum over the features of a surface. For a point x and any function b(d)
-// that is 0 for d >= reach,
+// The terms of a signed sum over the features of a surface. Let x be a point and b(d) any function
+// that is 0 for d >= reach. Then
 //   sum over the terms of coefficient b(distance)
 //     = sum over faces b - sum over inner edges b + sum over inner vertices b,
 // where every feature has its own distance from x. The sum is the integral of -b'(s) chi(s) ds,
-// where chi(s) is the Euler characteristic of the open cells within the distance s. chi is 1 if
-// these cells form one disc. A plane therefore counts as b(height), however it is triangulated, and
-// the nearest point always counts once.
+// where chi(s) is the Euler characteristic of the open cells within the distance s. Where these
+// cells form one disc, chi is 1. A plane therefore counts as b(height), however it is triangulated,
+// and the nearest point always counts once.
 //
-// Features with the same closest point cancel each other. Over a face only the term of that face
-// remains. Over a convex ridge, the remaining term is the edge or vertex in whose wedge x lies. In
-// a valley, two faces remain, less the edge between them. Each term is the distance to a convex
-// set, so the sum is as smooth as b of a single distance. (Inclusion-exclusion as in Li et al.
-// 2023, "Convergent Incremental Potential Contact", section 4.)
+// Features with the same closest point form one term, and their coefficients are added up. Terms
+// with coefficient 0 are dropped. Over a face only the term of that face remains. Over a convex
+// ridge, the remaining term is the edge or vertex in whose wedge x lies. In a valley, two faces
+// remain, less the edge between them. Each term is the distance to a convex set, so the sum is as
+// smooth as b of a single distance. (Inclusion-exclusion as in Li et al. 2023, "Convergent
+// Incremental Potential Contact", section 4.)
 class SurfaceTerms {
  public:
   // The mesh must outlive the object. O(mesh).

@@ -35,7 +35,7 @@ WEFT_INLINE void read_vertices(const BoxTree& tree, BoxNode node, BlockVertices&
 constexpr int corner_vertex[3][8] = {
     {0, 1, 4, 5, 5, 6, 9, 10}, {1, 2, 5, 6, 1, 2, 5, 6}, {4, 5, 8, 9, 4, 5, 8, 9}};
 
-// The data of a leaf block that the judgement of its triangle pairs needs.
+// The data of a leaf block from which its triangle pairs are judged.
 struct Block {
   BlockVertices vertices;
   alignas(32) int number[8];  // triangle number of each leaf
@@ -259,7 +259,7 @@ WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count,
 
 #endif
 
-// Lists the triangle pairs of the blocks in chunk.entry and writes their triangle numbers to
+// Lists the triangle pairs of `blocks` in chunk.entry, and writes their triangle numbers to
 // `pairs`.
 void fill_chunk(const JudgedBlocks& judged, const LeafBlockPair* blocks, int block_count,
                 Chunk& chunk, LeafPair* pairs) {

@@ -111,8 +111,8 @@ inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   }
 }
 
-// Bounds runs of blocks of two quads, separated by single blocks of one quad. 2^k quads are one
-// run. 2^k - 1 quads (an image of 2^k vertices) are one single block and one run.
+// Bounds runs of blocks of two quads, separated by single blocks of one quad. 2^k quads form one
+// run. 2^k - 1 quads (an image of 2^k vertices) form a single block and one run.
 void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
                   BoundRow out) {
   for (int u = 0; u < blocks;) {

@@ -16,11 +16,10 @@ struct NodePair {
 
 struct DescentQuery {
   const BoxTree* a;
-  const BoxTree* b;  // equal to `a` in a self traversal; only `b` may have a placement
-  double
-      certificate_margin;  // distance that the certificate must prove, m; negative: no certificate
-  float half_margin;       // widening of every box on each side, m
-  float sphere_reach;      // largest distance at which two spheres are not rejected, m
+  const BoxTree* b;           // equal to `a` in a self traversal; only `b` may have a placement
+  double certificate_margin;  // distance that the certificate must prove, m; negative if unused
+  float half_margin;          // widening of every box on each side, m
+  float sphere_reach;         // largest distance at which two spheres are not rejected, m
   Bound bound;
   bool self;
   bool triangles;        // true: leaves are triangles; false: quads
@@ -56,13 +55,13 @@ inline constexpr std::size_t descent_workspace =
     2 * leaf_cache_size * (192 + 8) + std::size_t{8} * pair_list_size * list_limit + 64;
 
 struct DescentKernels {
-  // Writes the pairs of children whose bounds overlap to next[0 .. 15] and returns their number.
-  // The number is 0 if the certificate proves that the two blocks cannot touch, and -1 for two leaf
-  // blocks.
+  // Writes those pairs of the two blocks' children whose bounds overlap to next[0 .. 15], and
+  // returns their number. The number is 0 if the certificate proves that the two blocks cannot
+  // touch, and -1 for two leaf blocks.
   int (*expand)(const DescentQuery& query, const NodePair& pair, NodePair* next,
                 DescentCounters& counters);
-  // Finds the pairs of leaves below a pair of blocks whose widened boxes overlap. A self descent
-  // leaves out triangles that share a particle, and pairs that the certificate excludes.
+  // Finds, below a pair of blocks, the pairs of leaves with overlapping widened boxes. A self
+  // descent leaves out triangles that share a particle, and pairs that the certificate excludes.
   void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
   // Converts `count` pairs of leaf blocks to pairs of leaf numbers, in order, and returns the

@@ -120,9 +120,8 @@ struct Staged {
   }
 };
 
-// Calls stage(first, count) for each chunk of `count` pairs that begins with pair `first`. Then
-// calls body(first, k, count) for each vector of the chunk, which holds the `count` pairs from
-// first + k on.
+// Calls stage(first, count) for each chunk: `count` pairs, beginning with pair `first`. Then calls
+// body(first, k, count) for each vector of the chunk: `count` pairs, beginning with pair first + k.
 template <class Float, class Stage, class Body>
 WEFT_INLINE void for_lanes(int pairs, const Stage& stage, const Body& body) {
   constexpr int chunk = Staged<Float>::chunk, lanes = lane_count<Float>;

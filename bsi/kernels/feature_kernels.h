@@ -15,17 +15,17 @@ struct FeatureBatch {
 // The kernels for pairs of features. Each member has two functions, for vertex-triangle and for
 // edge-edge pairs.
 struct FeatureKernels {
-  // Sets apart[k] if the distance of pair k certainly exceeds `reach` plus twice the longest path
-  // of its four particles. In float32.
+  // Sets apart[k] to true if the distance of pair k certainly exceeds `reach` plus twice the
+  // longest path of its four particles. Computes in float32.
   void (*find_apart[2])(const FeatureBatch& batch, float reach, bool* apart);
-  // Computes the squared distance (m^2) of each pair and twice the longest path (m) of its
-  // particles, in float64. certain[k] is set if squared distance k is proved accurate within 1e-12
-  // of itself.
+  // Computes, in float64, the squared distance (m^2) of each pair and twice the longest path (m) of
+  // its particles. certain[k] is true if squared distance k is proved accurate within 1e-12 of
+  // itself.
   void (*measure[2])(const FeatureBatch& batch, double* squared_distance, bool* certain,
                      double* path);
-  // Sets safe[k] if pair k is certainly safe on straight paths to the positions `end`. Its distance
-  // then stays above `separation`, and ends above `end_separation` (m, >= `separation`). In
-  // float32.
+  // Sets safe[k] to true if pair k is certainly safe on straight paths to the positions `end`. Its
+  // distance then stays above `separation`, and ends above `end_separation` (m, >= `separation`).
+  // Computes in float32.
   void (*find_safe[2])(const FeatureBatch& batch, const double* end, float separation,
                        float end_separation, bool* safe);
 };

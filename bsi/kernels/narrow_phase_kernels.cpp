@@ -59,7 +59,8 @@ WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float, capacity>& staged
   return frame_of<Float>(a, b);
 }
 
-constexpr double volume_rounding = 2048;  // rounding of piercing()'s volumes, in u size^3
+// Upper bound of the rounding of the volumes of piercing(), in units of u size^3.
+constexpr double volume_rounding = 2048;
 
 WEFT_INLINE Verdict to_verdict(float number) {
   return static_cast<Verdict>(static_cast<unsigned char>(number));

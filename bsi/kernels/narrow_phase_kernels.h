@@ -27,7 +27,7 @@ struct NarrowPhaseKernels {
   // Judges every pair in float32. Precondition: `margin_low` <= margin <= `margin_high`.
   void (*judge)(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict);
   // Judges every pair in float64 and computes its squared distance (m^2), which is 0 if the
-  // triangles certainly pierce each other. certain[k] is set if squared distance k is proved
+  // triangles certainly pierce each other. certain[k] is true if squared distance k is proved
   // accurate within 1e-12 of itself.
   void (*measure)(const TrianglePairs& pairs, double margin, Verdict* verdict,
                   double* squared_distance, bool* certain);

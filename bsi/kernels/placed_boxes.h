@@ -1,8 +1,8 @@
 // Boxes, spheres and vertices of a tree in the frame of a rigid body, placed in space when a
 // descent visits them. For kernel files only, like box_lanes.h.
 //
-// The functions that place blocks are not inlined. Descents of other trees then pay only for one
-// test per pair.
+// The functions that place blocks are not inlined. Descents of trees built in space then pay only
+// for one test per pair.
 #pragma once
 
 #include "bsi/detail/box_layout.h"

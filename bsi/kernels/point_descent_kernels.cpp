@@ -152,8 +152,8 @@ WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&po
 #endif
 }
 
-// Returns a mask. Bit i is set if point i lies in sphere `lane` of `spheres`, with the allowance
-// for rounding of touch().
+// Returns a mask. Bit i is set if point i lies in sphere `lane` of `spheres`, with the same
+// allowance for rounding as in touch().
 WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide (&point)[3]) {
   const Wide x = point[0] - spheres.centre[0][lane], y = point[1] - spheres.centre[1][lane],
              z = point[2] - spheres.centre[2][lane];
@@ -175,8 +175,8 @@ struct ChildLists {
   int end(int child) const { return first + child * room + counts[child]; }
 };
 
-// The bounds of the four children of a block that the query compares, widened by the reach of the
-// points. Only those that `bound` selects are used.
+// The bounds of a block's four children, widened by the reach of the points. `bound` selects which
+// of them are compared.
 struct ChildBounds {
   Bound bound;
   LaneBoxes boxes;
@@ -199,8 +199,8 @@ WEFT_INLINE unsigned points_near(const ChildBounds& bounds, int child, const Wid
   return near & points_in(bounds.boxes, child, point);
 }
 
-// Distributes the points to the children if there are many: compares a vector of points with one
-// child at a time.
+// Distributes the points to the children by comparing a vector of points with one child at a time.
+// This is faster if there are many points.
 WEFT_INLINE void share_vectors(const ChildBounds& bounds, const PointLists& lists,
                                const PointList& list, ChildLists& children) {
   for (int i = 0; i < list.count; i += width) {
@@ -226,8 +226,8 @@ WEFT_INLINE unsigned children_near(const ChildBounds& bounds, const float (&poin
   return near;
 }
 
-// Distributes the points to the children if there are few: compares one point with all children at
-// a time.
+// Distributes the points to the children by comparing one point with all children at a time. This
+// is faster if there are few points.
 WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& lists,
                                   const PointList& list, ChildLists& children) {
   for (int i = list.first; i < list.first + list.count; ++i) {

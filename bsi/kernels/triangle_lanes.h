@@ -35,10 +35,11 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   }
 }
 
-// Offers the vector between the closest points of every pair of edges. They are found in three
-// steps: the point of a's edge closest to the line of b's edge, the point of b's edge closest to
-// the first point, and the point of a's edge closest to the second point. Each is clamped to its
-// edge. The dot products of consecutive pairs of edges differ by a dot product of two edges.
+// Offers the vector between the closest points of every pair of edges. The first step finds the
+// point of a's edge closest to the line of b's edge, the second the point of b's edge closest to
+// the first point. The third step finds the point of a's edge closest to the second point. Each
+// point is clamped to its edge. The dot products of consecutive pairs of edges differ by a dot
+// product of two edges.
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
   V along_b[3];  // dot product of b's edge j and (a's corner i - b's corner j)
@@ -176,9 +177,9 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
 }
 
 // Decides most pairs of triangles without comparing edges with edges. The distance is at most that
-// of a corner from a point of the other triangle near the corner's projection. It is at least the
-// distance of the corners from the triangle's plane, if all lie on one side. It is also at least
-// their distance from a plane through an edge, if all lie beyond it.
+// of a corner from a point of the other triangle near the corner's projection. If all three corners
+// lie on one side of the other triangle's plane, the distance is at least their smallest distance
+// from that plane. The same holds for a plane through an edge beyond which all three corners lie.
 struct Sieve {
   using V = Lanes<float>;
   V squared;  // smallest upper bound of the squared distance so far

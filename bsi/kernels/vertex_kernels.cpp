@@ -1,4 +1,4 @@
-// Loops that read the vertices of pyramids. Compiled once per instruction set: see
+// Loops that load the vertices of pyramids. Compiled once per instruction set: see
 // bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/vertex_kernels.h"
 

@@ -1,4 +1,4 @@
-// Kernels that read the vertices of pyramids, one table per instruction set. An internal header of
+// Kernels that load the vertices of pyramids, one table per instruction set. An internal header of
 // bsi/; it must stay free of inline functions (see bsi/detail/instruction_set.h).
 #pragma once
 
