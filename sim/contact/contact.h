@@ -111,7 +111,8 @@ class Contact {
   std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
   // Returns the pairs in reach at the last evaluate(). Their nodes are surface points.
   std::span<const ContactPair> pairs() const { return surface_.pairs(); }
-  // Returns the marks of SurfaceContact::touched(), by body.
+  // Returns one mark per body, nonzero for sleeping bodies that a dynamic body has touched
+  // (SurfaceContact::touched()).
   std::span<const char> touched() const { return surface_.touched(); }
   void forget_touched() { surface_.forget_touched(); }
   // Returns the smallest gap (m) of the pairs in reach at the last evaluate(), or nothing if there

@@ -9,8 +9,8 @@ namespace weft::sim {
 
 namespace {
 
-// If the squared sine of the angle between two directions on a surface is smaller, they do not
-// determine the rotation of the surface.
+// Smallest squared sine of the angle between two directions on a surface with which they determine
+// the rotation of the surface.
 constexpr double parallel_squared_sine = 1e-12;
 
 Mat3 cross_matrix(const Vec3& v) {

@@ -37,8 +37,9 @@ struct Sliding {
 
 struct ContactPair {
   std::array<int, 4> nodes{};  // surface points
-  std::array<double, 4>
-      weight{};            // as in bsi::Closest: +1 in sum on the first feature, -1 on the second
+  // Weights of the points, as in bsi::Closest. They sum to +1 on the first feature, and to -1 on
+  // the second.
+  std::array<double, 4> weight{};
   Vec3 normal{0, 0, 0};    // from the second feature's closest point to the first's
   double coefficient = 1;  // factor of the pair's forces and energy; negative for subtracted terms
   double gap = 0;          // m

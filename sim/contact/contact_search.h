@@ -53,7 +53,8 @@ struct CandidateList {
 // O(bodies^2).
 std::vector<CandidateList> searched_pairs(const Scene& scene);
 // Returns an empty list for every pair of bodies that the contact search covers and whose widened
-// boxes meet at t = 0. The boxes are widened by half of the body's thickness + range + slack.
+// boxes meet at t = 0. A box is widened by half the sum of the body's thickness, the range and the
+// slack.
 std::vector<CandidateList> neighbours_at_start(const Scene& scene);
 // Returns the distance (m) by which candidate lists reach beyond thickness + range.
 double search_slack(const Scene& scene);
@@ -135,9 +136,9 @@ class ContactSearch {
     // True if the list is built from pyramids, false if bounding spheres exclude all its pairs.
     bool near = false;
     bool built = false;
-    // Sum of the path lengths (m) of both bodies for which the pair remains excluded.
+    // Distance (m) that both bodies together may move until the pair is no longer excluded.
     double clearance = 0;
-    // Sum of the path lengths (m) of both bodies when the pair was excluded.
+    // Sum of both bodies' path_length (m) when the pair was excluded.
     double path_length = 0;
     // Sum of the strays (m) of both bodies for which the list was built.
     double stray = 0;

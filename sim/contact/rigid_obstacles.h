@@ -23,7 +23,8 @@ struct RigidObstacle {
   int number = 0;  // index in RigidObstacles::all()
   int body = 0;
   int first_particle = 0, first_point = 0;
-  const PrescribedMotion* held = nullptr;  // held->start[i] belongs to particle first_particle + i
+  // Motion of the particles. Particle first_particle + i starts at held->start[i].
+  const PrescribedMotion* held = nullptr;
   std::vector<Vec3> sampled_start;  // m, surface points at t = 0; empty if they are the particles
   // Middle and half extents of the box around the points at t = 0, m.
   Vec3 middle{0, 0, 0}, half{0, 0, 0};

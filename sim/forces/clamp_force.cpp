@@ -37,9 +37,9 @@ struct ClampedTriangle {
   double damping_time = 0;             // s, at the time of set_time()
 };
 
-// The strains of a triangle are the changes of its angles, times `factors` (rad). `slopes` has
-// their derivatives by the node positions (1/m), `hinges` the node positions of each edge's hinge
-// (m).
+// The hinges of a triangle at given positions: `strains` are the changes of their angles times
+// ClampedTriangle::factors (rad), `slopes` the derivatives of the strains by the node positions
+// (1/m), and `hinges` the node positions of each hinge (m).
 struct Angles {
   Vec3 strains{0, 0, 0};
   Eigen::Matrix<double, 3, 3 * most_nodes> slopes =
@@ -132,9 +132,9 @@ class ClampForce final : public Force {
   }
   void attach(const BlockPattern& /*pattern*/) override {}
 
-  // Adds K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T V B with the strains
-  // theta. The semi-definite form of K leaves out the sum and has the viscosity V for the tangent
-  // modulus C.
+  // Adds K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T V B, with the strains
+  // theta and B = d theta / dx. The semi-definite form of K leaves out the sum and uses the
+  // viscosity V in place of the tangent modulus C.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int /*threads*/) override {
     for (const ClampedTriangle& triangle : triangles_) {
@@ -321,8 +321,8 @@ void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
 
 }  // namespace
 
-// Returns null only if the case has no clamps. While no clamp holds, the force has no triangles but
-// keeps its place in the list of energies.
+// Returns null only if the case has no clamps. While no clamp holds, the force has no triangles,
+// and the trajectory still records its energy.
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   if (!has_clamps(scene.source)) return nullptr;
   std::vector<ClampedTriangle> triangles;

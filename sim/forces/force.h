@@ -89,7 +89,7 @@ class Force {
   // Adds to neighbours[i] the particles that the derivatives couple to particle i. A particle may
   // be added more than once.
   virtual void add_couplings(std::vector<std::vector<int>>& neighbours) const = 0;
-  // Stores where matrices with this pattern have the blocks of the force. Must be called before
+  // Prepares add_derivatives() for matrices with this pattern. Must be called before
   // add_derivatives().
   virtual void attach(const BlockPattern& pattern) = 0;
   virtual void add_derivatives(const Kinematics& state, const Derivatives& into,

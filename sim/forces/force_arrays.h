@@ -1,4 +1,5 @@
-// Functions that make the forces of a scene. They return null if the scene does not need the force.
+// Makers of the forces of a scene. A maker of a single force returns null if the scene does not
+// need the force.
 #pragma once
 
 #include <memory>

@@ -24,7 +24,8 @@ struct LoadValue {
   bool turns() const { return follower || type == LoadType::pressure || type == LoadType::moment; }
 };
 
-// The points of all loads on surfaces on which each point depends on `nodes` particles.
+// All load points that depend on `nodes` particles each: points on cells of cloth, or on elements
+// of shells of one degree.
 template <int nodes>
 class LoadElements {
  public:
@@ -32,8 +33,8 @@ class LoadElements {
   using Nodes = materials::NodesOf<double, nodes>;
   using Blocks = materials::StencilMatrix<double, nodes>;
 
-  // Adds a point of a load. `load` is the load's index in the lists of values. Consecutive points
-  // of one element share a stencil.
+  // Adds a point of a load. `load` is the index of the load in lists of LoadValue. Consecutive
+  // points of one element share a stencil.
   void add(int load, int first_particle, const LoadPoint& from) {
     Stencil stencil;
     Point point{.load = load, .measure = from.measure, .parameters = from.measure};
@@ -152,7 +153,7 @@ class LoadElements {
   }
 
   std::vector<Stencil> stencils_;
-  std::vector<int> first_point_;  // index of the element's first point, by element
+  std::vector<int> first_point_;  // by element: index of its first point; then the number of points
   std::vector<Point> points_;
   StencilArray<nodes> elements_;
 };

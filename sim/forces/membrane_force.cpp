@@ -116,7 +116,7 @@ class MembraneForce final : public Force {
   }
 
  private:
-  // Functions marked with WEFT_FLATTEN inline all calls, which would pass vectors through memory.
+  // WEFT_FLATTEN inlines all calls in a function, because calls would pass vectors through memory.
   WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
     if (quads_.is_run(first)) return energy_of(first, quads_.gather_run(first, position));
     return energy_of(first, quads_.gather(first, position));

@@ -42,8 +42,8 @@ class QuadBending : public Force {
     const auto& hinges = hinged_triangles[t].hinges;
     return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
   }
-  // Returns the sum of two contributions for each hinge of a quad. of_one(t) returns the
-  // contributions of triangle t to its three hinges.
+  // Returns, for each hinge of a quad, the sum of the contributions of both triangles. of_one(t)
+  // returns the contributions of triangle t to its three hinges.
   template <class OfTriangle>
   static Hinges sum_of_triangles(const OfTriangle& of_one) {
     Hinges sum;
@@ -123,8 +123,9 @@ class BendingForce : public QuadBending {
     quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
   }
 
-  // Adds K = B^T C B + sum_h moment_h d^2 theta_h / dx dx and D = beta B^T V B. The semi-definite
-  // form of K leaves out the sum.
+  // Adds K = B^T C B + sum_h moment_h d^2 theta_h / dx dx and D = beta B^T V B, with the hinge
+  // angles theta and B = d theta / dx. The semi-definite form of K leaves out the sum and uses the
+  // viscosity V in place of the tangent modulus C.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     quads_.for_each_batch(

@@ -34,9 +34,8 @@ class StencilChunks {
     }
   }
 
-  // Number of stencils per chunk: a multiple of every possible lane_count.
  private:
-  static constexpr int stencils_per_chunk = 512;
+  static constexpr int stencils_per_chunk = 512;  // a multiple of every possible lane_count
 
   int stencil_count_ = 0;
   std::vector<std::vector<int>> colours_;  // chunks by colour

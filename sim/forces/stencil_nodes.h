@@ -16,8 +16,8 @@ namespace weft::sim {
 // Copies of the last stencil fill up the last batch.
 //
 // A batch is a run if each of its nodes stands for consecutive particles, as along a row of an
-// image. A node that follows another (stencil_layout.h) must also be the next particle. Values of a
-// run are read and added as vectors.
+// image. In a run, a node that follows another (stencil_layout.h) stands for the particles after
+// those of the other node. Values of a run are read and added as vectors.
 template <int Nodes, class Layout>
 class StencilNodes {
  public:

@@ -124,7 +124,7 @@ class TieForce final : public Force {
 }  // namespace
 
 // Returns null only if the case has no ties. If all ties are broken or between sleeping bodies, the
-// force has no springs but keeps its place in the list of energies.
+// force has no springs, and the trajectory still records its energy.
 std::unique_ptr<Force> make_tie_force(const Scene& scene) {
   if (scene.source.tie.empty()) return nullptr;
   return std::make_unique<TieForce>(TieSprings(scene, scene.ties));

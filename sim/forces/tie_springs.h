@@ -23,8 +23,8 @@ struct SpringEnds {
   double anchor_coefficient = 0;
   int anchor_body = -1;  // index into Scene::bodies; -1: no anchor
   int tie = 0;           // Tie::number
-  double stiffness = 0;  // k, N/m
-  double length = 0;     // L, m
+  double stiffness = 0;  // stiffness k, N/m
+  double length = 0;     // rest length L, m
 };
 
 // The springs of ties that act on at least one dynamic particle.

@@ -37,7 +37,7 @@ class AwakeScene {
 
   const Scene& whole_;
   Scene scene_;
-  std::vector<int> whole_body_;  // by body of scene_: index in `whole`
+  std::vector<int> whole_body_;  // by body of scene_: index in whole_
 };
 
 }  // namespace weft::sim

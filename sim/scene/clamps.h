@@ -18,7 +18,7 @@ struct SceneBody;
 struct ClampedEdge {
   int triangle = 0;     // index of the triangle in the body's mesh
   int edge = 0;         // number of the opposite node in the triangle
-  Vec3 ghost{0, 0, 0};  // m; the motion of the pin maps this place at t = 0 to the present place
+  Vec3 ghost{0, 0, 0};  // m, place at t = 0, which the motion of the pin maps to the present place
 };
 
 // Returns the edges at the rim of a clamp, in the order of triangles. `held` has the particles of

@@ -7,8 +7,8 @@ namespace weft::sim {
 
 namespace {
 
-// Returns a mark for each body: 1 if it is held as a whole. A body with a moving pin is not, if it
-// has another pin, because contact and its friction require obstacles to be rigid.
+// Returns a mark for each body: 1 if it is held as a whole. A body with several pins, one of which
+// moves, is not held as a whole, because contact and its friction require obstacles to be rigid.
 std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
   std::vector<char> is_held, moves(scene.bodies.size(), 0);
   std::vector<int> pin_count(scene.bodies.size(), 0);

@@ -18,7 +18,7 @@ void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins);
 // Makes obstacles of the dynamic bodies with a nonzero mark in `is_held` (by body), and moves them
 // with their particles behind the other dynamic bodies. Does nothing if all or none of them are
 // marked. `pins` are the prescribed motions of the scene. Their particles are renumbered, and pins
-// that hold such a body at rest are removed.
+// that hold a marked body at rest are removed.
 void hold_bodies(Scene& scene, std::span<const char> is_held, std::vector<PrescribedMotion>& pins);
 
 }  // namespace weft::sim

@@ -165,11 +165,11 @@ MotionBounds RigidMotion::bounds(double from, double to, double radius) const {
 
 // `stray` is the smallest of three bounds. Each of them bounds the distance between a point and
 // uniform motion along its chord, at all fractions q of an interval of length h:
-//- 2 q (1 - q) h v if the speed is at most v. Its maximum is at q = 1/2.
-//- q (1 - q) a h^2 / 2 if the acceleration is at most a during the whole interval. A point that
-//  rests for a part of the interval is compared with one that moves on. This adds at most twice
-//  the distance that the second point moves in that part.
-//- The travel, which bounds the distance of every place on the path from both ends of the path.
+// - 2 q (1 - q) h v if the speed is at most v. Its maximum is at q = 1/2.
+// - q (1 - q) a h^2 / 2 if the acceleration is at most a during the whole interval. A point that
+//   rests for a part of the interval is compared with one that moves on. This adds at most twice
+//   the distance that the second point moves in that part.
+// - The travel, which bounds the distance of every place on the path from both ends of the path.
 MotionBounds RigidMotion::constant_velocity_bounds(double from, double to, double radius) const {
   const double begin = std::max(from, start_time_), end = std::min(to, stop_time_);
   if (!(begin < end)) return {};

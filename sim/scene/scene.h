@@ -84,8 +84,8 @@ struct PrescribedMotion {
   int pin = -1;                      // index of the pin in the list of its body; -1 for obstacles
 };
 
-// A pin of a body with timed pins (timed_pins.h). The pin itself takes hold or lets go during the
-// run, or another pin of the body does.
+// A pin of a body with timed pins (timed_pins.h): at least one pin of the body takes hold or lets
+// go during the run.
 struct TimedPin {
   const PinCase* source;       // points into Scene::source
   int number;                  // index of the pin in the list of its body

@@ -26,7 +26,7 @@ void require_control_points(const SceneBody& body, const BodyCase& from) {
   }
 }
 
-// number of Gauss points per element along each axis, for masses
+// Number of Gauss points per element along each axis, for masses.
 constexpr int mass_points = 4;
 
 // Returns the area (m^2) per parameter area at a point of the rest surface. The result is 0 if the

@@ -68,10 +68,10 @@ class SplineAxis {
   // On short open axes the order is lower: at least 3 for degree 3 (fewer than four elements), at
   // least 2 for degree 2 (fewer than six elements).
   std::vector<QuadraturePoint> strain_points() const;
-  // Returns the points at which strains across the axis are integrated. No spline is zero at all of
-  // them. An open axis has `degree` Gauss points per element, or one more if it has a single
-  // element. A closed axis has one point per element, where the value of the spline's shortest wave
-  // is largest.
+  // Returns the points at which strains across the axis are integrated. A spline that is zero at
+  // all of them is zero everywhere. An open axis has `degree` Gauss points per element, or one more
+  // if it has a single element. A closed axis has one point per element, where the value of the
+  // spline's shortest wave is largest.
   std::vector<QuadraturePoint> value_points() const;
   // Returns the points at which bending is integrated: two Gauss points per element, or `degree`
   // Gauss points on an open axis with a single element.

@@ -64,8 +64,8 @@ class SplineSurface {
 
   // Returns the map from control points to the points of the surface at `places`.
   SurfaceMap map_to(const bsi::Atlas& atlas, std::span<const Place> places) const;
-  // Returns the places of the image's points, by particle: there the surface of interpolate()
-  // passes through the image. If a particle belongs to several patches, its place is in the first
+  // Returns the places on the surface, by particle, at which the surface of interpolate() passes
+  // through the image's points. If a particle belongs to several patches, its place is in the first
   // of them.
   std::vector<Place> image_places(const bsi::Atlas& atlas) const;
 
