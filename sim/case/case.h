@@ -270,7 +270,8 @@ struct LoadCase {
   VertexSelection vertices;
   std::string body;
   LoadType type = LoadType::point;
-  // Unit of a point load: N per vertex; of a line load: N/m; of an area load: N/m^2.
+  // Force per vertex of a point load (N), per length of a line load (N/m), or per area of an area
+  // load (N/m^2).
   Varying<Vec3> force = Vec3(0, 0, 0);
   Varying<double> pressure = 0.0;  // Pa
   Varying<double> moment = 0.0;    // moment per length of an edge (N m/m)

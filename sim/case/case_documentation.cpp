@@ -137,7 +137,8 @@ Json switch_schema(const Table& table, const Field& switch_field, const std::str
   Json needed = Json::array();
   Json forbidden = Json::object();
   for (const Field& field : table.fields) {
-    // The field or one of its switches, whichever depends directly on `switch_field`.
+    // The loop follows the chain of switches from this field to the one that depends directly on
+    // `switch_field`, or else to the end of the chain.
     const Field* by = &field;
     while (!by->switch_key.empty() && by->switch_key != switch_field.key)
       by = table.find(by->switch_key);

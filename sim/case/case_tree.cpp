@@ -116,8 +116,8 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
   try {
     return toml::parse(std::string_view(text), std::string_view(path));
   } catch (const toml::parse_error& error) {
-    // The message reads like "Error while parsing key-value pair: expected value, saw '\n'". Its
-    // second half becomes the hint.
+    // The message is like "Error while parsing key-value pair: expected value, saw '\n'". The part
+    // from "expected" on becomes the hint.
     const std::string description(error.description());
     const std::size_t hint = description.find(": expected");
     const SourceLocation where{path, static_cast<int>(error.source().begin.line),

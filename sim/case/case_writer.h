@@ -9,8 +9,8 @@
 namespace weft::sim {
 
 // Returns the case as TOML with every default, in the order of the schema. Computed defaults become
-// comments. parse_case() turns the text back into an equal case, whose text is identical, as long
-// as the files that it names are available.
+// comments, and so does source.accuracy_choice. If that is empty, parse_case() turns the text back
+// into an equal case with the identical text, provided that the files named by the text exist.
 std::string case_text(const Case& source);
 
 // Returns the value of a field as TOML. Returns an empty text for a table, an empty list or an

@@ -41,7 +41,7 @@ struct Channel {
   std::span<const ChannelDataset> datasets;
 };
 
-// Returns all channels. sim/channels/recorded_channels.cpp computes them.
+// Returns all channels, in a fixed order.
 std::span<const Channel> all_channels();
 std::vector<std::string> channel_names();
 

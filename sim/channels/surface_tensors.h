@@ -69,9 +69,8 @@ class SurfaceTensors {
   // hollow on the side of its normals. Precondition: the object was made with `bends`.
   // O(particles).
   void find_curvature(PrincipalValues& values) const;
-  // Computes the bending moment per rest length (N m/m), with damping. Its sign
-  // convention is that of the curvature. Precondition: the object was made with `bends`.
-  // O(particles).
+  // Computes the bending moment per rest length (N m/m), with damping. Its sign convention is that
+  // of the curvature. Precondition: the object was made with `bends`. O(particles).
   void find_moment(PrincipalValues& values) const;
   // Returns the elastic energy (J) of bending and of a membrane of triangles. It leaves out
   // springs. Precondition: the material does not resist bending, or the object was made with

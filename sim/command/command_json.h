@@ -28,7 +28,7 @@ std::string modes_json(const RunCommand& command, const ModesReport& report,
 std::string refusal_json(const RunCommand& command, const std::optional<std::string>& title,
                          int code, const std::string& reason);
 // Returns the JSON object of a command without a case that ended without a result. The status is
-// "refused" or "failed", as above.
+// "refused" if `code` is exit_code::bad_case, else "failed".
 std::string refusal_json(int code, const std::string& reason);
 
 }  // namespace weft::sim

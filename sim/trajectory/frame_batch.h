@@ -54,7 +54,7 @@ class FrameBatch {
   std::vector<double> times_, series_rows_, step_rows_, record_rows_;
   std::vector<std::vector<float>> positions_;
   std::vector<std::vector<double>> exact_positions_;
-  std::vector<std::vector<std::vector<float>>> fields_;  // by body and field
+  std::vector<std::vector<std::vector<float>>> fields_;  // images by body and field
 };
 
 }  // namespace weft::sim

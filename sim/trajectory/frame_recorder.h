@@ -18,8 +18,8 @@ namespace weft::sim {
 class FrameRecorder {
  public:
   // Creates the trajectory at `path`. `more` lists series in addition to those of every run. The
-  // cost of frames and commits is added to `cost`, which must outlive the recorder. This leaves out
-  // the energies of frames, the constructor and add_step(). Throws FileError.
+  // cost of frames and commits is added to `cost`, which must outlive the recorder. The costs of
+  // this constructor, of add_step() and of the energies of frames are not added. Throws FileError.
   FrameRecorder(const Simulation& simulation, const std::string& path, bool force, Cost& cost,
                 const std::vector<TrajectoryWriter::Series>& more = {});
 

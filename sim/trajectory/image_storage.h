@@ -13,8 +13,8 @@
 
 namespace weft::sim {
 
-// A rounding of numbers to multiples of a power of two. Their last bits become zeros, which
-// compress well.
+// A rounding of numbers to multiples of a power of two. The last bits of rounded numbers are zeros,
+// which compress well.
 class Rounding {
  public:
   // Makes a rounding that changes nothing.
@@ -70,7 +70,7 @@ void append_positions(const bsi::Atlas& atlas, std::span<const Vec3> by_particle
 // and gzip, or none.
 void set_filters(hid_t properties, Compression compression);
 
-// Returns the HDF5 type of positions in the file for a precision.
+// Returns the HDF5 type in which files store positions of this precision.
 hid_t file_type(Precision precision);
 
 }  // namespace weft::sim

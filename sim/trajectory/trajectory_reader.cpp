@@ -18,9 +18,9 @@ using hdf5::Access;
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Time during which a failed read is repeated, and the first pause between two attempts. If a
-// running writer replaces a piece of metadata during the read, its checksum is wrong, but it is
-// right a moment later. A piece that stays wrong is damaged. Pauses double to limit the number of
+// Time during which a failed read is repeated, and the first pause between two attempts. A piece of
+// metadata that a running writer replaces during the read has a wrong checksum, but a later read
+// succeeds. If the checksum stays wrong, the file is damaged. Pauses double to limit the number of
 // attempts, because HDF5 1.10 leaks a kilobyte of memory with every failed read.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 

@@ -29,7 +29,7 @@ std::string sidecar_of(const std::string& path) {
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Memory of the waiting frames from which a commit is due (bytes).
+// A commit is due if the waiting frames occupy at least this memory (bytes).
 constexpr std::size_t largest_batch = std::size_t{64} << 20;
 
 std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
@@ -518,7 +518,6 @@ void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   flush("write the end");
 }
 
-// Returns TrajectoryWriter::is_due().
 bool TrajectoryWriter::Implementation::is_due(double pause) const {
   if (batch.frames() == 0) return false;
   if (batch.bytes() >= largest_batch) return true;
@@ -597,7 +596,7 @@ void TrajectoryWriter::commit() { implementation_->commit(); }
 void TrajectoryWriter::finish(const RunEnd& end) {
   commit();
   const hdf5::QuietErrors quiet;
-  implementation_->failed = true;  // no frame follows
+  implementation_->failed = true;  // refuses further frames
   implementation_->write_end(end);
 }
 

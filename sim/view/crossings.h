@@ -12,7 +12,7 @@ namespace weft::sim {
 struct CrossingSurface {
   std::span<const bsi::Vec3> positions;           // m, one per particle, finite
   std::span<const std::array<int, 3>> triangles;  // indices into `positions`
-  bool check_self = true;  // if false, triangles of this surface do not cross each other
+  bool check_self = true;  // if false, pairs within this surface are not tested
 };
 
 // A pair of triangles that cross. surface_a <= surface_b holds, and triangle_a < triangle_b if both

@@ -19,7 +19,7 @@ struct FieldExtreme {
 };
 
 // The extremes of a field over all frames and all bodies that have it. Vectors count by their
-// magnitude. Values that are not finite are left out and counted.
+// magnitude. Values that are not finite only count in `not_finite`.
 struct FieldSummary {
   std::string name, units;
   bool magnitude = false;         // true if the values are magnitudes of vectors

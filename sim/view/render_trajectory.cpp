@@ -269,7 +269,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   }
   remove_older_pictures(directory, frames);
   // An older movie would not match these pictures, so it is removed. A movie that no rendering made
-  // is removed only to make place for the new one.
+  // is removed only to make room for the new one.
   if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);

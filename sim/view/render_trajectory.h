@@ -48,7 +48,7 @@ class RenderUsageError : public std::runtime_error {
 struct RenderReport {
   int pictures = 0;
   std::int64_t triangles = 0;             // number of drawn triangles, summed over all pictures
-  std::int64_t all_triangles = 0;         // that number if all bodies were drawn at full detail
+  std::int64_t all_triangles = 0;         // number of triangles at full detail, over all pictures
   double frames_per_second = 0;           // rate of the movie
   double least = 0, most = 0;             // extremes of the colour_field in the drawn frames
   std::string units;                      // unit of the colour_field

@@ -12,7 +12,7 @@ namespace {
 
 // Returns RenderedBody::most_deviation (m) of each body. Contact keeps two bodies apart by at least
 // the mean of their thicknesses. The deviations of two bodies add up to no more than that mean,
-// unless both thicknesses are zero. Bodies therefore do not show through each other.
+// unless both thicknesses are zero. Otherwise bodies could show through each other.
 std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = infinity;

@@ -56,9 +56,9 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
 void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body);
 
 // Sets RenderedBody::detail to a surface with fewer triangles for the present positions. The
-// surface deviates by no more than the tolerance and most_deviation, so bodies do not show through
-// each other. A body that does not move is reduced only once. Throws std::runtime_error, naming the
-// frame, for a body that is too far away.
+// surface deviates by no more than the tolerance and RenderedBody::most_deviation. A body that does
+// not move is reduced only once. Throws std::runtime_error, naming the frame, for a body that is
+// too far away.
 void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,
                    RenderedBody& body);
 // Sets RenderedBody::detail to the surface of one level of the body's pyramid. A patch with fewer
