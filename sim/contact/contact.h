@@ -188,7 +188,7 @@ class Contact {
   const Scene& scene_;
   SurfaceContact surface_;
   Points now_, start_, end_;  // now_: at evaluations; start_, end_: at the ends of a path
-  std::vector<double> body_stray_, point_stray_;  // m, by body; m, by dynamic point
+  std::vector<double> body_stray_, point_stray_;  // m, by body and by dynamic point
 };
 
 template <class Visit>

@@ -9,8 +9,8 @@ namespace weft::sim {
 
 namespace {
 
-// Smallest squared sine of the angle between two directions on a surface with which they determine
-// the rotation of the surface.
+// Two directions on a surface count as parallel if the squared sine of their angle is smaller than
+// this. They then do not determine the rotation of the surface.
 constexpr double parallel_squared_sine = 1e-12;
 
 Mat3 cross_matrix(const Vec3& v) {

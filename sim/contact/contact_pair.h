@@ -31,7 +31,7 @@ struct ContactLaw {
 // resultant nor a torque.
 struct Sliding {
   std::array<Mat3, 4> lever;
-  Vec3 force{0, 0, 0};        // N, on the first feature
+  Vec3 force{0, 0, 0};        // force on the first feature, N
   Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m; its sign is that of the coefficient
 };
 

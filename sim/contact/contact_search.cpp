@@ -259,8 +259,8 @@ void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   tracked.path_start_pose.reset();
 }
 
-// Returns an upper bound (m) of the change in the distance between points of both bodies that
-// deviations from the straight paths can cause.
+// Returns the sum (m) of the strays of both bodies. Strays change the distance between points of
+// the two bodies by no more than this sum.
 double ContactSearch::stray(const CandidateList& list) const {
   return tracked_[list.body_a].stray + tracked_[list.body_b].stray;
 }
@@ -343,9 +343,9 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
     tracked_[b].stray = stray.empty() ? 0 : stray[b];
     tracked_[b].box.setEmpty();
   }
-  // At equal times on two straight paths, distances differ by no more than at the starts or at the
-  // ends of the paths. The lists of one path therefore also serve other paths with nearby starts
-  // and ends, such as those of Newton's iterations.
+  // The change of a distance from one straight path to another, at equal times, is at most the
+  // larger of its changes at the starts and at the ends. The lists of one path therefore also serve
+  // other paths with nearby starts and ends, such as those of Newton's iterations.
   if (const auto bad = track(start, true)) return bad;
   for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
   if (const auto bad = track(end)) return bad;
