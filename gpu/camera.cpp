@@ -1,4 +1,4 @@
-// Places a camera so that it sees points or a box whole.
+// Cameras that see all of some points or a box, and the tolerance of detail that a camera allows.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>

@@ -27,7 +27,8 @@ class ColourMap {
 // Viridis, from dark violet to yellow. Its lightness (CIE L*) grows evenly, so colour-blind readers
 // see the same order.
 const ColourMap& sequential_colours();
-// Moreland's cool to warm, from blue over a light grey at 0.5 to red. Both ends are equally dark.
+// Moreland's cool-to-warm map, from blue through a light grey at 0.5 to red. Both ends are equally
+// dark.
 const ColourMap& diverging_colours();
 // The grey that stands for NaN. Neither of the two maps above contains it.
 const Colour& no_value_colour();

@@ -22,12 +22,12 @@ struct Level {
   std::uint32_t leaf = 0;              // 1 on the last level of a patch
   std::uint32_t quad_rows = 0, quad_cols = 0;
   std::uint32_t rows = 0, cols = 0;  // size of the patch's image, texels
-  // Number of the body's first vertex. If the texels are the particles, that of the patch's first
-  // vertex.
+  // Number of the first vertex of the body or, if the body's texels are its particles, of the
+  // patch.
   std::uint32_t first_vertex = 0;
   // Index of the patch's first texel in the map of texels to particles, or no_map.
   std::uint32_t first_map = 0;
-  std::uint32_t first_quad = 0, first_texel = 0;  // first numbers of the patch in its atlas
+  std::uint32_t first_quad = 0, first_texel = 0;  // first quad and texel in the atlas
   std::uint32_t body = 0;
   // Index of the Tangent of the first block. Unused on the last level of a patch.
   std::uint32_t first_tangent = 0;

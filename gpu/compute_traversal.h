@@ -22,7 +22,7 @@ struct PairQuery {
   // For body_a == body_b: skip pairs that the tangent certificate proves not to touch. The body
   // must have been rebuilt with BodyImage::tangents.
   bool certificate = true;
-  // Skip a pair of quads if a plane proves that, at the ends of their paths, they are farther apart
+  // Skip pairs of quads that a plane proves to be too far apart at the ends of their paths: farther
   // than the margin plus twice the longest path of their corners. Fewer candidates are then copied
   // to the host.
   bool distance_filter = false;

@@ -62,7 +62,7 @@ void DepthMap::draw_triangle(const Vector3f& a, const Vector3f& b, const Vector3
       left_edges[left_count++] = edge;
     }
   }
-  // Depths are pushed back by the slope, so that a surface does not shade itself.
+  // Depths are increased in proportion to the slope, so that a surface does not shade itself.
   const float slope_x = -normal.x() / normal.z(), slope_y = -normal.y() / normal.z();
   const float depth = a.z() + 1.5F * std::max(std::abs(slope_x), std::abs(slope_y)) +
                       slope_x * (0.5F - a.x()) + slope_y * (0.5F - a.y());

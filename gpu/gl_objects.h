@@ -45,8 +45,8 @@ class GlBuffer {
     gl_->NamedBufferSubData(name_, static_cast<GLintptr>(first_byte),
                             static_cast<GLsizeiptr>(items.size_bytes()), items.data());
   }
-  // Copies items from the buffer; waits for pending writes. Precondition: a
-  // MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) after the last write of a shader.
+  // Copies items from the buffer; waits for pending writes. Precondition: if a shader has written
+  // to the buffer, MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) has been called since.
   template <typename Item>
   void read(std::span<Item> items, std::size_t first_byte = 0) const {
     if (items.empty()) return;

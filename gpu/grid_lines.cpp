@@ -66,7 +66,7 @@ std::vector<int> lined_places(const Axis& axis, int count, double cell) {
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions) {
   assert(static_cast<int>(positions.size()) >= atlas.particle_count());
-  std::vector<std::array<Axis, 2>> axes;  // by patch: axis down the rows, axis across the columns
+  std::vector<std::array<Axis, 2>> axes;  // by patch: down its rows, then across its columns
   Axis longest;
   for (int number = 0; number < static_cast<int>(atlas.patches().size()); ++number) {
     axes.push_back({measure(atlas, number, Direction::along_cols, positions),

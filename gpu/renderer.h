@@ -28,7 +28,7 @@ class ColourMap;
 // `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
-  std::span<const std::array<int, 3>> triangles;  // particle indices
+  std::span<const std::array<int, 3>> triangles;  // indices of three particles each
   Colour front_colour{};  // colour of the side from which triangles are counter-clockwise
   Colour back_colour{};
   // Thin dark lines on the surface. Each joins two particles, for example along a row of the image.
@@ -59,7 +59,7 @@ struct Camera {
   Vec3 eye{3, -3, 2};
   Vec3 target{0, 0, 0};
   Vec3 up{0, 0, 1};
-  double field_of_view_deg = 35;  // vertical
+  double field_of_view_deg = 35;  // vertical angle of view, degrees
 };
 
 // Returns a camera that sees all points from a three-quarter view, a little above. The points are
@@ -78,8 +78,8 @@ bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height
 
 // Returns lines for DrawnSurface: the borders of each patch, and rows and columns that split it
 // into cells. Cells are as square as whole numbers of quads allow, measured in metres at
-// `positions` (by particle, finite). There are at most 12 along the longest axis of all patches.
-// O(particles).
+// `positions` (by particle, finite). There are at most 12 cells along the longest axis of all
+// patches. O(particles).
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions);
 

@@ -154,7 +154,7 @@ void Projection::set_up(const BatchTriangle& triangle) {
   drawn.box = box;
   drawn.corners = triangle.corners;
   drawn.surface = triangle.surface;
-  drawn.is_front = twice_area < 0;  // the picture's y points downwards
+  drawn.is_front = twice_area < 0;  // negative for front sides, because y points downwards
   drawn.nearness = plane_through(points, nearness, twice_area);
   // The slack allows for a few rounding errors of floats as large as the triangle in pixels.
   const double slack_in_pixels = 1e-6 * (high - low).sum();

@@ -33,7 +33,7 @@ struct LitPoints {
   std::array<Values, 3> position;  // m
   std::array<Values, 3> normal;    // points to the eye's side of the surface; any length
   Values sky;                      // light of the sky (gpu/sky_light.h)
-  std::array<Values, 3> albedo;    // linear
+  std::array<Values, 3> albedo;    // linear red, green and blue
   std::array<Values, 3> light;     // result of shade(): linear red, green and blue
 };
 

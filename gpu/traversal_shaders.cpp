@@ -62,8 +62,8 @@ Children children_of_group(Level group) {
                   levels[group.second_child].first - first, 0u,
                   group.second_child == group.first_child ? 1u : 2u);
 }
-// Returns the children of a block. With `with_group` (the other block is a group), a block of a
-// patch is not split: the result is the block itself.
+// Returns the children of a block. The result is the block itself if it is a leaf block, or if it
+// is a block of a patch and the pair contains a group (`with_group`).
 Children children_of(uint block, uint number, bool with_group) {
   Level level = levels[number];
   if (is_group(level)) return children_of_group(level);

@@ -42,8 +42,8 @@ struct TriangleBatch {
 // Returns unit normals by vertex: the normalised sum of the area vectors of the surrounding
 // triangles, or zero if that sum is zero.
 std::vector<Vec3> vertex_normals(const DrawnSurface& surface);
-// Returns the normals of the original surface at the vertices of the detail. With these, a surface
-// of reduced detail is lit like the original. O(triangles of the original).
+// Returns the normals of the original surface at the vertices of a surface of reduced detail. With
+// these, the reduced surface is lit like the original. O(triangles of the original).
 std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSurface& original);
 
 }  // namespace weft::gpu

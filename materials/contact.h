@@ -38,8 +38,8 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
 // Approaching surfaces repel each other with the force P - D g'. Separating surfaces repel each
 // other with less than P. From the rate P / D on, there is no force. F is C1 in the gap and in the
 // rate, also at g = range. D is nearly damping_time W'' except for gaps near the range, where it
-// vanishes as fast as P. psi alone determines the coefficient of restitution (docs/theory.md,
-// section 7). `barrier` is the result of barrier() at `gap`.
+// vanishes as fast as P. Only psi dissipates energy: P is conservative (docs/theory.md, section 7).
+// `barrier` is the result of barrier() at `gap`.
 struct DampedPush {
   double force = 0;      // N
   double stiffness = 0;  // -dF/dg, N/m

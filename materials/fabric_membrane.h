@@ -12,7 +12,7 @@ namespace weft::materials {
 
 template <class Real>
 struct FabricMembraneOf {
-  std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
+  std::array<Real, 3> rest_squared_length{};  // L_i^2 of the edge opposite node i, m^2
   StrainMapOf<Real> strains;                  // map from q to e
   Real damping_time = 0;                      // beta, s
 };

@@ -167,7 +167,7 @@ class MeasuredStretch {
   }
 
   Row at_rest_;                           // C_0
-  std::array<Row, angle_count> waves_{};  // a_j
+  std::array<Row, angle_count> waves_{};  // coefficients a_j
 };
 
 }  // namespace weft::materials

@@ -15,8 +15,8 @@ namespace weft::materials {
 
 template <class Real>
 struct TriangleMembraneOf {
-  std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
-  // C = root root^T + shear (2 I - 1 1^T), N/m^3
+  std::array<Real, 3> rest_squared_length{};  // L_i^2 of the edge opposite node i, m^2
+  // C = root root^T + shear (2 I - 1 1^T), N/m^3, where 1 is the vector of ones.
   Vec3Of<Real> root = Vec3Of<Real>::Zero();
   Real shear = 0;
   Real damping_time = 0;  // beta, s
@@ -144,7 +144,7 @@ StencilMatrix<Real, 3> membrane_material_stiffness(const Membrane& membrane,
   StencilMatrix<Real, 3> result;
   for (int a = 0; a < 3; ++a) {
     const int a1 = (a + 1) % 3, a2 = (a + 2) % 3;
-    Vec3Of<Real> stress[3];  // C times the gradients at node a
+    Vec3Of<Real> stress[3];  // 2 sum_i C_ij d q_i / d x_a, by j
     for (int j = 0; j < 3; ++j) {
       stress[j] = (4.0 * membrane.modulus(a1, j)) * edges.col(a1) -
                   (4.0 * membrane.modulus(a2, j)) * edges.col(a2);

@@ -23,7 +23,7 @@ Mat3 green_strain_map(const Nodes3& rest, const Vec3& warp);
 // A membrane of a triangle with any symmetric C, usable as the `Membrane` of membrane.h.
 template <class Real>
 struct OrthotropicMembraneOf {
-  std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
+  std::array<Real, 3> rest_squared_length{};  // L_i^2 of the edge opposite node i, m^2
   Symmetric3Of<Real> edge_modulus{};          // C, N/m^3
   Real damping_time = 0;                      // beta, s
 

@@ -24,7 +24,7 @@ class TensionCurve {
   // Returns the curve through these points of strain >= 0 and, for negative strains, their mirror
   // images (-strain, -tension). The preconditions are those of the constructor.
   static TensionCurve mirrored(std::span<const double> strains, std::span<const double> tensions);
-  // A straight line through zero with the slope `stiffness`, N/m.
+  // Makes a straight line through zero with the slope `stiffness`, N/m.
   explicit TensionCurve(double stiffness) : pull_{{0, stiffness}}, push_{{0, stiffness}} {}
 
   // Returns the energy per area (N/m): the integral of the tension from zero to `strain`. `Number`

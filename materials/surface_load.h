@@ -47,9 +47,9 @@ SurfaceForce turning_load(const Tangents& tangents, const Vec3& components);
 SurfaceForceSlopes turning_load_slopes(const Tangents& tangents, const Vec3& components);
 
 // The load of a moment M (N m) about an edge. The edge runs along a_u, and the surface is on the
-// side of a_v. The moment does work on the rotation theta of the surface about the edge. The sign
-// of theta is positive if material beyond the edge would move along n. With nu, the outward unit
-// normal of the edge in the tangent plane,
+// side of a_v. The moment does work on the rotation theta of the surface about the edge. theta is
+// positive if the rotation would move points beyond the edge in the direction n. With nu, the
+// outward unit normal of the edge in the tangent plane,
 //   d theta = n . dx,nu = ((a_u . a_v) n . da_u / |a_u|^2 - n . da_v) |a_u| / |a_u x a_v|.
 SurfaceForce edge_moment(const Tangents& tangents, double moment);
 SurfaceForceSlopes edge_moment_slopes(const Tangents& tangents, double moment);

@@ -73,7 +73,7 @@ template <class Real, int nodes>
 struct StencilMatrix {
   std::array<Mat3Of<Real>, nodes*(nodes + 1) / 2> blocks;
 
-  static constexpr int index(int row, int column) {  // row <= column
+  static constexpr int index(int row, int column) {  // precondition: row <= column
     return row * nodes - row * (row + 1) / 2 + column;
   }
   Mat3Of<Real>& operator()(int row, int column) { return blocks[index(row, column)]; }

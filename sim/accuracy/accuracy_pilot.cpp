@@ -64,7 +64,7 @@ std::unique_ptr<const Scene> scene_with(const Case& target, const TimeCase& time
 // The RMS distance between two runs: the largest of all bodies and sampled times.
 struct Distance {
   double largest = 0;                 // m
-  std::optional<double> parted_time;  // s; from then on `largest` says nothing about errors
+  std::optional<double> parted_time;  // from this time (s), distances do not measure errors
 };
 
 class Pilot {

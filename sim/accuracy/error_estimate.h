@@ -16,7 +16,7 @@ struct BodyError {
 };
 
 struct ErrorEstimate {
-  std::vector<BodyError> bodies;  // dynamic bodies only
+  std::vector<BodyError> bodies;  // errors of the dynamic bodies
   double last_time = 0;           // time of the last frame compared, s
   // Time (s) of the first frame in which the runs differ by more than a tenth of a body's largest
   // motion or of its radius. From then on, differences do not grow in proportion to the errors that

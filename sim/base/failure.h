@@ -14,14 +14,14 @@ struct Failure {
     unstable,           // explicit steps are too long
     too_many_cuts,      // steps are cut again and again to keep surfaces apart
     prescribed_motion,  // prescribed motion is too fast, or makes surfaces cross
-    energy,             // the motion has gained energy
+    energy,             // the motion has more energy than was put in
     cpu_limit,          // compute.cpu_limit is reached
     interrupted,        // a user or another program has stopped the run
     solver              // a solver, such as SUNDIALS, has failed for another reason
   };
   Kind kind = Kind::solver;
   double time = 0;    // simulated time of the failure, s
-  int particle = -1;  // particle at which the failure arose; -1 if it has no single place
+  int particle = -1;  // particle at which the failure arose; -1 if there is none
   std::string text;   // message for the user
 };
 

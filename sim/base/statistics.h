@@ -16,7 +16,7 @@ struct Counters {
   std::int64_t candidate_pairs = 0;     // feature pairs put on candidate lists
   std::int64_t narrow_phase_calls = 0;  // feature pairs whose distance or path was checked
   std::int64_t ccd_calls = 0;           // feature pairs checked by continuous collision detection
-  std::int64_t friction_terms = 0;      // pairs in contact range whose friction was evaluated
+  std::int64_t friction_terms = 0;      // feature pairs whose friction was evaluated
   std::int64_t force_evaluations = 0;   // evaluations of the right-hand side
   std::int64_t matrix_assemblies = 0;
 };

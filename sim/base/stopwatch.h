@@ -30,7 +30,7 @@ class Stopwatch {
       : wall_start_(wall_start), cpu_start_(cpu_start) {}
 
   std::chrono::steady_clock::time_point wall_start_;
-  double cpu_start_;  // s
+  double cpu_start_;  // CPU time of the process at the start, s
 };
 
 // Adds the wall and CPU time from its construction to its destruction to one part of the bill.
