@@ -25,14 +25,16 @@ FourPoints points_of(std::span<const Vec3> x, const FourParticles& particles) {
   return {x[particles[0]], x[particles[1]], x[particles[2]], x[particles[3]]};
 }
 
-// Calls body(first, part) for every chunk of the pairs.
+// Calls body(first, part) for every chunk of the pairs. `first` is the index of the chunk's first
+// pair.
 template <class Body>
 void for_chunks(std::span<const FourParticles> pairs, const Body& body) {
   for (std::size_t first = 0; first < pairs.size(); first += pairs_per_chunk)
     body(first, pairs.subspan(first, std::min(pairs_per_chunk, pairs.size() - first)));
 }
 
-// The squared distances (m^2) and paths (m, as in find_in_reach()) of a chunk of pairs.
+// The squared distances (m^2) of a chunk of pairs, and twice the longest path length (m) of each
+// pair.
 struct Measured {
   std::array<double, pairs_per_chunk> squared_distance;
   std::array<double, pairs_per_chunk> path;

@@ -6,7 +6,7 @@ namespace weft::sim {
 
 namespace {
 
-// A batch of quads whose moments are linear in the strains.
+// The law of a batch of quads whose moments are linear in the strains.
 struct LinearBending {
   using Lanes = materials::Lanes;
   using Hinges = QuadBending::Hinges;
@@ -40,7 +40,7 @@ struct LinearBending {
   }
 };
 
-// Makes the batches of quads, without their rest angles. Lanes beyond the last quad have no
+// Returns the laws of all batches of quads, without rest angles. Lanes beyond the last quad have no
 // stiffness.
 std::vector<LinearBending> linear_batches(const BendingQuads& quads) {
   std::vector<LinearBending> batches((quads.nodes.size() + materials::lane_count - 1) /

@@ -13,7 +13,8 @@ namespace {
 using materials::Mat3;
 using materials::Nodes3;
 
-// The edges of a triangle that are hinges, and the nodes across them.
+// The edges of a triangle that are hinges, and the node beyond each of them. Index i stands for the
+// edge opposite node i.
 struct TriangleHinges {
   std::array<bool, 3> has_angle{};
   std::array<int, 3> across{no_node, no_node, no_node};
@@ -28,13 +29,13 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
   return hinges;
 }
 
-// Adds the law of a triangle over the angles of its hinges: its modulus, or its map to the
-// curvature.
+// Sets the bending law of a triangle in the last quad of `quads`. `is_held` is true for a triangle
+// that triangles_at_clamps() marks; its stiffness stays zero.
 void add_bending_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
                           const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
   const MaterialCase& material = *body.material;
   const int t = triangle % 2;
-  if (is_held) return;  // by a clamp, which bends it
+  if (is_held) return;
   if (!material.orthotropic_bending) {
     quads.moduli.back()[t] = materials::triangle_bending_modulus(
         rest, has_angle, material.bending_stiffness, material.poisson_ratio);
@@ -53,7 +54,7 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
   const SceneBody& body = scene.bodies[index];
   const MaterialCase& material = *body.material;
   const std::vector<char> at_clamps = triangles_at_clamps(scene, index);
-  const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // the body's own mesh may have no edges
+  const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // body.mesh may have no edges
   for (int q = 0; q < quad_count(body); ++q) {
     std::array<int, QuadSurroundings::count> nodes;
     nodes.fill(no_node);

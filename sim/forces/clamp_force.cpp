@@ -1,4 +1,4 @@
-// Bending of the triangles at the edges that clamps hold (sim/scene/clamps.h).
+// Bending of triangles at clamped edges (sim/scene/clamps.h).
 #include <algorithm>
 
 #include "materials/bending.h"
@@ -17,26 +17,29 @@ using materials::Nodes3;
 using materials::Nodes4;
 
 constexpr int no_particle = -1;
-constexpr int most_nodes = 6;  // of the triangle, and across its edges
+constexpr int most_nodes = 6;  // three nodes of the triangle and three across its edges
 
-// A triangle with a clamped edge. Node i + 3 is across edge i, which is opposite node i. Beyond a
-// clamped edge the surface is the mirror image of the triangle in the clamp's tangent plane, so the
-// angle there is twice the angle to that plane.
+// A triangle with at least one clamped edge. Edge i is opposite node i, and node i + 3 lies across
+// edge i. Beyond a clamped edge, the surface is the mirror image of the triangle in the clamp's
+// tangent plane. The angle at the edge is therefore twice the angle to that plane.
 struct ClampedTriangle {
-  std::array<int, most_nodes> particles;  // global; no_particle: a ghost, or beyond a border
-  std::array<int, 3> ghosts{no_particle, no_particle, no_particle};  // by edge
-  std::array<int, 3> pins{};  // of the ghosts, in the list of the body
-  int body = 0;               // index into Scene::bodies
-  Vec3 factors{1, 1, 1};      // of the angles to the nodes across
-  Vec3 rest_angles{0, 0, 0};
-  Mat3 modulus = Mat3::Zero();  // N m, over the angles
-  // A law that depends on the curvature, instead of the modulus.
+  std::array<int, most_nodes> particles;  // global indices; no_particle: ghost or border
+  // Numbers of the ghosts in MovingPoints, by edge.
+  std::array<int, 3> ghosts{no_particle, no_particle, no_particle};
+  std::array<int, 3> pins{};    // by edge: index of the clamp in the body's list of pins
+  int body = 0;                 // index into Scene::bodies
+  Vec3 factors{1, 1, 1};        // by edge: 2 if clamped
+  Vec3 rest_angles{0, 0, 0};    // rad, by edge
+  Mat3 modulus = Mat3::Zero();  // N m, over the three angles
+  // Law with a stiffness that depends on the curvature. Null if the law is linear.
   std::shared_ptr<const materials::CurvedBending> law;
-  materials::StrainMapOf<double> map;
-  double damping_time = 0;  // s, at the time set
+  materials::StrainMapOf<double> map;  // from the angles to the curvature, for `law`
+  double damping_time = 0;             // s, at the time of set_time()
 };
 
-// The angles of a triangle and their derivatives.
+// The hinges of a triangle at given positions: `strains` are the changes of their angles times
+// ClampedTriangle::factors (rad), `slopes` the derivatives of the strains by the node positions
+// (1/m), and `hinges` the node positions of each hinge (m).
 struct Angles {
   Vec3 strains{0, 0, 0};
   Eigen::Matrix<double, 3, 3 * most_nodes> slopes =
@@ -129,7 +132,9 @@ class ClampForce final : public Force {
   }
   void attach(const BlockPattern& /*pattern*/) override {}
 
-  // K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T C B, as for bending.
+  // Adds K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T V B, with the strains
+  // theta and B = d theta / dx. The semi-definite form of K leaves out the sum and uses the
+  // viscosity V in place of the tangent modulus C.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int /*threads*/) override {
     for (const ClampedTriangle& triangle : triangles_) {
@@ -176,7 +181,7 @@ class ClampForce final : public Force {
     return angles;
   }
 
-  // The values of the nodes; those of ghosts are zero.
+  // Returns the values at the nodes of a triangle, with zero at ghosts and beyond borders.
   static Values gathered(const ClampedTriangle& triangle, std::span<const Vec3> values) {
     Values all = Values::Zero();
     for (int a = 0; a < most_nodes; ++a) {
@@ -191,7 +196,8 @@ class ClampForce final : public Force {
       return entries(static_cast<int>(i), static_cast<int>(j));
     });
   }
-  // Return the moduli of damping and of the exact stiffness, N m.
+  // viscosity_of() returns the modulus V of damping, tangent_of() the tangent modulus C of a
+  // nonlinear law, N m.
   static Mat3 viscosity_of(const ClampedTriangle& triangle, const Vec3& strains) {
     if (!triangle.law) return triangle.modulus;
     return matrix_of(materials::law_viscosity(triangle.map, *triangle.law, strains));
@@ -200,7 +206,7 @@ class ClampForce final : public Force {
     return matrix_of(materials::law_tangent(triangle.map, *triangle.law, strains, false));
   }
 
-  // Returns dW/dt with damping, N m; for a linear law C (t + beta t').
+  // Returns the moments dW/d theta + beta V d theta/dt of the strains theta, N m.
   Vec3 moments_of(const ClampedTriangle& triangle, const Angles& angles,
                   const Kinematics& state) const {
     Vec3 strains = angles.strains, rates = Vec3::Zero();
@@ -226,7 +232,7 @@ class ClampForce final : public Force {
     }
   }
 
-  // Adds sum_i moment_i d^2 t_i / dx dx.
+  // Adds sum_i moment_i d^2 theta_i / dx dx.
   static void add_stress(const ClampedTriangle& triangle, const Angles& angles, const Vec3& moments,
                          Block& sum) {
     for (int i = 0; i < 3; ++i) {
@@ -263,8 +269,8 @@ class ClampForce final : public Force {
   }
 
   std::vector<ClampedTriangle> triangles_;
-  VaryingNumbers damping_times_;  // s
-  bool is_damped_;                // at any time
+  VaryingNumbers damping_times_;  // s, by triangle
+  bool is_damped_;                // true if damped at any time
   MovingPoints ghosts_;
 };
 
@@ -288,7 +294,7 @@ bool has_clamps(const Case& source) {
   });
 }
 
-// Finds the law of a triangle over its angles.
+// Sets the bending law of a triangle, once its nodes and ghosts are known.
 void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
                   ClampedTriangle& triangle) {
   Nodes3 rest;
@@ -315,8 +321,8 @@ void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
 
 }  // namespace
 
-// If no clamp holds at the time, the force exists without triangles: the energies of a run keep
-// their names.
+// Returns null only if the case has no clamps. While no clamp holds, the force has no triangles,
+// and the trajectory still records its energy.
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   if (!has_clamps(scene.source)) return nullptr;
   std::vector<ClampedTriangle> triangles;

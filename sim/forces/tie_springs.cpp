@@ -7,7 +7,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the motion of a body that is not simulated; null if it rests.
+// Returns the prescribed motion of a body that is not dynamic; null if the body rests.
 const PrescribedMotion* motion_of(const Scene& scene, const SceneBody& body) {
   const auto found = std::ranges::find_if(scene.prescribed, [&](const PrescribedMotion& held) {
     return held.moves && !held.particles.empty() &&
@@ -34,14 +34,16 @@ TieSprings::TieSprings(const Scene& scene, std::span<const Tie> ties) {
   }
 }
 
-// Adds `sign` times a point of a body to the vector between a spring's points.
+// Adds `sign` times a point of a body to the vector between the ends of a spring. If the body is
+// not dynamic, the point becomes the anchor of the spring.
 void TieSprings::add_point(const Scene& scene, int case_body, double sign,
                            std::span<const int> nodes, const Vec3& weights, const Vec3& place,
                            SpringEnds& spring) {
   const SceneBody& body = scene.bodies[scene.case_order[case_body]];
   if (!body.dynamic) {
     const PrescribedMotion* held = motion_of(scene, body);
-    // A body that sleeps, or is held at rest, may be elsewhere than at t = 0.
+    // `place` is the point at t = 0. A body that is not an obstacle may have moved before it fell
+    // asleep or was held, so its point is computed from the positions in the scene.
     Vec3 now = place;
     if (!body.is_obstacle) {
       now.setZero();

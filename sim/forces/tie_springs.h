@@ -1,4 +1,4 @@
-// The springs of ties (sim/scene/ties.h) between particles of a scene.
+// The springs of ties (sim/scene/ties.h) with the particles on which they act.
 #pragma once
 
 #include <array>
@@ -10,33 +10,36 @@
 
 namespace weft::sim {
 
-// A spring between two points. The vector between them, d, is the sum of coefficient[i] x_i over
-// dynamic particles, plus the anchor's part if one of the points is not simulated. The energy is
+// A spring between two points. The vector between them is
+//   d = sum_i coefficient[i] x_i + anchor_coefficient * anchor.
+// The x_i are positions of dynamic particles. The anchor is a point that is not simulated. The
+// energy is
 //   W = k/2 (|d| - L)^2.
 struct SpringEnds {
   int count = 0;
   std::array<int, 4> particle{};
   std::array<double, 4> coefficient{};
-  int anchor = -1;  // number in MovingPoints; -1: none
+  int anchor = -1;  // number in MovingPoints; -1: no anchor
   double anchor_coefficient = 0;
-  int anchor_body = -1;  // index into Scene::bodies
-  int tie = 0;           // number
-  double stiffness = 0;  // k, N/m
-  double length = 0;     // L, m
+  int anchor_body = -1;  // index into Scene::bodies; -1: no anchor
+  int tie = 0;           // Tie::number
+  double stiffness = 0;  // stiffness k, N/m
+  double length = 0;     // rest length L, m
 };
 
-// Springs of the given ties with at least one simulated end.
+// The springs of ties that act on at least one dynamic particle.
 class TieSprings {
  public:
-  // `scene` must outlive the springs if an anchor moves.
+  // `scene` must outlive this object if an anchor moves.
   TieSprings(const Scene& scene, std::span<const Tie> ties);
 
   const std::vector<SpringEnds>& springs() const { return springs_; }
   const MovingPoints& anchors() const { return anchors_; }
   MovingPoints& anchors() { return anchors_; }
-  // The vector between a spring's points, m.
+  // Returns the vector d of a spring, m.
   Vec3 between(const SpringEnds& spring, std::span<const Vec3> position) const;
-  // The sum of the springs' forces, N. Precondition: MovingPoints::set_time() if anchors move.
+  // Returns the sum over springs of the magnitude of the force, N. If anchors().move(),
+  // anchors().set_time() must have been called before.
   double load(std::span<const Vec3> position) const;
 
  private:

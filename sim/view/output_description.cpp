@@ -13,15 +13,15 @@ namespace weft::sim {
 
 namespace {
 
-// Page size of a trajectory file, and size of a frame's view (bytes). Images of a page or more
-// start on a page of their own.
+// Page size of a trajectory file, and size of the view of one image (bytes). An image of at least a
+// page starts on a new page.
 constexpr double page = 4096, view_bytes = 1024;
 
 double on_disk(double image) {
   return (image < page ? image : std::ceil(image / page) * page) + view_bytes;
 }
 
-// Returns the size on disk of a body's images in one frame (bytes).
+// Returns the size on disk (bytes) of a body's images in one frame.
 double bytes_per_frame(const OutputCase& output, const SceneBody& body, int texels) {
   const double number = output.precision == Precision::float64 ? 8 : 4;
   double bytes = on_disk(3 * number * texels);
